@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from palpate.devices.desk import Desk, Pages
-from palpate.protocols.requests import Came, Present, Sense
+from palpate.protocols.requests import Present, Sense, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -175,14 +175,14 @@ class Sensor(Device, Protocol):
 class Presents(Protocol):
     """A device that presents stimuli, while the window shows a page and the desk may break in."""
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
 
 
 class Records(Protocol):
     """A device that records a stimulus while it is explored, in the same way."""
 
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
 
 

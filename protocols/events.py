@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 from palpate.protocols.canonical import parse
-from palpate.protocols.requests import Came, Request, Samples
+from palpate.protocols.requests import Request, Samples, WorldEvent
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -57,7 +57,7 @@ class World(Protocol):
     def now(self) -> int:
         """Nanoseconds since the session began; never runs backwards."""
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Perform the request and return its Reply when it is done.
 
         What comes back before is put on record, and the same request is performed on: an Aside when the experimenter

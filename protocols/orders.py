@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 Design = Literal["williams", "latin", "random", "as_listed"]
-Sequence = tuple[int, ...]
+Order = tuple[int, ...]
 
 
-def latin_row(n: int, row: int) -> Sequence:
+def latin_row(n: int, row: int) -> Order:
     """Row of the cyclic Latin square of size n: every item once per row and once per position."""
     return tuple((item + row) % n for item in range(n))
 
 
-def williams_row(n: int, row: int) -> Sequence:
+def williams_row(n: int, row: int) -> Order:
     """Row of a Williams design: every item precedes every other equally often (Williams 1949).
 
     n rows where n is even (each carry-over once), 2n where it is odd (twice; the second n mirror the first).
@@ -33,7 +33,7 @@ def rows_of(design: Design, n: int) -> int:
     return 1
 
 
-def square(design: Literal["williams", "latin"], n: int) -> tuple[Sequence, ...]:
+def square(design: Literal["williams", "latin"], n: int) -> tuple[Order, ...]:
     """All rows of the design for n items."""
     row_of = williams_row if design == "williams" else latin_row
     return tuple(row_of(n, row) for row in range(rows_of(design, n)))

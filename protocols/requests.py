@@ -208,5 +208,5 @@ class Fault:
     value: Mapping[str, Any]
 
 
-Came = Reply | Aside | Chunk | Fault
+WorldEvent = Reply | Aside | Chunk | Fault
 """What performing a request returns: its reply, or something to record before the request is performed on."""

@@ -104,15 +104,15 @@ class _Recorder:
             self.tried = reply.value["answers"]
         return reply
 
-    def record_event(self, came: Aside | Chunk | Fault) -> None:
+    def record_event(self, event: Aside | Chunk | Fault) -> None:
         """Record what came before the reply; to repeat, to abort and a fault leave the request without one."""
-        match came:
+        match event:
             case Chunk():
-                self.note("samples", came.value, came.samples)
+                self.note("samples", event.value, event.samples)
             case Fault():
-                self.record_fault(came)
+                self.record_fault(event)
             case Aside():
-                self.record_aside(came)
+                self.record_aside(event)
 
     def record_fault(self, fault: Fault) -> None:
         """Record that a device failed. Raises ReplyError outside trials and references: nothing can be repeated."""

@@ -7,7 +7,19 @@ from dataclasses import dataclass
 
 from palpate.protocols.canonical import difference
 from palpate.protocols.events import NS, Event, Log, World
-from palpate.protocols.requests import Aside, Ask, Came, Chunk, Confirm, Fault, Present, Reply, Request, Rest, Sense
+from palpate.protocols.requests import (
+    Aside,
+    Ask,
+    Chunk,
+    Confirm,
+    Fault,
+    Present,
+    Reply,
+    Request,
+    Rest,
+    Sense,
+    WorldEvent,
+)
 from palpate.protocols.simulated_participants import SimulatedParticipant
 
 
@@ -98,7 +110,7 @@ class Recorded:
             return self.events[self.position].t_ns
         return self._live()[0].now()
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Return the recorded outcome of the request, or perform it live past the end of the record.
 
         A recording that was cut off by the end of the record becomes a fault, so its trial is repeated.

@@ -24,7 +24,7 @@ from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
+from palpate.protocols.requests import Aside, Chunk, Present, Reply, Samples, Sense, WorldEvent
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.headless import Windowless
@@ -91,7 +91,7 @@ class Watching(Windowless):
 class HandedOver:
     """The sample lies there."""
 
-    def perform(self, _request: Present, _window: Pages, _desk: Desk, _now_ns: NowNs) -> Came:
+    def perform(self, _request: Present, _window: Pages, _desk: Desk, _now_ns: NowNs) -> WorldEvent:
         """Reply at once."""
         return Reply({"presented": True})
 
@@ -107,7 +107,7 @@ class Discarded:
 
     sensors: Mapping[str, MadeUp]
 
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Present for the request's seconds."""
         recording = Recording(self.sensors, now_ns)
         recording.start()
@@ -126,7 +126,7 @@ class OneThread:
     sensors: Mapping[str, MadeUp]
     begun_ns: int | None = None
 
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Return a chunk, or the reply."""
         if self.begun_ns is None:
             self.begun_ns = now_ns()

@@ -18,7 +18,7 @@ from palpate.devices.window.presenter import Presenter
 from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
 from palpate.protocols.events import Event
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Came, Present, Reply, Request, Sense
+from palpate.protocols.requests import Present, Reply, Request, Sense, WorldEvent
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.row_assignment import allocate
 from palpate.studies.sessions.rig import Rig, RigPlan
@@ -38,7 +38,7 @@ class World:
         """Return nanoseconds of a clock that never runs backwards."""
         return time.monotonic_ns()
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Ask in the window, present at once."""
         if isinstance(request, Present | Sense):
             return Reply({"presented": True})

@@ -191,18 +191,18 @@ class Player:
                 self.opened = True
             trial = Trial(1, "author", False, Stimulus(id=name), None, False, False)
             self.door.profile_for = lambda _request: force_N
-            request, came = Present(trial), None
-            while not isinstance(came, Reply | Fault):
-                came = self.door.perform(request, InWindow(self.screen), self.desk, self.now_ns)
-                if isinstance(came, Aside) and came.value.get("do") == "abort":
+            request, event = Present(trial), None
+            while not isinstance(event, Reply | Fault):
+                event = self.door.perform(request, InWindow(self.screen), self.desk, self.now_ns)
+                if isinstance(event, Aside) and event.value.get("do") == "abort":
                     self.door.safe()
                     return Played("stopped")
-            if isinstance(came, Fault):
-                if came.value["what"] == "limit":  # Nothing is to be put right at the door.
+            if isinstance(event, Fault):
+                if event.value["what"] == "limit":  # Nothing is to be put right at the door.
                     self.door.mending.wanted = ""
-                    return Played("door_refuses", str(came.value["message"]))
-                return Played("door_failed", str(came.value["message"]))
-            return Played({"brought_back": "played", "time_limit": "ended_late"}.get(came.value["ended"], "stopped"))
+                    return Played("door_refuses", str(event.value["message"]))
+                return Played("door_failed", str(event.value["message"]))
+            return Played({"brought_back": "played", "time_limit": "ended_late"}.get(event.value["ended"], "stopped"))
         except ProfileRefused as refused:
             return Played("door_refuses", str(refused))
         except DeviceError as error:

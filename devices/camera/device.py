@@ -14,7 +14,7 @@ from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Came, Reply, Sense
+from palpate.protocols.requests import Aside, Reply, Sense, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.camera.sources import Arrived, Folder, PicturesOf, Simulated
@@ -147,7 +147,7 @@ class Camera:
         summary = "simulated" if self.settings.driver == "twin" else f"waits for pictures in {self.settings.folder}"
         return Health(True, summary, calibrated=self.settings.calibrated, facts=facts)
 
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Ask for one light after the other until there is a picture for each, at most `request.seconds`."""
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside

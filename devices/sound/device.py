@@ -14,7 +14,7 @@ from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
-from palpate.protocols.requests import Aside, Came, Present, Reply
+from palpate.protocols.requests import Aside, Present, Reply, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.sound.noise import Player
@@ -208,7 +208,7 @@ class Masked:
     paused: bool = False
     on: bool = False
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Return the presenting device's reply, or the noise's fault before a presentation or where it ended."""
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
@@ -219,8 +219,8 @@ class Masked:
             if not self.paused:
                 self.noise.start()
                 self.on = True
-            came = self.presents.perform(request, window, desk, now_ns)
-            if isinstance(came, Reply):
+            event = self.presents.perform(request, window, desk, now_ns)
+            if isinstance(event, Reply):
                 self.begun = None
                 self.noise.check()
         except DeviceFault as fault:
@@ -228,9 +228,9 @@ class Masked:
                 raise
             self.noise.close()
             return self.mending.fault(fault)
-        if isinstance(came, Aside):
-            self.heed(came)
-        return came
+        if isinstance(event, Aside):
+            self.heed(event)
+        return event
 
     def _there(self) -> None:
         """Make sure that it plays; headphones that were put right are opened anew."""

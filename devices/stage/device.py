@@ -15,7 +15,7 @@ from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Sign
 from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.devices.samples import HandMounted
 from palpate.devices.stage.scanner import codes_of, plain, refusal
-from palpate.protocols.requests import Aside, Came, Present, Reply
+from palpate.protocols.requests import Aside, Present, Reply, WorldEvent
 from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ class Stage:
             return Health(False, str(fault), calibrated=self.settings.calibrated)
         return Health(True, told, calibrated=self.settings.calibrated)
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Wait until the sample that the trial asks for is in place."""
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
@@ -161,18 +161,18 @@ class Stage:
             return self._simulated(request, window, desk, now_ns)
         try:
             scanning = self._begun(request, desk)
-            came = self.hand.perform(request, window, scanning, now_ns)
+            event = self.hand.perform(request, window, scanning, now_ns)
         except DeviceFault as fault:
             desk.demand(None)
             self.scanning = None
             self.close()
             return self.mending.fault(fault)
-        if isinstance(came, Aside):
-            return came
+        if isinstance(event, Aside):
+            return event
         self.scanning = None
         wrong = {"wrong": [plain(code) for code in scanning.wrong]} if scanning.wrong else {}
         code = {} if scanning.right is None else {"code": plain(scanning.right)}
-        return Reply({**came.value, "by": scanning.by, **code, **wrong})
+        return Reply({**event.value, "by": scanning.by, **code, **wrong})
 
     def _begun(self, request: Present, desk: Desk) -> Scanning:
         """Return the scanning of this very request; reopen a scanner that failed, and drop earlier codes."""
@@ -194,7 +194,7 @@ class Stage:
         self.scanning = found
         return found
 
-    def _simulated(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def _simulated(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         self.act = act = going_on(self.act, request, now_ns)
         mounted = self.settings.mount_s
         aside = act.wait("changing_sample", window, desk, now_ns, lambda: act.seconds(now_ns()) >= mounted)

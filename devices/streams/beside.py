@@ -9,7 +9,7 @@ from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceFault, NowNs, Sensor
 from palpate.devices.streams.recording import Recording
-from palpate.protocols.requests import Came, Chunk, Samples
+from palpate.protocols.requests import Chunk, Samples, WorldEvent
 
 WAITING = "changing_sample"
 
@@ -29,7 +29,7 @@ class BesideRecorder:
     _mending: Mending = field(default_factory=Mending)
     _failed: DeviceFault | None = None
 
-    def ready(self, window: Pages, desk: Desk, now_ns: NowNs) -> Came | None:
+    def ready(self, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent | None:
         """Make sure that the sensors are recorded.
 
         Return None, or what comes first: what the experimenter did while a fault is put right, the samples up to a

@@ -14,7 +14,7 @@ from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.devices.streams.stream import Stream
 from palpate.devices.suspend import suspended_ns
 from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Came, Fault, Reply, Sense
+from palpate.protocols.requests import Aside, Fault, Reply, Sense, WorldEvent
 
 RECORDING, WAITING = "recording", "changing_sample"
 BROKEN_OFF = "a pause broke the recording off"
@@ -56,7 +56,7 @@ class Capture:
     _mending: Mending = field(default_factory=Mending)
     _last: Recording | None = None
 
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Record for the request's seconds; a request that is given up is stopped by the next, and by `close`."""
         if self._going is None or self._going.request is not request:
             self._end()
@@ -69,7 +69,7 @@ class Capture:
         self._end()
         self._going = None
 
-    def _continue(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def _continue(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         if going.recording is not None and going.recording.ended_ns is not None:
             if going.recording.due():
                 return going.recording.take()
@@ -90,7 +90,7 @@ class Capture:
             going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
         return self._continue(going, window, desk, now_ns)
 
-    def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Wait for the next chunk, or for the end. Raises DeviceFault."""
         recording = going.recording = going.recording or self._begin(going.request, now_ns)
         until_ns = recording.begun_ns + round(going.request.seconds * NS)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from palpate.devices.desk import Desk
 from palpate.protocols.events import World
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside, Came, Present, Reply, Request, Sense
+from palpate.protocols.requests import Aside, Present, Reply, Request, Sense, WorldEvent
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.console.headless import asks_anything
 from palpate.studies.live.opening import (
@@ -52,30 +52,30 @@ class Rehearsed:
     pace_s: float
     clock: Callable[[], float] = time.monotonic
     shown: set[str] = field(default_factory=set)
-    under_way: tuple[Request, Came] | None = None
+    under_way: tuple[Request, WorldEvent] | None = None
 
     def now(self) -> int:
         """Simulated nanoseconds since the session began."""
         return self.session.now()
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Return the simulated reply once it has been seen; an aside comes first."""
         if self.under_way is None or self.under_way[0] is not request:
             self.under_way = (request, self.session.perform(request))
-        came = self.under_way[1]
+        event = self.under_way[1]
         aside: Aside | None = None
         match request:
-            case _ if not isinstance(came, Reply):
+            case _ if not isinstance(event, Reply):
                 pass
             case Sense():
                 aside = self.show_page("recording")
             case Present():
                 aside = self.show_page("changing_sample") or self.show_page("feel_now")
             case _:
-                aside = self.presenter.show_answered(request, came, self.pace_s, self.desk)
+                aside = self.presenter.show_answered(request, event, self.pace_s, self.desk)
         if aside is None:
             self.under_way = None
-        return came if aside is None else aside
+        return event if aside is None else aside
 
     def show_page(self, page: str) -> Aside | None:
         """Show a page for a moment, the first time that it comes; later ones pass at once."""

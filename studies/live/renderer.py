@@ -25,7 +25,7 @@ from palpate.protocols.events import NS
 from palpate.protocols.files import file_sha256
 from palpate.protocols.keyed import keyed_bits
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Ask, Came, Fault, Present, Reply
+from palpate.protocols.requests import Ask, Fault, Present, Reply, WorldEvent
 from palpate.protocols.trial import Trial
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card
@@ -85,7 +85,7 @@ class RigRenderer:
     trouble: RenderError | None = None
     """What the tablet's screen failed with while a form was answered."""
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
         if aside := self.mending.asked("changing_sample", window, desk):
             return aside
@@ -100,7 +100,7 @@ class RigRenderer:
         made = {**self.metadata, "deadlines": self.counted}
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
 
-    def before(self, request: Ask) -> Came | None:
+    def before(self, request: Ask) -> WorldEvent | None:
         """Before a form: what is rated sounds, also where the session was taken up again within the trial.
 
         None; or what came instead. Where an answer is only revised nothing is felt again.
@@ -149,10 +149,10 @@ class RigRenderer:
         self.close()
         return self.mending.fault(DeviceFault(NEED, "refused", str(error)))
 
-    def after(self, came: Came) -> Came:
+    def after(self, event: WorldEvent) -> WorldEvent:
         """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
         if not self.on or self.plays is None:
-            return came
+            return event
         self.on, self.side = False, None
         try:
             trouble, self.trouble = self.trouble, None
@@ -165,11 +165,11 @@ class RigRenderer:
             self.plays.switch(None)
         except RenderError as error:
             fault = self._fault(error)
-            return fault if isinstance(came, Reply) else came
-        if not isinstance(came, Reply):
-            return came
+            return fault if isinstance(event, Reply) else event
+        if not isinstance(event, Reply):
+            return event
         made = {**self.metadata, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
-        return replace(came, value={**came.value, "rendered": made})
+        return replace(event, value={**event.value, "rendered": made})
 
     def close(self) -> None:
         """Silence; the process ends."""

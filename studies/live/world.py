@@ -14,7 +14,7 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
+from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply, Request, Sense, WorldEvent
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Twin
 from palpate.studies.sessions.rig import RigError
@@ -46,13 +46,13 @@ class LiveWorld:
     suspend: SuspendWatch = field(default_factory=SuspendWatch)
     notes: list[str] = field(default_factory=list)
     _seen_record: bool = False
-    _held: Came | None = None
+    _held: WorldEvent | None = None
 
     def now(self) -> int:
         """Return nanoseconds since the session began, without the time between its runs."""
         return self.clock()
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Perform the request; a demand to the experimenter is withdrawn with a request that is given up.
 
         Where the computer was suspended meanwhile, a note of it comes first, and what came of the request after it.
@@ -67,32 +67,32 @@ class LiveWorld:
                 return Aside({"do": "go_on"})
         if self.notes:
             return Aside({"do": "note", "text": self.notes.pop(0)})
-        came = self._act(request)
-        if _gives_up(came):
+        event = self._act(request)
+        if _gives_up(event):
             self.desk.demand(None)
-        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
+        if isinstance(request, Ask) and (isinstance(event, Reply) or _gives_up(event)):
             self.desk.tell({"side": None})
         if (message := self.suspend.message()) is not None:
-            self._held = came
+            self._held = event
             return Aside({"do": "note", "text": f"{message[:1].upper()}{message[1:]}."})
-        return came
+        return event
 
-    def _act(self, request: Request) -> Came:
+    def _act(self, request: Request) -> WorldEvent:
         if isinstance(request, Present | Sense):
             return self.device.perform(request, self.presenter, self.desk, self.clock)
         if isinstance(request, Ask) and (instead := self.device.before(request)) is not None:
             return instead
-        came = self.presenter.perform(request, self.desk, self.clock)
-        if isinstance(request, Ask) and isinstance(came, Aside):
-            self.device.on_aside(came)
-        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
-            return self.device.after(came)
-        return came
+        event = self.presenter.perform(request, self.desk, self.clock)
+        if isinstance(request, Ask) and isinstance(event, Aside):
+            self.device.on_aside(event)
+        if isinstance(request, Ask) and (isinstance(event, Reply) or _gives_up(event)):
+            return self.device.after(event)
+        return event
 
 
-def _gives_up(came: Came) -> bool:
+def _gives_up(event: WorldEvent) -> bool:
     """Return whether the request is left without a reply."""
-    return isinstance(came, Fault) or (isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"})
+    return isinstance(event, Fault) or (isinstance(event, Aside) and event.value["do"] in {"repeat", "abort"})
 
 
 @dataclass
@@ -104,7 +104,7 @@ class TwinInRealTime:
     act: Act | None = None
     done: Done | None = None
 
-    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Wait as long as the simulated act takes, then give its reply."""
         act = going_on(self.act, request, now_ns)
         if act is not self.act or self.done is None:
@@ -128,29 +128,29 @@ class Mounted:
     hand: Presents = field(default_factory=HandMounted)
     mounted: tuple[Request, Reply] | None = None
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """First the hand, then the device; the reply holds the values of both, and the sum of their seconds."""
         if self.mounted is None or self.mounted[0] is not request:
             by_hand = self.hand.perform(request, window, desk, now_ns)
             if not isinstance(by_hand, Reply):
                 return by_hand
             self.mounted = (request, by_hand)
-        came = self.presents.perform(request, window, desk, now_ns)
-        if not isinstance(came, Reply):
-            return came
+        event = self.presents.perform(request, window, desk, now_ns)
+        if not isinstance(event, Reply):
+            return event
         by_hand, self.mounted = self.mounted[1], None
-        seconds = round(by_hand.value["seconds"] + came.value.get("seconds", 0.0), 3)
-        value = {**by_hand.value, **came.value, "by": f"experimenter, {came.value.get('by', 'device')}"}
-        return Reply({**value, "seconds": seconds}, came.samples)
+        seconds = round(by_hand.value["seconds"] + event.value.get("seconds", 0.0), 3)
+        value = {**by_hand.value, **event.value, "by": f"experimenter, {event.value.get('by', 'device')}"}
+        return Reply({**value, "seconds": seconds}, event.samples)
 
 
 class Beside(Protocol):
     """A device that goes on while a form is answered."""
 
-    def before(self, request: Ask) -> Came | None:
+    def before(self, request: Ask) -> WorldEvent | None:
         """Be at work while the form is answered, also where another process presented; what came where it cannot."""
 
-    def after(self, came: Came) -> Came:
+    def after(self, event: WorldEvent) -> WorldEvent:
         """What came of the form, with what the device did meanwhile; then it is at rest."""
 
     def close(self) -> None:
@@ -171,7 +171,7 @@ class Station:
     switch_side: Callable[[str], None] = lambda _side: None
     """Called with the side that the participant has switched to."""
 
-    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Hand the request to the device that it is for."""
         if isinstance(request, Present):
             return self.presents.perform(request, window, desk, now_ns)
@@ -179,13 +179,13 @@ class Station:
             raise RigError(f"{request.device} is to record, and the study's needs lack it")
         return self.records[request.device].perform(request, window, desk, now_ns)
 
-    def before(self, request: Ask) -> Came | None:
+    def before(self, request: Ask) -> WorldEvent | None:
         """A device is at work before a form is answered; None, or what came instead."""
         return None if self.beside is None else self.beside.before(request)
 
-    def after(self, came: Came) -> Came:
+    def after(self, event: WorldEvent) -> WorldEvent:
         """What came of a form, with what a device did while it was answered."""
-        return came if self.beside is None else self.beside.after(came)
+        return event if self.beside is None else self.beside.after(event)
 
     def stop(self) -> None:
         """End what is being recorded, all of it; the devices themselves are made safe by whoever opened them."""

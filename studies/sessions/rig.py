@@ -11,7 +11,7 @@ from typing import Any
 
 from palpate.protocols.events import Event, World
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Came, Reply, Request, Samples
+from palpate.protocols.requests import Reply, Request, Samples, WorldEvent
 
 
 class RigError(ValueError):
@@ -66,20 +66,20 @@ class RecordedBeside:
     """
 
     world: World
-    ready: Callable[[], Came | None]
+    ready: Callable[[], WorldEvent | None]
     take: Callable[[], tuple[Samples, ...]]
 
     def now(self) -> int:
         """Return the time of the world."""
         return self.world.now()
 
-    def perform(self, request: Request) -> Came:
+    def perform(self, request: Request) -> WorldEvent:
         """Perform the request; its reply holds the samples."""
         if getattr(request, "trial", None) is None:
             return self.world.perform(request)
         if (instead := self.ready()) is not None:
             return instead
-        came = self.world.perform(request)
-        if not isinstance(came, Reply):
-            return came
-        return replace(came, samples=(*came.samples, *self.take()))
+        event = self.world.perform(request)
+        if not isinstance(event, Reply):
+            return event
+        return replace(event, samples=(*event.samples, *self.take()))

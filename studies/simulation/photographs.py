@@ -59,10 +59,10 @@ class KeptCameraTwin:
         def rest(_seconds: float) -> None:
             clock.at_s += SECONDS_A_PICTURE
 
-        came = self._camera().perform(sense, Windowless(clock, rest), _Nobody(), clock.ns)
-        if not isinstance(came, Reply):
-            raise RigError(f"{sense.trial.stimulus.id}: {came.value.get('message', 'no pictures came')}")
-        return Done(came, float(came.value["seconds"]))
+        event = self._camera().perform(sense, Windowless(clock, rest), _Nobody(), clock.ns)
+        if not isinstance(event, Reply):
+            raise RigError(f"{sense.trial.stimulus.id}: {event.value.get('message', 'no pictures came')}")
+        return Done(event, float(event.value["seconds"]))
 
     def _camera(self) -> Camera:
         """One for the session: it knows which pictures came before. Raises RigError on lights that a twin lacks."""

@@ -13,7 +13,7 @@ from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
 from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
 from palpate.protocols.events import NS
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Aside, Came, Chunk, Fault, Present, Reply, Samples
+from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply, Samples, WorldEvent
 from palpate.protocols.trial import Trial
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.studies.sessions.rig import RigError
@@ -159,22 +159,22 @@ class PresentsMade:
     changes_from: Callable[[Changes | None], None] = lambda _changes: None
     _following: tuple[Present, LiveForm, LiveRecord] | None = None
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Perform as the door does. Raises RigError where a live form has no window to stay in."""
         if request.live_form is None:
-            came = self.door.perform(request, window, desk, now_ns)
-            return self.made.on_record(self.made.force_N(request), came) if isinstance(came, Reply) else came
+            event = self.door.perform(request, window, desk, now_ns)
+            return self.made.on_record(self.made.force_N(request), event) if isinstance(event, Reply) else event
         pages, record = self._followed(request, window, now_ns)
-        came = self.door.perform(request, pages, desk, now_ns)
-        if isinstance(came, Chunk):
-            return replace(came, samples=(*came.samples, *record.take()))
-        if isinstance(came, Reply):
+        event = self.door.perform(request, pages, desk, now_ns)
+        if isinstance(event, Chunk):
+            return replace(event, samples=(*event.samples, *record.take()))
+        if isinstance(event, Reply):
             self._let_go()
-            reply = self.made.on_record(tuple(record.force_N), came)
+            reply = self.made.on_record(tuple(record.force_N), event)
             return replace(reply, value={**reply.value, **record.summary()}, samples=(*reply.samples, *record.take()))
-        if isinstance(came, Fault) or came.value.get("do") in {"repeat", "abort"}:
+        if isinstance(event, Fault) or event.value.get("do") in {"repeat", "abort"}:
             self._let_go()
-        return came
+        return event
 
     def _followed(self, request: Present, window: Pages, now_ns: Callable[[], int]) -> tuple[LiveForm, LiveRecord]:
         """Return what the door follows while this request is performed."""

@@ -27,7 +27,7 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile, SetRate
 from palpate.devices.door.link.showing import Changes, Recorded, Showing
 from palpate.devices.door.link.telemetry import CHANNELS, UNITS, TelemetryBlocks, trouble
-from palpate.protocols.requests import Came, Fault, Present, Reply
+from palpate.protocols.requests import Fault, Present, Reply, WorldEvent
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class DoorSimulator:
     changes: Changes | None = None
     """Where the profile changes from while it is felt; None where it does not."""
     _connection: Connection | None = None
-    _showing: tuple[Present, Generator[Came, None, None]] | None = None
+    _showing: tuple[Present, Generator[WorldEvent, None, None]] | None = None
     _numbering: TelemetryBlocks | None = None
 
     @property
@@ -219,20 +219,20 @@ class DoorSimulator:
         summary = "; ".join(wrong) or f"{state_name(identity.state)}, motor off"
         return Health(not wrong, summary, readings, self.setup.calibrated, facts)
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Let the stimulus be felt; whatever ends it, the door is safe then. Raises DeviceError."""
         if self._showing is None or self._showing[0] is not request:
             self._end_showing()
             self._showing = (request, Showing(self, request, window, desk, now_ns).steps())
         try:
-            came = next(self._showing[1])
+            event = next(self._showing[1])
         except BaseException:
             self._showing = None
             self.safe()
             raise
-        if isinstance(came, Reply | Fault):
+        if isinstance(event, Reply | Fault):
             self._end_showing()
-        return came
+        return event
 
     def _end_showing(self) -> None:
         ended, self._showing = self._showing, None
