@@ -92,11 +92,11 @@ def train_doors(
         echo_json({way: each.plain() for way, each in written.items()})
         return
     for way, each in written.items():
-        click.echo(f"{each.card}: {each.method}; {_told(way, each.metrics)}")
+        click.echo(f"{each.card}: {each.method}; {_scores_text(way, each.metrics)}")
 
 
-def _told(way: Direction, metrics: Any) -> str:
-    """Return a model's most telling numbers."""
+def _scores_text(way: Direction, metrics: Any) -> str:
+    """Return the most important scores of a model, as text."""
     if way == "forward":
         return f"MAE {metrics['mae']:.2f}, RMSE {metrics['rmse']:.2f} of unseen stimuli (0 to 100)"
     loop = metrics.get("loop_fresh", metrics.get("loop_judge"))

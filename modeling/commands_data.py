@@ -143,8 +143,8 @@ def settings_lines(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
 
 def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
     """Raise UsageError where more than one source is given."""
-    if len(found := settings_lines(given, names)) > 1:
-        raise click.UsageError(f"{' and '.join(found)}: one of them is expected, or none for the lab's own")
+    if len(lines := settings_lines(given, names)) > 1:
+        raise click.UsageError(f"{' and '.join(lines)}: one of them is expected, or none for the lab's own")
 
 
 def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:

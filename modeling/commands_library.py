@@ -108,13 +108,13 @@ def index_command(as_json: bool, **given: Any) -> None:
     only = only_simulated(given.pop("sessions"))
     options = LibraryOptions(**given, recordings=recordings, simulated=only)
     with going_on("what is left"), progress_lines() as report:
-        found = index(options, report)
+        written = index(options, report)
     if as_json:
-        left_out = dict(found.indexed.left_out)
-        echo_json({**found.counts, "file": str(found.path), "changed": found.changed, "gone": found.gone,
-                   "left_out": left_out, "notes": found.indexed.library.notes})  # fmt: skip
+        left_out = dict(written.indexed.left_out)
+        echo_json({**written.counts, "file": str(written.path), "changed": written.changed, "gone": written.gone,
+                   "left_out": left_out, "notes": written.indexed.library.notes})  # fmt: skip
         return
-    tell_index(found)
+    tell_index(written)
 
 
 @textures.command("find")
@@ -151,16 +151,16 @@ def find_command(
     if sheet is not None and plane is not None and sheet.resolve() == plane.resolve():
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
     here.demand(sheet, plane)
-    found = fitting(find(here.entries, wishes, request.kind), count)
-    entries, texts = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
-    fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
+    matches = fitting(find(here.entries, wishes, request.kind), count)
+    entries, texts = [each.entry for each in matches], [wish_words(each, here.library) for each in wishes]
+    fits = {each.entry.id: (percent(each.fit), each.fit) for each in matches}
     files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), texts, fits, wishes))
     files += here.map(plane, fits)
     if request.as_json:
-        echo_json({**plain_found(found, wishes, here.library, request.kind), "files": list(map(str, files))})
+        echo_json({**plain_found(matches, wishes, here.library, request.kind), "files": list(map(str, files))})
         return
     click.echo("\n".join(texts))
-    if found:
+    if matches:
         here.show(entries, {"fit": [text for text, _ in fits.values()]})
     else:
         click.echo(none_fits(here.entries, wishes, request.kind))
@@ -189,15 +189,17 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
     here = opened(request)
     here.demand(sheet)
     one = known_of(named(here.library, texture), request.kind)
-    found = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
-    entries = [each.entry for each in found]
-    texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in found}
+    neighbours = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
+    entries = [each.entry for each in neighbours]
+    texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in neighbours}
     files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
     if request.as_json:
-        echo_json({**plain_near(found, one, here.library, request.kind), "files": list(map(str, files))})
+        echo_json({**plain_near(neighbours, one, here.library, request.kind), "files": list(map(str, files))})
         return
     click.echo(f"{name_of(one)}: {description(one, here.library, request.kind)}")
-    here.show(entries, {"JND": [far(each) for each in found], "alike": [percent(each.alike) for each in found]})
+    here.show(
+        entries, {"JND": [far(each) for each in neighbours], "alike": [percent(each.alike) for each in neighbours]}
+    )
     here.close(files)
 
 
@@ -255,8 +257,8 @@ def map_command(
 
     here = opened(request)
     here.demand(None, to)
-    found = fitting(find(here.entries, _wishes(here, wish, at), request.kind), count) if wish or at else []
-    marked = [each.entry.id for each in found]
+    matches = fitting(find(here.entries, _wishes(here, wish, at), request.kind), count) if wish or at else []
+    marked = [each.entry.id for each in matches]
     files = here.map(to or here.folder / "map.png", marked)
     if request.as_json:
         echo_json({"marked": marked, "files": list(map(str, files))})

@@ -111,12 +111,12 @@ def recordings_for(request: TextureRequest, simulator: TextureSimulator, report:
         return simulated(
             simulator, request.textures or SIX, cache=jobs_folder(request.lab, NAME) / "recordings", report=report
         )
-    found = _recorded(request)
-    known = {each.texture: each for each in found}
+    recordings = _recorded(request)
+    known = {each.texture: each for each in recordings}
     unknown = [name for name in request.textures if name not in known]
     if unknown:
         raise TextureDataError(f"--textures: no recording of {unknown[0]!r}; {nearest(unknown[0], known)}")
-    return tuple(known[name] for name in request.textures) if request.textures else found
+    return tuple(known[name] for name in request.textures) if request.textures else recordings
 
 
 def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
@@ -183,13 +183,13 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
         echo_json([each.plain() for each in written])
         return
     for each in written:
-        click.echo(f"{each.card}: {_told(each.metrics)}")
+        click.echo(f"{each.card}: {_scores_text(each.metrics)}")
         for line in each.cautions:
             click.secho(f"  {line}", fg="yellow")
 
 
-def _told(metrics: Any) -> str:
-    """Return a model's most telling numbers."""
+def _scores_text(metrics: Any) -> str:
+    """Return the most important scores of a model, as text."""
     free = "not run free"
     if "free_level" in metrics and "free_felt_dB" in metrics:
         free = f"running free: level {metrics['free_level']:.2f}, felt {metrics['free_felt_dB']:.1f} dB off"

@@ -96,7 +96,7 @@ def facts(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
 
 
 def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
-    """Return what was set out to be reached beside what was."""
+    """Return the targets beside what was reached."""
     rows = method_rows(evaluation)
     points = [("Ours", line) for line in choice(rows).of_ours]
     both = fusion(rows)

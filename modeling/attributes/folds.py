@@ -148,10 +148,10 @@ def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
     parent = {texture.id: texture.id for texture in textures}
     for one, other in (*_by_files(textures), *_by_rows(textures)):
         parent[_root(parent, one)] = _root(parent, other)
-    found: dict[str, list[str]] = {}
+    names_by_root: dict[str, list[str]] = {}
     for name in sorted(parent):
-        found.setdefault(_root(parent, name), []).append(name)
-    return tuple(sorted(map(tuple, found.values())))
+        names_by_root.setdefault(_root(parent, name), []).append(name)
+    return tuple(sorted(map(tuple, names_by_root.values())))
 
 
 def _root(parent: dict[str, str], name: str) -> str:

@@ -128,12 +128,12 @@ def lacking(material: Material) -> list[str]:
 
 def _by_reason(material: Material, what: str) -> Iterator[str]:
     """Yield each reason in the words of the first texture that has it, those of most textures first."""
-    found: dict[str, list[tuple[str, str]]] = {}
+    noted: dict[str, list[tuple[str, str]]] = {}
     for texture in material.textures:
         alike = {VARIES.sub("", note.replace(texture.id, "")): note for note in why_of(texture, what)}
         for key, note in alike.items():
-            found.setdefault(key, []).append((texture.id, note))
-    ordered = sorted(found.values(), key=len, reverse=True)
+            noted.setdefault(key, []).append((texture.id, note))
+    ordered = sorted(noted.values(), key=len, reverse=True)
     for (name, note), *others in ordered[:MOST]:
         yield f"{name}{f' and {len(others)} more' if others else ''}: {note}"
     if len(ordered) > MOST:

@@ -130,10 +130,10 @@ class Material:
 
     def rated(self) -> Material:
         """Only what was rated. Raises MaterialError where nothing was."""
-        found = tuple(texture for texture in self.textures if texture.rated is not None)
-        if not found:
+        rated_textures = tuple(texture for texture in self.textures if texture.rated is not None)
+        if not rated_textures:
             raise MaterialError("no texture was rated: run texture_ratings, or give a table of ratings.")
-        return Material(found, self.attributes, self.weights, self.simulated, self.notes)
+        return Material(rated_textures, self.attributes, self.weights, self.simulated, self.notes)
 
 
 def ratings_of(textures: Sequence[Texture]) -> Array:

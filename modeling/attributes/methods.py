@@ -70,10 +70,10 @@ class Method(MethodOf[Learning, Fitted]):
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
     """Return what `predict` says of each texture, or why it says nothing; computed together where the method can."""
     together = getattr(fitted, "predict_all", None)
-    return [_said(fitted, texture) for texture in textures] if together is None else list(together(textures))
+    return [_predict(fitted, texture) for texture in textures] if together is None else list(together(textures))
 
 
-def _said(fitted: Fitted, texture: Texture) -> Array | MaterialError:
+def _predict(fitted: Fitted, texture: Texture) -> Array | MaterialError:
     try:
         return fitted.predict(texture)
     except MaterialError as error:

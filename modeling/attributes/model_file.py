@@ -153,9 +153,9 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
         content = file.read_bytes()
     except OSError:
         raise ModelFileError(f"{file}: the numbers of {path.name} are not there. {AGAIN}") from None
-    found = hashlib.sha256(content).hexdigest()
-    if found != card.tensors.sha256:
-        raise ModelFileError(f"{file}: SHA-256 {found[:12]}..., the card says {card.tensors.sha256[:12]}...: damaged. "
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != card.tensors.sha256:
+        raise ModelFileError(f"{file}: SHA-256 {digest[:12]}..., the card says {card.tensors.sha256[:12]}...: damaged. "
                              f"{AGAIN}")  # fmt: skip
     if not methods:
         from palpate.modeling.attributes.registry import METHODS

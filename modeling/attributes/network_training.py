@@ -68,7 +68,7 @@ class FittedNetwork:
             scaled = iter(_answers(self.network, whole) if whole else [])
         shown_textures = zip(textures, seen, strict=True)
         return [
-            self._told(each.id, next(scaled)) if isinstance(one, TextureTensors) else one
+            self._ratings(each.id, next(scaled)) if isinstance(one, TextureTensors) else one
             for each, one in shown_textures
         ]
 
@@ -78,9 +78,9 @@ class FittedNetwork:
         except MaterialError as lacking:
             return lacking
 
-    def _told(self, name: str, scaled: Tensor) -> Array | MaterialError:
-        found = self.target.up(scaled.numpy().astype(np.float64))
-        return found if np.isfinite(found).all() else MaterialError(f"{name}: the network's answer is not finite.")
+    def _ratings(self, name: str, scaled: Tensor) -> Array | MaterialError:
+        ratings = self.target.up(scaled.numpy().astype(np.float64))
+        return ratings if np.isfinite(ratings).all() else MaterialError(f"{name}: the network's answer is not finite.")
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
@@ -155,8 +155,8 @@ def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[
 
 def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
     """Return what a branch says of the rows of each texture, so many at once."""
-    found = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
-    parts: tuple[Tensor, ...] = torch.split(found, [len(row) for row in rows])
+    answers = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
+    parts: tuple[Tensor, ...] = torch.split(answers, [len(row) for row in rows])
     return parts
 
 
@@ -212,15 +212,15 @@ def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str
 
     Raises MaterialError where one has no such rows, or rows of another length.
     """
-    found = [_checked(texture.rows(modality, kinds), texture.id, modality) for texture in textures]
-    if len({rows.shape[1] for rows in found}) != 1:
+    every = [_checked(texture.rows(modality, kinds), texture.id, modality) for texture in textures]
+    if len({rows.shape[1] for rows in every}) != 1:
         raise MaterialError(
-            f"{modality}: rows of {sorted({rows.shape[1] for rows in found})} features; one is expected."
+            f"{modality}: rows of {sorted({rows.shape[1] for rows in every})} features; one is expected."
         )
     own = textures[0].touch if modality == "touch" else textures[0].sight
-    mean = np.mean([rows.mean(axis=0, dtype=np.float64) for rows in found], axis=0)
-    spread = np.sqrt(np.mean([np.mean((rows - mean) ** 2, axis=0) for rows in found], axis=0))
-    most = np.max([np.abs(rows).max(axis=0) for rows in found], axis=0)
+    mean = np.mean([rows.mean(axis=0, dtype=np.float64) for rows in every], axis=0)
+    spread = np.sqrt(np.mean([np.mean((rows - mean) ** 2, axis=0) for rows in every], axis=0))
+    most = np.max([np.abs(rows).max(axis=0) for rows in every], axis=0)
     varies = spread > CONSTANT * most
     gain = np.divide(1.0, spread, out=np.zeros_like(spread), where=varies)
     return Look(modality, tuple(kinds), tuple(own[kind].shape[1] for kind in kinds), mean, gain)

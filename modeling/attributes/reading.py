@@ -16,7 +16,7 @@ from palpate.modeling.attributes.reading_pictures import Photographed, photograp
 from palpate.modeling.attributes.reading_ratings import STUDY as RATINGS
 from palpate.modeling.attributes.reading_ratings import RatedTextures, read_ratings
 from palpate.modeling.attributes.resnet_weights import weights_from
-from palpate.modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
+from palpate.modeling.attributes.seeing import Album, Seen, Sight, seen, sight_with, thin
 from palpate.protocols.progress import Report, silent
 from palpate.studies.sessions.session_files import ledgers_in
 
@@ -58,7 +58,7 @@ def read_material(
     captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
     names = None if most is None else _some(most, seed, rated, photos, captured)
     rated, photos, captured = _only(names, rated, photos, captured)
-    looked = run.seen([in_a_hurry(photo.album) if quick else photo.album for photo in photos], how)
+    looked = run.seen([thin(photo.album) if quick else photo.album for photo in photos], how)
     felt = run.felt(captured)
     parts = Parts(rated, felt, {photo.id: photo for photo in photos}, looked, touch, sight)
     textures = joined(parts)

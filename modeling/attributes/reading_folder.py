@@ -25,7 +25,7 @@ from palpate.modeling.attributes.material import (
 from palpate.modeling.attributes.reading_pictures import picture_sha256
 from palpate.modeling.attributes.reading_ratings import attributes_of
 from palpate.modeling.attributes.resnet_weights import weights_from
-from palpate.modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
+from palpate.modeling.attributes.seeing import Album, Picture, Seen, seen, sight_with, thin
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.progress import Report, silent
 from palpate.protocols.tables import DELIMITERS, Row, TableFormat, read_table
@@ -109,7 +109,7 @@ def read_folder(
         if (other := seen_before.setdefault(picture.sha256, picture)) is not picture:
             same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
             raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
-    looks = [in_a_hurry(each) if quick else each for each in albums]
+    looks = [thin(each) if quick else each for each in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
     made = zip(lines, albums, strict=True)
@@ -167,11 +167,11 @@ def table_in(folder: Path) -> Path:
         raise MaterialError(f"{folder}: no such folder; one with pictures and a table of ratings is expected")
     if (folder / TABLE).is_file():
         return folder / TABLE
-    found = sorted(folder.glob("*.csv"))
-    if len(found) != 1:
-        there = ", ".join(each.name for each in found) or "none"
+    tables = sorted(folder.glob("*.csv"))
+    if len(tables) != 1:
+        there = ", ".join(each.name for each in tables) or "none"
         raise MaterialError(f"{folder}: a table of ratings called {TABLE} is expected; tables there: {there}")
-    return found[0]
+    return tables[0]
 
 
 def _felt(
@@ -188,8 +188,8 @@ def _felt(
     from palpate.modeling.attributes.feeling import felt_rows
     from palpate.modeling.attributes.reading_recordings import filed
 
-    found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
-    rows = felt_rows(found, None if lab is None else lab / FOLDER, workers, report)
+    filed_recordings, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
+    rows = felt_rows(filed_recordings, None if lab is None else lab / FOLDER, workers, report)
     return {row.id: row for row in rows}, notes
 
 
@@ -293,9 +293,9 @@ def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Colu
             raise MaterialError(f"{place}: the column {name!r} stands there twice")
     if "id" not in header:
         raise MaterialError(f"{place}: a column 'id' is expected; found {some(header) or 'nothing'}")
-    found = {name: _meant(name, pairs) for name in header if name not in KNOWN and not name.endswith(SD)}
-    _demand_known(place, header, found, pairs)
-    return Columns(tuple(_rating(place, pair, header, found) for pair in pairs))
+    meanings = {name: _meant(name, pairs) for name in header if name not in KNOWN and not name.endswith(SD)}
+    _demand_known(place, header, meanings, pairs)
+    return Columns(tuple(_rating(place, pair, header, meanings) for pair in pairs))
 
 
 def _meant(name: str, pairs: Sequence[Pair]) -> tuple[Pair, bool] | None:
@@ -314,10 +314,10 @@ def _plain(name: str) -> str:
 
 
 def _demand_known(
-    place: str, header: Sequence[str], found: Mapping[str, tuple[Pair, bool] | None], pairs: Sequence[Pair]
+    place: str, header: Sequence[str], meanings: Mapping[str, tuple[Pair, bool] | None], pairs: Sequence[Pair]
 ) -> None:
     words = {word.lower(): pair for pair in pairs for word in (pair.low, pair.high)}
-    for name, meant in found.items():
+    for name, meant in meanings.items():
         if meant is None and name.lower() in words:
             text = f"both its words say which end is which: {words[name.lower()].name}"
             raise MaterialError(f"{place}: the column {name!r} names one word of an attribute; {text}")
@@ -325,16 +325,16 @@ def _demand_known(
             known = (*KNOWN, *(pair.name for pair in pairs))
             raise MaterialError(f"{place}: no column is called {name!r}; {nearest(name, known)}")
     for name in header:
-        if name.endswith(SD) and name.removesuffix(SD) not in found:
+        if name.endswith(SD) and name.removesuffix(SD) not in meanings:
             raise MaterialError(f"{place}: {name!r} is an SD, and no column {name.removesuffix(SD)!r} is there")
 
 
-def _rating(place: str, pair: Pair, header: Sequence[str], found: Mapping[str, tuple[Pair, bool] | None]) -> Rating:
-    names = [name for name, meant in found.items() if meant is not None and meant[0] == pair]
+def _rating(place: str, pair: Pair, header: Sequence[str], meanings: Mapping[str, tuple[Pair, bool] | None]) -> Rating:
+    names = [name for name, meant in meanings.items() if meant is not None and meant[0] == pair]
     if len(names) != 1:
         text = f"two columns rate it: {', '.join(names)}" if names else f"found {', '.join(header)}"
         raise MaterialError(f"{place}: one column {pair.name!r} is expected, the mean rating on it; {text}")
-    meant, sd = found[names[0]], f"{names[0]}{SD}"
+    meant, sd = meanings[names[0]], f"{names[0]}{SD}"
     return Rating(pair, names[0], sd if sd in header else "", meant is not None and meant[1])
 
 

@@ -60,7 +60,7 @@ class Filed:
     @property
     def key(self) -> str:
         """SHA-256 of all that decides what is felt, but for the program: a slide's name says what was wished for."""
-        found = hashlib.sha256(f"{self.way}".encode())
+        state = hashlib.sha256(f"{self.way}".encode())
         for source in self.sources:
             name = (
                 source.description
@@ -69,8 +69,8 @@ class Filed:
                 if isinstance(source, Slide)
                 else ""
             )
-            found.update("\0".join((type(source).__name__, name, *_digests(source))).encode())
-        return found.hexdigest()
+            state.update("\0".join((type(source).__name__, name, *_digests(source))).encode())
+        return state.hexdigest()
 
     def rows(self) -> FeltRows:
         """Return its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
@@ -136,9 +136,9 @@ def filed(
             f" {some(named)}; a texture has the name of its recording"
         )
     sources = recordings.sources(recorded)
-    found = tuple(Filed(name, *named[name], sources[name], recordings.way) for name in recorded)
+    filed = tuple(Filed(name, *named[name], sources[name], recordings.way) for name in recorded)
     loose = [name for name in there if name not in named]
-    return found, (f"recorded, but not in the table: {some(loose)}",) if loose else ()
+    return filed, (f"recorded, but not in the table: {some(loose)}",) if loose else ()
 
 
 def _digests(source: Source) -> list[str]:

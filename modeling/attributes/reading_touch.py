@@ -56,8 +56,8 @@ def touch_of(
     notes: list[str] = []
     for each in touched:
         _demand_as_long(each)
-        found, further = filtered(each, way or filtering())
-        stretches += found
+        filtered_stretches, further = filtered(each, way or filtering())
+        stretches += filtered_stretches
         notes += further
     if not stretches:
         raise TextureDataError(f"{texture}: there is no recording of it")
@@ -162,12 +162,12 @@ class Recorded:
     @property
     def key(self) -> str:
         """SHA-256 of all that decides what is felt, but for the program: known before a sample is read again."""
-        found = hashlib.sha256(f"{self.way} {self.normal}".encode())
+        digest = hashlib.sha256(f"{self.way} {self.normal}".encode())
         for capture in self.captures:
             for event in (event for act in capture.attempt.acts for event in act):
-                found.update(event_hash(event.kind, event).encode())
-            found.update("\0".join(capture.notes).encode())
-        return found.hexdigest()
+                digest.update(event_hash(event.kind, event).encode())
+            digest.update("\0".join(capture.notes).encode())
+        return digest.hexdigest()
 
     def rows(self) -> FeltRows:
         """Return its features, its samples read now. Raises TextureDataError as `touch_of` does."""
@@ -183,10 +183,10 @@ def recorded(
     Sessions of people who withdrew are left out, and `simulated` or real ones as in `captures_by_texture`. Raises
     TextureDataError where no capture counts, where one of `textures` was not captured, and on a damaged file.
     """
-    found = captures_by_texture(lab, study, textures, simulated)
+    captures = captures_by_texture(lab, study, textures, simulated)
     return tuple(
         Recorded(texture, every[0].label, every[0].category, tuple(every), way or filtering(), normal)
-        for texture, every in found.items()
+        for texture, every in captures.items()
     )
 
 
@@ -231,10 +231,10 @@ def touches(
     return map(felt, recorded(lab, textures, study=study, way=way, normal=normal, simulated=simulated))
 
 
-def rows_from(found: TextureTouch) -> FeltRows:
+def rows_from(felt: TextureTouch) -> FeltRows:
     """Return the features of what was felt."""
     return FeltRows(
-        found.id, found.label, found.category, touch_features(found.touch), found.made_from, found.notes
+        felt.id, felt.label, felt.category, touch_features(felt.touch), felt.made_from, felt.notes
     )  # fmt: skip
 
 
@@ -244,18 +244,18 @@ def rows_of(texture: Recorded) -> FeltRows:
 
 
 def _samples_sha256(capture: Capture) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for act in capture.attempt.acts:
         for block in (block for event in act for block in event.samples if block.stream in STREAMS):
             head = (block.stream, block.channels, block.units, float(block.rate_hz), block.first)
-            found.update(repr(head).encode() + block.sha256())
-    return found.hexdigest()
+            digest.update(repr(head).encode() + block.sha256())
+    return digest.hexdigest()
 
 
 def _values_sha256(touched: Touched) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for each in (touched.acceleration, touched.force, touched.speed, touched.position):
         if each is not None:
-            found.update(f"{each.what} {each.values.shape} {each.rate_hz:.9g}".encode())
-            found.update(np.ascontiguousarray(each.values, dtype="<f8").tobytes())
-    return found.hexdigest()
+            digest.update(f"{each.what} {each.values.shape} {each.rate_hz:.9g}".encode())
+            digest.update(np.ascontiguousarray(each.values, dtype="<f8").tobytes())
+    return digest.hexdigest()

@@ -73,15 +73,15 @@ def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED)
         return Weights(seed=seed)
     if path.suffix.lower() not in (*PICKLED, *PLAIN):
         raise MaterialError(f"{path}: weights are files named .pth, .pt or .safetensors")
-    found = _sha256(path)
+    digest = _sha256(path)
     headed = HEADED.fullmatch(path.name)
     for where, digits in (("demanded", (sha256 or "").lower()), ("in its name", headed[1] if headed else "")):
-        if not found.startswith(digits):
+        if not digest.startswith(digits):
             raise MaterialError(
-                f"{path}: its SHA-256 begins with {found[:16]}, and {digits[:16]} is {where}: the file is damaged or"
+                f"{path}: its SHA-256 begins with {digest[:16]}, and {digits[:16]} is {where}: the file is damaged or"
                 " another one; download it again"
             )
-    return Weights(path, found)
+    return Weights(path, digest)
 
 
 def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
@@ -140,12 +140,12 @@ def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tu
         if name.endswith(COUNTED):
             yield name, torch.zeros_like(like, device="cpu")
             continue
-        found = state[name]
-        if not isinstance(found, torch.Tensor) or found.shape != like.shape or not found.is_floating_point():
-            tensor = isinstance(found, torch.Tensor)
-            kind = f"{found.dtype} of {tuple(found.shape)}" if tensor else type(found).__name__
+        entry = state[name]
+        if not isinstance(entry, torch.Tensor) or entry.shape != like.shape or not entry.is_floating_point():
+            tensor = isinstance(entry, torch.Tensor)
+            kind = f"{entry.dtype} of {tuple(entry.shape)}" if tensor else type(entry).__name__
             raise refused(f"{name} is {kind}, floats of {tuple(like.shape)} are expected")
-        yield name, _sound(name, found.detach().to(torch.float32).contiguous(), refused)
+        yield name, _sound(name, entry.detach().to(torch.float32).contiguous(), refused)
 
 
 def _demand_names(
@@ -160,11 +160,11 @@ def _demand_names(
         raise refused(", and ".join(reasons))
 
 
-def _sound(name: str, found: Tensor, refused: Callable[[str], MaterialError]) -> Tensor:
+def _sound(name: str, tensor: Tensor, refused: Callable[[str], MaterialError]) -> Tensor:
     import torch
 
-    if not bool(torch.isfinite(found).all()):
+    if not bool(torch.isfinite(tensor).all()):
         raise refused(f"{name} holds a number that is not finite in 32 bits")
-    if name.endswith("running_var") and bool((found < 0).any()):
+    if name.endswith("running_var") and bool((tensor < 0).any()):
         raise refused(f"{name} holds a variance below 0")
-    return found
+    return tensor

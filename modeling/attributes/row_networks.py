@@ -152,10 +152,10 @@ class FittedRows:
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
             parts = zip(torch.split(places, AT_ONCE), torch.split(starts, AT_ONCE), strict=True)
-            found = [
+            answered = [
                 answer_of(self.network, tuple(stack.at(*part, self.plan.steps) for stack in stacks)) for part in parts
             ]
-        answers = self.target.up(torch.cat(found).numpy().astype(np.float64))
+        answers = self.target.up(torch.cat(answered).numpy().astype(np.float64))
         if not np.isfinite(answers).all():
             raise MaterialError(
                 f"{texture.id}: the network's answer is not finite: its features are far beyond what it learned from."
@@ -189,7 +189,7 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
 
 
 def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedRows:
-    """Return what `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
+    """Return the fitted method from what `FittedRows.saved` gave. Raises MaterialError for another method's."""
     if metadata["method"] != plan.name:
         raise MaterialError(f"a model of {metadata['method']!r} was given to {plan.name!r}.")
     looks, target = looks_in(arrays, metadata["looks"]), target_in(arrays)

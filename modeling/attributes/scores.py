@@ -75,10 +75,10 @@ def by_class(
     predicted: Array, rated: Array, classes: Sequence[str], jnd: float = JND
 ) -> Mapping[str, tuple[int, Errors]]:
     """The errors of each class of textures with how many there are, in the order in which the classes first come."""
-    found: dict[str, list[int]] = {}
+    rows_by_name: dict[str, list[int]] = {}
     for row, name in enumerate(classes):
-        found.setdefault(name, []).append(row)
-    return {name: (len(rows), errors(predicted[rows], rated[rows], jnd)) for name, rows in found.items()}
+        rows_by_name.setdefault(name, []).append(row)
+    return {name: (len(rows), errors(predicted[rows], rated[rows], jnd)) for name, rows in rows_by_name.items()}
 
 
 def difference(

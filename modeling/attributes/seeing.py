@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
 """What makes these rows beside our own code; an entry of other versions is not used."""
-QUICK_GRID, QUICK_PICTURES = 2, 3
+QUICK_GRID = 2
 """Patches along each side, and pictures of a texture, that are looked at in a hurry."""
 VARIANT_GRID = 3
 """Patches along each side of a further version: a fifth of all, since training wants their noise and not their time."""
@@ -105,16 +105,16 @@ class _Look:
 
 
 def sight_with(weights: Weights, variants: int, quick: bool) -> Sight:
-    """With all patches, or those that are looked at in a hurry."""
+    """Return the options for looking at pictures; `quick` looks at fewer patches of each."""
     return Sight(Looking(grid=QUICK_GRID if quick else None), weights, variants)
 
 
-def in_a_hurry(album: Album) -> Album:
-    """At most three of its pictures, spread over all: lights that lie beside one another are alike."""
+def thin(album: Album, count: int = 3) -> Album:
+    """Return the album with at most `count` pictures, evenly spaced, because neighbouring lights look alike."""
     every = album.pictures
-    if len(every) <= QUICK_PICTURES:
+    if len(every) <= count:
         return album
-    places = np.linspace(0, len(every) - 1, QUICK_PICTURES)
+    places = np.linspace(0, len(every) - 1, count)
     return Album(album.id, tuple(every[round(float(place))] for place in places))
 
 
@@ -178,17 +178,17 @@ def _versions(
     from palpate.modeling.attributes.resnet import pool_of_patches
 
     try:
-        found = square(_bytes(picture), picture.name, how.looking.side)
+        view = square(_bytes(picture), picture.name, how.looking.side)
     except PictureError as error:
         yield from ((version, ({}, {"notes": [f"{PICTURE_LEFT_OUT}: {error}"]})) for version in versions)
         return
     for version in versions:
-        values = found.values
+        values = view.values
         if version > 0:
             values = varied(values, chance_of(picture.sha256, version, how.seed), how.noise_sd)
         pooled = pool_of_patches(network, patches(values, how.at(version)))
-        notes = [] if version else list(found.notes)
-        yield version, ({"resnet": pooled, "glcm": glcm(values)}, {"notes": notes, "blank": found.blank})
+        notes = [] if version else list(view.notes)
+        yield version, ({"resnet": pooled, "glcm": glcm(values)}, {"notes": notes, "blank": view.blank})
 
 
 def _bytes(picture: Picture) -> bytes:

@@ -52,7 +52,7 @@ class SupportVectors:
 
 
 def restore(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> SupportVectors:
-    """Return what `saved` gave, fitted again."""
+    """Return the fitted method from the arrays and plain values of `saved`."""
     standard = Standard(arrays["gain"], arrays["offset"])
     own = (arrays[name] for name in ("vectors", "dual", "intercept", "gamma"))
     return SupportVectors(tuple(metadata["kinds"]), standard, *own)
@@ -92,8 +92,8 @@ def fit(learning: Learning) -> SupportVectors:
 def _segments(textures: Sequence[Texture], kinds: Sequence[str]) -> tuple[Array, Indices]:
     """Return some rows of each texture, and for each the place of its texture."""
     width = rows_of(textures[0], "touch", kinds).shape[1]
-    found = [rows_of(texture, "touch", kinds, width) for texture in textures]
-    some = [rows[np.unique(np.linspace(0, len(rows) - 1, SEGMENTS).round().astype(int))] for rows in found]
+    by_texture = [rows_of(texture, "touch", kinds, width) for texture in textures]
+    some = [rows[np.unique(np.linspace(0, len(rows) - 1, SEGMENTS).round().astype(int))] for rows in by_texture]
     place = np.repeat(np.arange(len(textures)), [len(each) for each in some])
     return np.concatenate(some).astype(np.float64), place
 

@@ -19,6 +19,28 @@ KERNELS = (4, 4, 3, 3, 3)
 DENSE = (512, 128)
 LEAST_NORM = 2 ** len(SIGHT_FILTERS)
 """The shortest row that can be halved after each layer."""
+KERNEL = 3
+GAIN = 4.0
+"""How much larger than Glorot's the weights from the input begin. A sigmoid times a tanh quarters a small signal; six
+layers of it would hand over a 4000th, and nothing would be learned in the first hundreds of steps."""
+TOUCH_FILTERS = (128, 256, 128, 128, 256, 128)
+POOLED = (2, 4, 5)
+"""The layers, counted from one, after which every two steps become one."""
+EMBEDDED = DENSE[-1]
+HIDDEN = (128, 128)
+LAST = 32
+REBUILDING = 0.1
+"""The weight of the reconstruction's mean square error, in SDs of the features, beside the RMSE of the attributes."""
+REBUILT = 0.5
+"""One picture is made anew in this share of the batches, drawn: their rows come in a drawn order, so that any of them
+stands for all, and the decoder is nearly half of what HV-Net costs."""
+OWN = 0.5
+"""The weight of the RMSE of what each branch answers by itself, beside that of both together. Without it touch, which
+tells the training textures apart soonest, leaves the picture little to explain (docs/reference/attribute-models.md)."""
+OUT = 0.02
+"""The last layer begins with a tenth of the others' SD, so that the first answers lie near the mean rating."""
+LEAST = 1e-12
+"""Added below the root, whose slope at nothing has no end."""
 
 
 class Seen(NamedTuple):
@@ -26,6 +48,42 @@ class Seen(NamedTuple):
 
     embedded: Tensor
     rebuilt: Tensor
+
+
+class Answer(NamedTuple):
+    """Scaled attributes (batch, segments, attributes); how far the reconstruction is off (1,), 0 where none was made;
+    in training what each of two branches says by itself (batch, 1 or segments, attributes)."""
+
+    attributes: Tensor
+    wrong: Tensor
+    own: tuple[Tensor, ...] = ()
+
+
+class RowConv(nn.Module):
+    """(..., places, channels) to (..., places, filters), zeros beyond the ends.
+
+    `weight` (filters, channels, kernel) and `bias` are, and begin as, those of torch's Conv1d. An even kernel sees one
+    place more before than after.
+    """
+
+    def __init__(self, channels: int, filters: int, kernel: int, bias: bool = True) -> None:
+        super().__init__()
+        self.channels, self.filters, self.kernel = channels, filters, kernel
+        plain = nn.Conv1d(channels, filters, kernel, bias=bias)
+        self.weight, self.bias = plain.weight, plain.bias
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Bring together what the kernel sees, and multiply; for one filter the other way round, which copies less."""
+        if self.filters > 1:
+            return functional.linear(neighbours(x, self.kernel), self.matrix(), self.bias)
+        parts = _around(functional.linear(x, self.weight[0].T), self.kernel).unbind(-1)
+        places = x.shape[-2]
+        summed = torch.stack([part[..., tap : tap + places] for tap, part in enumerate(parts)]).sum(dim=0)[..., None]
+        return summed if self.bias is None else summed + self.bias
+
+    def matrix(self) -> Tensor:
+        """Return the weights (filters, kernel x channels), as `neighbours` arranges a row."""
+        return self.weight.transpose(1, 2).flatten(1)
 
 
 class HVNet(nn.Module):
@@ -76,12 +134,12 @@ class HVNet(nn.Module):
         return x.transpose(1, 2)
 
     def decode(self, code: Tensor) -> Tensor:
-        """Return what `encode` gives to (batch, length)."""
+        """Rebuild features (batch, length) from the code of `encode`."""
         result: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
         return result
 
     def stretch(self, code: Tensor) -> Tensor:
-        """Return what `encode` gives to (batch, 256, length)."""
+        """Stretch the code of `encode` to (batch, 256, length)."""
         x = code.transpose(1, 2)
         lengths = [self.length >> times for times in reversed(range(len(SIGHT_FILTERS)))]
         for layer, length in zip(self.decoder, lengths, strict=True):
@@ -91,102 +149,13 @@ class HVNet(nn.Module):
         return x.transpose(1, 2)
 
     def embed(self, code: Tensor) -> Tensor:
-        """Return what `encode` gives to (batch, 128)."""
+        """Return the embedding (batch, 128) of the code of `encode`."""
         return torch.relu(self.second(self.hidden(code)))
 
     def hidden(self, code: Tensor) -> Tensor:
-        """Return what `encode` gives to (batch, 512)."""
+        """Return the hidden layer (batch, 512) of the code of `encode`."""
         given = self.decode(code) if self.after_reconstruction else code.flatten(1)
         return torch.relu(self.first(given))
-
-
-def hv_net_shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
-    """Return the shape of every stage for rows (batch, length), by name; channels before length."""
-    with torch.no_grad():
-        code = network.encode(rows)
-        hidden, seen = network.hidden(code), network(rows)
-        stretched = network.stretch(code)
-    made = {"code": code, "stretched": stretched, "rebuilt": seen.rebuilt}
-    stages = {**made, "hidden": hidden, "embedded": seen.embedded}
-    return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
-
-
-def dense(inputs: int, outputs: int, gain: float = 2.0) -> nn.Linear:
-    """Return a dense layer that begins as `_begun` says."""
-    layer = nn.Linear(inputs, outputs)
-    _begun(layer.weight, layer.bias, gain / inputs)
-    return layer
-
-
-def _conv(inputs: int, filters: int, kernel: int) -> RowConv:
-    """Return a convolution of this width."""
-    layer = RowConv(inputs, filters, kernel)
-    _begun(layer.weight, layer.bias, 2.0 / (inputs * kernel))
-    return layer
-
-
-def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
-    """Weights begin as He et al. 2015 have it for ReLU, and so that each unit's sum is nothing.
-
-    What comes out of a ReLU has a mean; summed up, layer after layer, it would drown what differs between two rows. Of
-    a single channel all is kept.
-    """
-    with torch.no_grad():
-        weight.normal_(0.0, variance**0.5)
-        if weight.shape[1] > 1:
-            weight -= weight.flatten(1).mean(dim=1).view(-1, *[1] * (weight.ndim - 1))
-        if bias is not None:
-            bias.zero_()
-
-
-class RowConv(nn.Module):
-    """(..., places, channels) to (..., places, filters), zeros beyond the ends.
-
-    `weight` (filters, channels, kernel) and `bias` are, and begin as, those of torch's Conv1d. An even kernel sees one
-    place more before than after.
-    """
-
-    def __init__(self, channels: int, filters: int, kernel: int, bias: bool = True) -> None:
-        super().__init__()
-        self.channels, self.filters, self.kernel = channels, filters, kernel
-        plain = nn.Conv1d(channels, filters, kernel, bias=bias)
-        self.weight, self.bias = plain.weight, plain.bias
-
-    def forward(self, x: Tensor) -> Tensor:
-        """Bring together what the kernel sees, and multiply; for one filter the other way round, which copies less."""
-        if self.filters > 1:
-            return functional.linear(neighbours(x, self.kernel), self.matrix(), self.bias)
-        parts = _around(functional.linear(x, self.weight[0].T), self.kernel).unbind(-1)
-        places = x.shape[-2]
-        found = torch.stack([part[..., tap : tap + places] for tap, part in enumerate(parts)]).sum(dim=0)[..., None]
-        return found if self.bias is None else found + self.bias
-
-    def matrix(self) -> Tensor:
-        """Return the weights (filters, kernel x channels), as `neighbours` arranges a row."""
-        return self.weight.transpose(1, 2).flatten(1)
-
-
-def neighbours(x: Tensor, kernel: int) -> Tensor:
-    """(..., places, channels) to (..., places, kernel x channels): what a kernel sees of each place, tap by tap."""
-    places, wide = x.shape[-2], _around(x, kernel)
-    return torch.cat([wide[..., tap : tap + places, :] for tap in range(kernel)], dim=-1)
-
-
-def greater_of_two(x: Tensor) -> Tensor:
-    """(batch, places, ...) to the greater of every two places; the last one of an odd number is left out."""
-    even = x.shape[1] // 2 * 2
-    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
-
-
-def _around(x: Tensor, kernel: int) -> Tensor:
-    """With the zeros that a kernel sees beyond the ends."""
-    return functional.pad(x, (0, 0, kernel // 2, (kernel - 1) // 2))
-
-
-KERNEL = 3
-GAIN = 4.0
-"""How much larger than Glorot's the weights from the input begin. A sigmoid times a tanh quarters a small signal; six
-layers of it would hand over a 4000th, and nothing would be learned in the first hundreds of steps."""
 
 
 class ConvLSTM1D(nn.Module):
@@ -205,7 +174,7 @@ class ConvLSTM1D(nn.Module):
         self.channels, self.filters = channels, filters
         self.given = RowConv(channels, 4 * filters, kernel)
         self.kept = RowConv(filters, 4 * filters, kernel, bias=False)
-        self._begin()
+        self._initialise_weights()
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, steps, channels, places) to the hidden state of every step (batch, steps, filters, places).
@@ -215,21 +184,21 @@ class ConvLSTM1D(nn.Module):
         if x.ndim != 4 or x.shape[2] != self.channels or not x.shape[1]:
             raise MaterialError(f"a ConvLSTM came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) needed.")
         given, kept = self.given(x.permute(1, 0, 3, 2)), self.kept.matrix().T
-        found: list[Tensor] = []
+        hidden: list[Tensor] = []
         cell: Tensor | None = None
         for step in given.unbind(0):  # (batch, places, gates)
             gates = step
-            if found:  # before the first step there is nothing kept
-                past = neighbours(found[-1], self.kept.kernel).flatten(0, 1)
+            if hidden:  # before the first step there is nothing kept
+                past = neighbours(hidden[-1], self.kept.kernel).flatten(0, 1)
                 gates = torch.addmm(step.flatten(0, 1), past, kept).view(step.shape)
             enter, stay, new, leave = gates.chunk(4, dim=2)
             entering = torch.sigmoid(enter) * torch.tanh(new)
             cell = entering if cell is None else torch.sigmoid(stay) * cell + entering
-            found.append(torch.sigmoid(leave) * torch.tanh(cell))
-        return torch.stack(found, dim=1).transpose(2, 3)
+            hidden.append(torch.sigmoid(leave) * torch.tanh(cell))
+        return torch.stack(hidden, dim=1).transpose(2, 3)
 
-    def _begin(self) -> None:
-        """Weights to begin with: Glorot's from the input, orthogonal ones from the past, a forget gate that stays."""
+    def _initialise_weights(self) -> None:
+        """Initialise the weights: Glorot's from the input, orthogonal ones from the past, a forget gate that stays."""
         with torch.no_grad():
             for weights in self.given.weight.chunk(4):
                 nn.init.xavier_uniform_(weights, gain=GAIN)
@@ -239,11 +208,6 @@ class ConvLSTM1D(nn.Module):
             if self.given.bias is not None:
                 self.given.bias.zero_()
                 self.given.bias[self.filters : 2 * self.filters] = 1.0
-
-
-TOUCH_FILTERS = (128, 256, 128, 128, 256, 128)
-POOLED = (2, 4, 5)
-"""The layers, counted from one, after which every two steps become one."""
 
 
 class HTNet(nn.Module):
@@ -264,7 +228,7 @@ class HTNet(nn.Module):
         return self.stages(x)[-1][:, -1].mean(dim=2)
 
     def stages(self, x: Tensor) -> list[Tensor]:
-        """Return what each layer gives, halved where it is: (batch, steps, filters, places)."""
+        """Return the output of each layer, halved where it is: (batch, steps, filters, places)."""
         if x.ndim != 4 or x.shape[2] != self.channels or 0 in x.shape[1:]:
             raise MaterialError(f"HT-Net came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) is needed.")
         result: list[Tensor] = []
@@ -274,45 +238,6 @@ class HTNet(nn.Module):
                 x = halved(x)
             result.append(x)
         return result
-
-
-def halved(x: Tensor) -> Tensor:
-    """(batch, steps, ...) to the greater of every two steps, (batch, half as many rounded up, ...)."""
-    return torch.cat([greater_of_two(x), x[:, x.shape[1] // 2 * 2 :]], dim=1)
-
-
-def ht_net_shapes(network: HTNet, x: Tensor) -> dict[str, tuple[int, ...]]:
-    """Return the shape after every layer for segments (batch, steps, channels, places), and of the answer, by name."""
-    with torch.no_grad():
-        stages = network.stages(x)
-        found = {f"layer {place}": tuple(stage.shape[1:]) for place, stage in enumerate(stages, 1)}
-        return {**found, "embedded": tuple(network(x).shape[1:])}
-
-
-EMBEDDED = DENSE[-1]
-HIDDEN = (128, 128)
-LAST = 32
-REBUILDING = 0.1
-"""The weight of the reconstruction's mean square error, in SDs of the features, beside the RMSE of the attributes."""
-REBUILT = 0.5
-"""One picture is made anew in this share of the batches, drawn: their rows come in a drawn order, so that any of them
-stands for all, and the decoder is nearly half of what HV-Net costs."""
-OWN = 0.5
-"""The weight of the RMSE of what each branch answers by itself, beside that of both together. Without it touch, which
-tells the training textures apart soonest, leaves the picture little to explain (docs/reference/attribute-models.md)."""
-OUT = 0.02
-"""The last layer begins with a tenth of the others' SD, so that the first answers lie near the mean rating."""
-LEAST = 1e-12
-"""Added below the root, whose slope at nothing has no end."""
-
-
-class Answer(NamedTuple):
-    """Scaled attributes (batch, segments, attributes); how far the reconstruction is off (1,), 0 where none was made;
-    in training what each of two branches says by itself (batch, 1 or segments, attributes)."""
-
-    attributes: Tensor
-    wrong: Tensor
-    own: tuple[Tensor, ...] = ()
 
 
 class VisuoTactile(nn.Module):
@@ -348,7 +273,7 @@ class VisuoTactile(nn.Module):
         In evaluation mode the segments' answers are averaged and the reconstruction is not computed: what is
         watched is the attributes alone. Raises MaterialError for other shapes.
         """
-        sight, touch = self._told(given)
+        sight, touch = self._split_inputs(given)
         parts, wrong = [], given[0].new_zeros(1)
         if self.sight is not None and sight is not None:
             code = self.sight.encode(sight)
@@ -363,7 +288,7 @@ class VisuoTactile(nn.Module):
         return Answer(answered, wrong, tuple(head(part) for head, part in zip(self.own, parts, strict=False)))
 
     def head(self, parts: list[Tensor]) -> Tensor:
-        """Return what the branches say, (batch, 1 or segments, 128) each, to (batch, segments, attributes)."""
+        """Join the branches' embeddings, (batch, 1 or segments, 128) each, into (batch, segments, attributes)."""
         count = max(part.shape[1] for part in parts)
         x = torch.cat([part.expand(-1, count, -1) for part in parts], dim=2)
         for layer in self.joined:
@@ -372,13 +297,13 @@ class VisuoTactile(nn.Module):
         result: Tensor = self.out(x)
         return result
 
-    def _told(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
-        """Return the pictures and the segments among what was given."""
+    def _split_inputs(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
+        """Return the pictures and the segments among the inputs; None for a branch that the network does not have."""
         expected = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
         if [each.ndim for each in given] != expected or len({len(each) for each in given}) != 1:
-            found = ", ".join(str(tuple(each.shape)) for each in given)
+            shapes = ", ".join(str(tuple(each.shape)) for each in given)
             raise MaterialError(
-                f"a network was given {found}: as many rows each, with {expected} dimensions, is expected."
+                f"a network was given {shapes}: as many rows each, with {expected} dimensions, is expected."
             )
         left = list(given)
         sight = left.pop(0) if self.sight is not None else None
@@ -394,3 +319,72 @@ def rmse(answer: Answer, target: Tensor) -> Tensor:
 
 def _off(attributes: Tensor, target: Tensor) -> Tensor:
     return torch.sqrt((attributes - target[:, None]).square().mean() + LEAST)
+
+
+def dense(inputs: int, outputs: int, gain: float = 2.0) -> nn.Linear:
+    """Return a dense layer whose weights `_initialise` has set."""
+    layer = nn.Linear(inputs, outputs)
+    _initialise(layer.weight, layer.bias, gain / inputs)
+    return layer
+
+
+def _conv(inputs: int, filters: int, kernel: int) -> RowConv:
+    """Return a convolution of this width, whose weights `_initialise` has set."""
+    layer = RowConv(inputs, filters, kernel)
+    _initialise(layer.weight, layer.bias, 2.0 / (inputs * kernel))
+    return layer
+
+
+def _initialise(weight: Tensor, bias: Tensor | None, variance: float) -> None:
+    """Initialise the weights as He et al. 2015 do for ReLU, and so that the weights of each unit sum to 0.
+
+    What comes out of a ReLU has a mean; summed up, layer after layer, it would drown what differs between two rows. Of
+    a single channel all is kept.
+    """
+    with torch.no_grad():
+        weight.normal_(0.0, variance**0.5)
+        if weight.shape[1] > 1:
+            weight -= weight.flatten(1).mean(dim=1).view(-1, *[1] * (weight.ndim - 1))
+        if bias is not None:
+            bias.zero_()
+
+
+def neighbours(x: Tensor, kernel: int) -> Tensor:
+    """(..., places, channels) to (..., places, kernel x channels): what a kernel sees of each place, tap by tap."""
+    places, wide = x.shape[-2], _around(x, kernel)
+    return torch.cat([wide[..., tap : tap + places, :] for tap in range(kernel)], dim=-1)
+
+
+def greater_of_two(x: Tensor) -> Tensor:
+    """(batch, places, ...) to the greater of every two places; the last one of an odd number is left out."""
+    even = x.shape[1] // 2 * 2
+    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
+
+
+def _around(x: Tensor, kernel: int) -> Tensor:
+    """Return the rows with the zeros that a kernel sees beyond the ends."""
+    return functional.pad(x, (0, 0, kernel // 2, (kernel - 1) // 2))
+
+
+def halved(x: Tensor) -> Tensor:
+    """(batch, steps, ...) to the greater of every two steps, (batch, half as many rounded up, ...)."""
+    return torch.cat([greater_of_two(x), x[:, x.shape[1] // 2 * 2 :]], dim=1)
+
+
+def hv_net_shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
+    """Return the shape of every stage for rows (batch, length), by name; channels before length."""
+    with torch.no_grad():
+        code = network.encode(rows)
+        hidden, seen = network.hidden(code), network(rows)
+        stretched = network.stretch(code)
+    made = {"code": code, "stretched": stretched, "rebuilt": seen.rebuilt}
+    stages = {**made, "hidden": hidden, "embedded": seen.embedded}
+    return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
+
+
+def ht_net_shapes(network: HTNet, x: Tensor) -> dict[str, tuple[int, ...]]:
+    """Return the shape after every layer for segments (batch, steps, channels, places), and of the answer, by name."""
+    with torch.no_grad():
+        stages = network.stages(x)
+        shapes = {f"layer {place}": tuple(stage.shape[1:]) for place, stage in enumerate(stages, 1)}
+        return {**shapes, "embedded": tuple(network(x).shape[1:])}

@@ -133,7 +133,7 @@ def fit_mean(learning: Learning) -> Mean:
 
 
 def restore_mean(arrays: Mapping[str, NDArray[Any]], _metadata: Mapping[str, Any]) -> Mean:
-    """Return what `saved` gave, fitted again."""
+    """Return the fitted method from the arrays and plain values of `saved`."""
     return Mean(arrays["mean"])
 
 
@@ -184,7 +184,7 @@ class Ridge:
 
 
 def restore_ridge(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> Ridge:
-    """Return what `saved` gave, fitted again."""
+    """Return the fitted method from the arrays and plain values of `saved`."""
     front = Whole.of(arrays, metadata)
     return Ridge(front, *(arrays[name] for name in ("weight", "bias", "share", "penalty")))
 
@@ -228,8 +228,8 @@ def _best(
         best, penalty = np.unravel_index(int(np.argmin(errors[:, :, attribute])), errors.shape[:2])
         share = shares[int(best)]
         path = path_of(_joined([code for code, _ in codes], share), ratings[:, attribute : attribute + 1])
-        found = path.weights(float(PENALTIES[penalty]))[:, 0]
-        parts = np.split(found, np.cumsum([len(axes) for _, axes in codes])[:-1])
+        weights = path.weights(float(PENALTIES[penalty]))[:, 0]
+        parts = np.split(weights, np.cumsum([len(axes) for _, axes in codes])[:-1])
         rotated = zip(parts, codes, _roots(share), strict=False)
         weights.append(np.concatenate([part @ axes * root for part, (_, axes), root in rotated]) * _evened(front))
         chosen.append((share, float(PENALTIES[penalty])))
@@ -301,7 +301,7 @@ class Boosted:
 
 
 def restore_boosting(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> Boosted:
-    """Return what `saved` gave, fitted again."""
+    """Return the fitted method from the arrays and plain values of `saved`."""
     trees = Trees(*(arrays[f"trees.{name}"] for name in Trees.__dataclass_fields__))
     return Boosted(Whole.of(arrays, metadata), trees, arrays["first"], arrays["bias"])
 

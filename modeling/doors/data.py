@@ -55,10 +55,10 @@ class DoorData:
     @property
     def digest(self) -> str:
         """SHA-256 over everything that a model can learn from."""
-        found = hashlib.sha256("\x1f".join((*self.attributes, *self.ids, *self.source)).encode())
+        state = hashlib.sha256("\x1f".join((*self.attributes, *self.ids, *self.source)).encode())
         for array in (self.force_N, self.rating, np.asarray(self.scale, dtype=np.float64)):
-            found.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-        return found.hexdigest()
+            state.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+        return state.hexdigest()
 
 
 _NAMES = ("ids", "doors", "variants", "source", "groups")

@@ -84,7 +84,7 @@ def in_short(evaluation: DoorEvaluation) -> Section:
 
 
 def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """Return what was set out to be reached beside what was, each with its name."""
+    """Return the targets beside what was reached, each with its name."""
     points: list[tuple[str, str]] = []
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)

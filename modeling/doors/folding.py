@@ -47,13 +47,13 @@ def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) ->
         raise ModelDataError(f"no split is called {kind!r}; {nearest(kind, KINDS)}")
     groups = source_groups(data)
     if kind == "leave_one_door_out":
-        found = [_without(data, groups, door) for door in dict.fromkeys(sorted(data.doors))]
+        folds = [_without(data, groups, door) for door in dict.fromkeys(sorted(data.doors))]
     else:
         parts = _dealt(data, np.arange(len(data)) if kind == "leaky" else groups, _even(k), seed)
-        found = [_fold(f"fold {place + 1}", parts != place, parts == place) for place in range(k)]
-    for fold in found:
+        folds = [_fold(f"fold {place + 1}", parts != place, parts == place) for place in range(k)]
+    for fold in folds:
         _demand_enough(fold, groups, kind)
-    return tuple(found)
+    return tuple(folds)
 
 
 def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Indices, Indices]:
@@ -165,13 +165,13 @@ def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -
     low = np.r_[np.ones(groups + parts), np.full(len(targets), -np.inf), np.floor(targets + ROUNDING)]
     high = np.r_[np.ones(groups), np.full(parts, np.inf), np.ceil(targets - ROUNDING), np.full(len(targets), np.inf)]
     chosen = groups * parts
-    found = milp(
+    solution = milp(
         np.r_[np.zeros(chosen), np.repeat(np.asarray(weight, dtype=np.float64), parts)],
         integrality=np.r_[np.ones(chosen), np.zeros(len(targets))],
         bounds=Bounds(0, np.r_[np.ones(chosen), np.full(len(targets), np.inf)]),
         constraints=LinearConstraint(block_array(rows, format="csr"), low, high),
         options={"node_limit": MOST_NODES},
     )
-    if found.x is None:
-        raise ModelDataError(f"no split was found ({found.message}); ask for fewer folds")
-    return np.asarray(found.x[:chosen].reshape(groups, parts).argmax(axis=1), dtype=np.int64)
+    if solution.x is None:
+        raise ModelDataError(f"no split was found ({solution.message}); ask for fewer folds")
+    return np.asarray(solution.x[:chosen].reshape(groups, parts).argmax(axis=1), dtype=np.int64)

@@ -125,11 +125,11 @@ def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
 
 def _least(badness: Callable[[float], float], grid: Array) -> float:
     """Return where `badness` is least: the best of a grid, then between its neighbours."""
-    found = [badness(float(one)) for one in grid]
-    best = int(np.argmin(found))
+    measures = [badness(float(one)) for one in grid]
+    best = int(np.argmin(measures))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     finer = minimize_scalar(badness, bounds=(low, high), method="bounded", options={"xatol": 1e-4})
-    return float(finer.x) if finer.fun < found[best] else float(grid[best])
+    return float(finer.x) if finer.fun < measures[best] else float(grid[best])
 
 
 def _squares(a: Array, b: Array) -> Array:

@@ -56,10 +56,10 @@ class Codes:
 
 def codes_of(force_N: Array) -> Codes:
     """From the training profiles (n, 621). Raises ModelDataError where all are equal: nothing could be searched."""
-    found = components_of(force_N, COMPONENTS)
-    if not len(found.directions):
+    components = components_of(force_N, COMPONENTS)
+    if not len(components.directions):
         raise ModelDataError("all training profiles are equal: there are no directions to search in.")
-    return Codes(found, found.codes(force_N).std(axis=0))
+    return Codes(components, components.codes(force_N).std(axis=0))
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,9 @@ class Searching:
         target = torch.from_numpy(wish.astype(np.float32, order="C"))
         for step in range(steps + 1):
             cost = self._cost(code, target)
-            found = cost.detach().numpy().astype(np.float64)
-            better = found < least
-            best[better], least[better] = code.detach().numpy()[better], found[better]
+            costs = cost.detach().numpy().astype(np.float64)
+            better = costs < least
+            best[better], least[better] = code.detach().numpy()[better], costs[better]
             if step < steps:
                 (code.grad,) = torch.autograd.grad(cost.sum(), [code])
                 adam.step()

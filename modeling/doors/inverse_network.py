@@ -71,8 +71,8 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     if not (isinstance(forward, FeltThrough) and isinstance(forward.network[1], ForceToPerception)):
         raise ModelDataError("the inverse network builds on the decoder of a trained forward network: none was given.")
     rows, held = training_rows(learning)
-    if (found := rows.rating.shape[1]) != ATTRIBUTES:
-        raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
+    if (attributes := rows.rating.shape[1]) != ATTRIBUTES:
+        raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {attributes}.")
     chosen = learning.training_settings(settings, QUICK_EPOCHS)
     inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), chosen.seed)
     scaled = learning.scaling.force_up(rows.force_N)

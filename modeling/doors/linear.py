@@ -132,11 +132,11 @@ def fit_pca_ridge(learning: Learning) -> Linear:
     least = np.unravel_index(int(np.argmin(total)), total.shape)
     count, penalty = FORWARD_COMPONENTS[least[0]], float(PENALTIES[least[1]])
     learning.report(f"pca_ridge: {count} components, penalty {penalty:.3g}")
-    found = components_of(rows.force_N, count)
-    codes = found.codes(rows.force_N)
+    components = components_of(rows.force_N, count)
+    codes = components.codes(rows.force_N)
     path = path_of(codes / _size(codes), rows.rating)
-    weight = path.weights(penalty).T @ found.directions / _size(codes)
-    return Linear(weight, path.y_mean - weight @ found.mean, checked_forces)
+    weight = path.weights(penalty).T @ components.directions / _size(codes)
+    return Linear(weight, path.y_mean - weight @ components.mean, checked_forces)
 
 
 def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
@@ -145,8 +145,8 @@ def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
     The codes of different components do not correlate, so a component's weight is the same whichever others are there:
     the answers of k components are a running sum.
     """
-    found = components_of(rows.force_N[train], max(FORWARD_COMPONENTS))
-    codes, tested = found.codes(rows.force_N[train]), found.codes(rows.force_N[test])
+    components = components_of(rows.force_N[train], max(FORWARD_COMPONENTS))
+    codes, tested = components.codes(rows.force_N[train]), components.codes(rows.force_N[test])
     path = path_of(codes / _size(codes), rows.rating[train])
     errors = np.empty((len(FORWARD_COMPONENTS), len(PENALTIES)))
     for place, penalty in enumerate(PENALTIES):
@@ -195,10 +195,10 @@ def fit_pca_regression(learning: Learning) -> Regressed:
     least = np.unravel_index(int(np.argmin(total)), total.shape)
     count, penalty = INVERSE_COMPONENTS[least[0]], float(PENALTIES[least[1]])
     learning.report(f"pca_regression: {count} components, penalty {penalty:.3g}")
-    found = components_of(rows.force_N, count)
-    weight = (path_of(z, found.codes(rows.force_N)).weights(penalty) @ found.directions).T
+    components = components_of(rows.force_N, count)
+    weight = (path_of(z, components.codes(rows.force_N)).weights(penalty) @ components.directions).T
     check = partial(checked_wishes, attributes=rows.rating.shape[1])
-    linear = Linear(weight * standard.gain, found.mean + weight @ standard.offset, check)
+    linear = Linear(weight * standard.gain, components.mean + weight @ standard.offset, check)
     return Regressed(linear)
 
 
@@ -207,9 +207,9 @@ def _waveform_errors(z: Array, force_N: Array, train: Indices, test: Indices) ->
 
     Directions are orthonormal, so the error of k components is that of the mean less what each of the k gains.
     """
-    found = components_of(force_N[train], max(INVERSE_COMPONENTS))
-    path = path_of(z[train], found.codes(force_N[train]))
-    truth = found.codes(force_N[test])
+    components = components_of(force_N[train], max(INVERSE_COMPONENTS))
+    path = path_of(z[train], components.codes(force_N[train]))
+    truth = components.codes(force_N[test])
     answers = np.array([path.answers(z[test], path.weights(one)) for one in PENALTIES])
     gained = np.sum(truth**2 - (answers - truth) ** 2, axis=1)
     return np.array([-gained[:, :count].sum(axis=1) for count in INVERSE_COMPONENTS])

@@ -32,7 +32,7 @@ class Nearest:
 
 
 def fit(learning: Learning) -> Nearest:
-    """Return the measured stimuli of the training side."""
+    """Return the look-up of the measured stimuli of the training side."""
     rows = rows_of(learning)
     return Nearest(rows.rating, rows.force_N)
 

@@ -146,6 +146,6 @@ def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array)
     return tuple(Extreme(*each) for each in zip(wishes, felt, judgements, strict=True))
 
 
-def unplayable(found: Sequence[Extreme]) -> int:
+def unplayable(extremes: Sequence[Extreme]) -> int:
     """Return how many came to a profile that the door cannot play."""
-    return sum(not each.plausibility.playable for each in found)
+    return sum(not each.plausibility.playable for each in extremes)

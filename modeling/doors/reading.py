@@ -134,10 +134,10 @@ def _inputs(material: Material) -> tuple[str, ...]:
 
 
 def _digest_line(shown: Sequence[StimulusProfile]) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for each in shown:
-        found.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())
-    return f"{len(shown)} door profiles {found.hexdigest()}"
+        digest.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())
+    return f"{len(shown)} door profiles {digest.hexdigest()}"
 
 
 LEAST_PEOPLE = 2
@@ -161,7 +161,7 @@ def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None
 
     if people < LEAST_PEOPLE:
         raise ModelDataError(f"{people} simulated people: at least {LEAST_PEOPLE} are needed, one for each group")
-    found = read_study(study or SHIPPED / "door_ratings" / STUDY_FILE)
-    material = simulated_material(found.study, found.folder, pseudonyms(people), seed)
+    study_files = read_study(study or SHIPPED / "door_ratings" / STUDY_FILE)
+    material = simulated_material(study_files.study, study_files.folder, pseudonyms(people), seed)
     text = f"{people} simulated people, seed {seed}: {material.inputs[0].name} {material.inputs[0].sha256}"
-    return rated_material(material, found.folder, made_from=(text,))
+    return rated_material(material, study_files.folder, made_from=(text,))

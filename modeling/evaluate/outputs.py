@@ -31,7 +31,7 @@ class Choice:
     of_ours: tuple[str, ...] = ()
 
     def as_json(self, rule: str) -> dict[str, Any]:
-        """Return it with the rule that it was made by."""
+        """Return the decision with the rule that it was made by."""
         return {"method": self.method, "why": self.why, "of_ours": list(self.of_ours), "rule": rule}
 
     def section(self, rule: str, points: Iterable[tuple[str, str]]) -> Section:

@@ -97,13 +97,13 @@ class Opened:
         write_sheet(path, sheet(tiles, pictures_of(entries, self.folder), beside.title, beside.below, foot))
         return [path]
 
-    def map(self, path: Path | None, found: Collection[str]) -> list[Path]:
+    def map(self, path: Path | None, marked: Collection[str]) -> list[Path]:
         """Write the map with these textures marked to the path, if there is one."""
         if path is None:
             return []
         from palpate.modeling.library.map import map_data, write_map
 
-        return write_map(path, map_data(self.entries, self.library, self.request.kind), found)
+        return write_map(path, map_data(self.entries, self.library, self.request.kind), marked)
 
 
 def opened(request: LibraryRequest) -> Opened:
@@ -112,20 +112,20 @@ def opened(request: LibraryRequest) -> Opened:
     return Opened(request, library, chosen(library, request.classes, request.kind))
 
 
-def tell_index(found: Indexed) -> None:
+def tell_index(written: Indexed) -> None:
     """Print what was indexed, what is no longer there, and what could not be taken."""
-    counts, library = found.counts, found.indexed.library
+    counts, library = written.counts, written.indexed.library
     each = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
     click.echo(f"{count(counts['textures'], 'texture')}: {each}")
     for line in library.notes:
         click.echo(f"note: {line}")
-    for name, why in found.indexed.left_out.items():
+    for name, why in written.indexed.left_out.items():
         click.echo(f"left out: {name}: {why}")
-    if found.gone:
-        click.echo(f"no longer there: {', '.join(found.gone)}")
+    if written.gone:
+        click.echo(f"no longer there: {', '.join(written.gone)}")
     if library.simulated:
         click.echo(SIMULATED)
-    click.echo(f"{found.path}{'' if found.changed else ' (as it was)'}")
+    click.echo(f"{written.path}{'' if written.changed else ' (as it was)'}")
 
 
 def name_of(entry: Entry) -> str:

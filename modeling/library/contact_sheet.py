@@ -187,21 +187,21 @@ def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:
 
 def _legend(pen: Pen, tiles: Sequence[Tile], middle: float) -> None:
     """What the marks mean; only those that are there."""
-    kinds = {found.kind for tile in tiles for _, found, _ in tile.attributes if found is not None}
+    kinds = {estimate.kind for tile in tiles for _, estimate, _ in tile.attributes if estimate is not None}
     words = {"rated": "rated: mean", "predicted": "predicted"}
     left = float(GAP)
     for kind in KINDS:
         if kind in kinds:
             mark_value(pen.draw, AttributeValue(value=50, sd=20, kind=kind), middle, (left, left + 34))
-            left = _said(pen, f"{words[kind]}, with 90 %", left + 42, middle)
+            left = _write_label(pen, f"{words[kind]}, with 90 %", left + 42, middle)
     if any(wished is not None for tile in tiles for _, _, wished in tile.attributes):
         box = (left * FINE, (middle - 6) * FINE, (left + 30) * FINE, (middle + 6) * FINE)
         pen.draw.rectangle(box, fill=WISHED)
-        _said(pen, "wished for", left + 38, middle)
+        _write_label(pen, "wished for", left + 38, middle)
 
 
-def _said(pen: Pen, text: str, left: float, middle: float) -> float:
-    """Return a word of the legend; where the next one begins."""
+def _write_label(pen: Pen, text: str, left: float, middle: float) -> float:
+    """Write an entry of the legend at `left`, `middle` (pixels); return where the next one begins."""
     pen.write((left * FINE, middle * FINE), text, 11 * FINE, SOFT, anchor="lm")
     return left + pen.width(text, 11 * FINE) / FINE + 26
 
@@ -246,8 +246,8 @@ def draw_below(pen: Pen, tile: Tile, left: float, top: float) -> None:
     if tile.fit is not None:
         _bar(pen.draw, left, top + NAME, WIDE, 4, FAINT)
         _bar(pen.draw, left, top + NAME, WIDE * tile.fit, 4, INK)
-    for place, (words, found, wished) in enumerate(tile.attributes):
-        _attribute(pen, words, found, wished, left, top + NAME + LINE + 6 + ROW * place)
+    for place, (words, estimate, wished) in enumerate(tile.attributes):
+        _attribute(pen, words, estimate, wished, left, top + NAME + LINE + 6 + ROW * place)
 
 
 def draw_empty(pen: Pen, name: str, left: float, top: float) -> None:
@@ -263,7 +263,7 @@ def draw_empty(pen: Pen, name: str, left: float, top: float) -> None:
 def _attribute(
     pen: Pen,
     words: tuple[str, str],
-    found: AttributeValue | None,
+    estimate: AttributeValue | None,
     wished: tuple[float, float] | None,
     left: float,
     top: float,
@@ -279,17 +279,17 @@ def _attribute(
         _bar(pen.draw, low, middle - 6, high - low, 12, WISHED)
     _bar(pen.draw, start, middle - 0.5, end - start, 1, SOFT)
     _bar(pen.draw, (start + end) / 2 - 0.5, middle - 3, 1, 6, SOFT)
-    if found is not None:
-        mark_value(pen.draw, found, middle, (start, end))
+    if estimate is not None:
+        mark_value(pen.draw, estimate, middle, (start, end))
 
 
-def mark_value(draw: ImageDraw, found: AttributeValue, middle: float, track: tuple[float, float]) -> None:
+def mark_value(draw: ImageDraw, estimate: AttributeValue, middle: float, track: tuple[float, float]) -> None:
     """The value: a disc where people rated, a ring where a model predicted; a bar holds 90 %."""
-    colour = DOT if found.kind == "rated" else PREDICTED
-    low, high, at = (_at(found.value + way * Z90 * found.sd, *track) for way in (-1, 1, 0))
+    colour = DOT if estimate.kind == "rated" else PREDICTED
+    low, high, at = (_at(estimate.value + way * Z90 * estimate.sd, *track) for way in (-1, 1, 0))
     _bar(draw, low, middle - 1, high - low, 2, colour)
     box = ((at - 4) * FINE, (middle - 4) * FINE, (at + 4) * FINE, (middle + 4) * FINE)
-    draw.ellipse(box, fill=colour if found.kind == "rated" else PAPER, outline=colour, width=2 * FINE - 1)
+    draw.ellipse(box, fill=colour if estimate.kind == "rated" else PAPER, outline=colour, width=2 * FINE - 1)
 
 
 def _at(value: float, start: float, end: float) -> float:

@@ -126,6 +126,6 @@ def known(entry: Entry, kind: Kind | None = None) -> bool:
     return bool(entry.rated or entry.predicted) if kind is None else getattr(entry, kind) is not None
 
 
-def belief(found: AttributeValue | None) -> tuple[float, float]:
+def belief(estimate: AttributeValue | None) -> tuple[float, float]:
     """Return where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
-    return NOTHING_KNOWN if found is None else (found.value, found.sd)
+    return NOTHING_KNOWN if estimate is None else (estimate.value, estimate.sd)

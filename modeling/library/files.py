@@ -33,7 +33,7 @@ def read_library(lab: Path) -> Library:
     Raises LibraryError for a file that is missing, newer, foreign, cut short, or was changed since it was written.
     """
     path = place_of(lab)
-    plain = _told(path)
+    plain = _parsed(path)
     written = plain.pop("digest", None) if isinstance(plain, dict) else None
     if not isinstance(plain, dict) or not isinstance(plain.get("format"), str):
         raise LibraryError(f"{path}: this is no library of textures ({FORMAT} is expected). {AGAIN}")
@@ -70,7 +70,7 @@ def earlier_in(lab: Path) -> Library | None:
         return None
 
 
-def _told(path: Path) -> Any:
+def _parsed(path: Path) -> Any:
     if not path.is_file():
         raise LibraryError(f"{path}: there is no library of textures yet. `palpate textures index` makes it.")
     try:
@@ -79,10 +79,10 @@ def _told(path: Path) -> Any:
         raise LibraryError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
 
 
-def _other_format(path: Path, found: str) -> LibraryError:
-    if found.startswith(f"{FAMILY}/"):
-        return NewerLibrary(f"{path}: format {found!r}; this version reads {FORMAT!r}. Update palpate to use it.")
-    return LibraryError(f"{path}: format {found[:40]!r}; a library of textures has {FORMAT!r}. {AGAIN}")
+def _other_format(path: Path, written: str) -> LibraryError:
+    if written.startswith(f"{FAMILY}/"):
+        return NewerLibrary(f"{path}: format {written!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+    return LibraryError(f"{path}: format {written[:40]!r}; a library of textures has {FORMAT!r}. {AGAIN}")
 
 
 def _text(library: Library) -> str:

@@ -53,11 +53,11 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     """
     pairs = _pairs(material, model)
     # the SD between people on each attribute (root mean square), where two at least rated a texture
-    found = []
+    usual_sds = []
     for at in range(len(material.attributes)):
         known = [sd for each in material.textures if each.rated and (sd := _sd(each.rated, at)) is not None]
-        found.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
-    usual, entries, left_out, unsaid = tuple(found), [], {}, []
+        usual_sds.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
+    usual, entries, left_out, unsaid = tuple(usual_sds), [], {}, []
     ordered = sorted(material.textures, key=lambda each: each.id)
     predicted_textures = _all_predicted(ordered, model)
     for texture, (predicted, why) in zip(ordered, predicted_textures, strict=True):

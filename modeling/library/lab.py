@@ -28,6 +28,15 @@ from palpate.protocols.progress import Report
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+FOLDER, SIDE, QUALITY = "pictures", 288, 85
+MIDDLE = 0.5
+"""The middle half is shown of a picture that is large enough for it: what one would feel, not the frame around it."""
+PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
+
+class NoPicture(LibraryError):
+    """A file that is there and shows nothing, or cannot be read."""
+
 
 @dataclass(frozen=True)
 class Indexed:
@@ -95,16 +104,6 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise NoPicture(f"{path}: cannot be read ({error.strerror}); a picture is expected.") from None
-
-
-FOLDER, SIDE, QUALITY = "pictures", 288, 85
-MIDDLE = 0.5
-"""The middle half is shown of a picture that is large enough for it: what one would feel, not the frame around it."""
-PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
-
-
-class NoPicture(LibraryError):
-    """A file that is there and shows nothing, or cannot be read."""
 
 
 def thumbnail(content: bytes, where: str) -> bytes:

@@ -32,7 +32,7 @@ def value_text(each: AttributeValue | None) -> str:
 
 def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     """Return the source of the values: people, with their number, or a model."""
-    kinds = {found.kind for at in range(attributes) if (found := value_of(entry, at, kind))}
+    kinds = {estimate.kind for at in range(attributes) if (estimate := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
     text = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
@@ -54,27 +54,29 @@ def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dic
             "raters": entry.rated.raters if entry.rated else 0, "picture": entry.picture}  # fmt: skip
 
 
-def _plain(found: AttributeValue | None) -> dict[str, Any] | None:
-    if found is None:
+def _plain(estimate: AttributeValue | None) -> dict[str, Any] | None:
+    if estimate is None:
         return None
-    low, high = (found.value + way * Z90 * found.sd for way in (-1, 1))
-    return {"value": found.value, "sd": found.sd, "low": low, "high": high, "from": found.kind}
+    low, high = (estimate.value + way * Z90 * estimate.sd for way in (-1, 1))
+    return {"value": estimate.value, "sd": estimate.sd, "low": low, "high": high, "from": estimate.kind}
 
 
-def plain_found(found: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None) -> dict[str, Any]:
+def plain_found(
+    matches: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None
+) -> dict[str, Any]:
     """Return the answer to `find` as JSON."""
     wished = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
-    rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in found]
+    rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in matches]
     return {"wished": wished, "found": rows, "simulated": library.simulated}
 
 
-def plain_near(found: Sequence[Near], entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
+def plain_near(neighbours: Sequence[Near], entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
     """Return the answer to `nearest` as JSON; distances in JNDs."""
     rows = [
         {**plain_entry(each.entry, library, kind), "distance": each.distance, "distance_sd": each.sd,
          "alike": each.alike, "apart": dict(zip(names_of(library), each.apart, strict=True))}
-        for each in found
+        for each in neighbours
     ]  # fmt: skip
     return {"texture": plain_entry(entry, library, kind), "nearest": rows, "simulated": library.simulated}
 
@@ -115,9 +117,9 @@ def description(entry: Entry, library: Library, kind: Kind | None = None) -> str
     known = vocabulary(library.attributes)
     words = []
     for at in range(len(library.attributes)):
-        if found := value_of(entry, at, kind):
-            unsure = Z90 * found.sd > abs(found.value - 50) and not 45 <= found.value <= 55
-            words.append(f"{'perhaps ' if unsure else ''}{in_words(known, at, found.value)}")
+        if estimate := value_of(entry, at, kind):
+            unsure = Z90 * estimate.sd > abs(estimate.value - 50) and not 45 <= estimate.value <= 55
+            words.append(f"{'perhaps ' if unsure else ''}{in_words(known, at, estimate.value)}")
     return ", ".join(words)
 
 
@@ -137,7 +139,7 @@ def whole_words(
     kinds = [each for each in KINDS if known(entry, each) and kind in (None, each)]
     yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
     for at, name in enumerate(words):
-        yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, each):30}' for each in kinds)}".rstrip()
+        yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, each):30}' for each in kinds)}".rstrip()
     yield ""
     if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
         text = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
@@ -170,14 +172,14 @@ def _heading(entry: Entry, kind: Kind) -> str:
     return "predicted (it learned this one)" if learned else "predicted"
 
 
-def _told(entry: Entry, at: int, kind: Kind) -> str:
+def _value_text(entry: Entry, at: int, kind: Kind) -> str:
     """Return the value and what holds it in 90 of 100 cases; of ratings also the SD between people."""
-    found = value_of(entry, at, kind)
-    if found is None:
+    estimate = value_of(entry, at, kind)
+    if estimate is None:
         return "-"
-    low, high = (found.value + way * Z90 * found.sd for way in (-1, 1))
+    low, high = (estimate.value + way * Z90 * estimate.sd for way in (-1, 1))
     if kind == "predicted" and entry.predicted:
         low, high = entry.predicted.low[at], entry.predicted.high[at]
     sd = entry.rated.sd[at] if entry.rated and kind == "rated" else None
     between = "" if sd is None else f", SD {sd:.1f}"
-    return f"{found.value:5.1f} ({max(0.0, low):.0f} to {min(100.0, high):.0f}{between})"
+    return f"{estimate.value:5.1f} ({max(0.0, low):.0f} to {min(100.0, high):.0f}{between})"

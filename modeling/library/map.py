@@ -53,28 +53,28 @@ def _role(at: int, pair: tuple[str, str], far: str) -> dict[str, Any]:
 def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | None:
     row: dict[str, Any] = {"texture": entry.id, "label": entry.id, "n": entry.rated.raters if entry.rated else 0}
     for at in range(len(library.attributes)):
-        found = value_of(entry, at, kind)
-        if found is None:
+        estimate = value_of(entry, at, kind)
+        if estimate is None:
             return None
-        value = 2 * found.value - 100
+        value = 2 * estimate.value - 100
         row |= {f"{at}+": value, f"{at}-": -value}
     return row
 
 
-def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
+def draw_map(data: FigureData, marked: Collection[str] = ()) -> DrawnFigure:
     """Return the plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
     from matplotlib.patheffects import withStroke
 
     drawn = draw(data)
     axes = drawn.figure.axes[0]
-    title = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
+    title = f"{data.words['told']}{'; with a red edge: found' if marked else ''}"
     axes.set_title(title, fontsize=8.0, fontweight="normal", color=SOFT, loc="left")
-    if found:
+    if marked:
         keys = {mark.gid: mark.key for mark in drawn.marks}
         named = {text.get_text() for text in axes.texts}
         for bubble in [patch for patch in axes.patches if isinstance(patch, Circle)]:
             name = keys.get(str(bubble.get_gid()), "")
-            if name not in found:
+            if name not in marked:
                 bubble.set(alpha=FADED)
                 continue
             bubble.set(edgecolor=FOUND, linewidth=2.4, alpha=1.0, zorder=4)
@@ -86,14 +86,14 @@ def draw_map(data: FigureData, found: Collection[str] = ()) -> DrawnFigure:
     return drawn
 
 
-def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list[Path]:
+def write_map(path: Path, data: FigureData, marked: Collection[str] = ()) -> list[Path]:
     """Write the map as SVG and PNG beside each other, whichever of the two is named; equal input, equal bytes.
 
     Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
     """
     demand_writable(path)
     with drawing("library"):
-        return save(draw_map(data, found).figure, path.parent, path.stem)
+        return save(draw_map(data, marked).figure, path.parent, path.stem)
 
 
 def demand_writable(path: Path) -> None:

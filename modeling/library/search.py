@@ -40,19 +40,19 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
     that is normal about its value. Of an attribute that is not known, any value may be so.
     """
     together = combined(wishes)
-    found = []
+    ranked = []
     for entry in entries:
         fits = [soft.expected(*belief(value_of(entry, pair, kind))) for pair, soft in together]
         each = tuple(wish.soft.expected(*belief(value_of(entry, wish.pair, kind))) for wish in wishes)
         short = sum(soft.short_of(belief(value_of(entry, pair, kind))[0]) for pair, soft in together)
-        found.append((short, Match(entry, math.prod(fits), each)))
-    found.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
-    return [one for _, one in found]
+        ranked.append((short, Match(entry, math.prod(fits), each)))
+    ranked.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
+    return [one for _, one in ranked]
 
 
-def fitting(found: Sequence[Match], count: int) -> list[Match]:
+def fitting(matches: Sequence[Match], count: int) -> list[Match]:
     """Return the best few of those that fit at all."""
-    return [each for each in found if each.fit >= FITS][:count]
+    return [each for each in matches if each.fit >= FITS][:count]
 
 
 def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
@@ -83,11 +83,13 @@ def named(library: Library, name: str) -> Entry:
     for texture in library.textures:
         if key == texture.id.lower():
             return texture
-    found = [texture for texture in library.textures if key == texture.label.lower()]
-    if len(found) > 1:
-        raise LibraryError(f"{len(found)} textures are called {name!r}: {some(each.id for each in found)}. Say which.")
-    if found:
-        return found[0]
+    textures = [texture for texture in library.textures if key == texture.label.lower()]
+    if len(textures) > 1:
+        raise LibraryError(
+            f"{len(textures)} textures are called {name!r}: {some(each.id for each in textures)}. Say which."
+        )
+    if textures:
+        return textures[0]
     names = [text for texture in library.textures for text in (texture.id, texture.label)]
     raise LibraryError(f"no texture {name!r} in this library; {nearest(name, names)}")
 
@@ -154,8 +156,8 @@ class Near:
 
 def near(entry: Entry, others: Sequence[Entry], attributes: int, kind: Kind | None = None) -> list[Near]:
     """Return all other textures, the nearest first; equal ones by name."""
-    found = [measured(entry, other, attributes, kind) for other in others if other.id != entry.id]
-    return sorted(found, key=lambda each: (each.distance, each.sd, each.entry.id))
+    neighbours = [measured(entry, other, attributes, kind) for other in others if other.id != entry.id]
+    return sorted(neighbours, key=lambda each: (each.distance, each.sd, each.entry.id))
 
 
 def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = None) -> Near:

@@ -30,10 +30,10 @@ class Soft:
 
     def expected(self, mean: float, sd: float) -> float:
         """Return the membership to expect of a value that is normal about `mean`; in closed form, 0 to 1."""
-        found = self.knots[0][1] + sum(
+        height = self.knots[0][1] + sum(
             (above[1] - below[1]) * _risen(below[0], above[0], mean, sd) for below, above in pairwise(self.knots)
         )
-        return min(1.0, max(0.0, found))
+        return min(1.0, max(0.0, height))
 
     @cached_property
     def best(self) -> float:
@@ -72,12 +72,12 @@ def turned(soft: Soft) -> Soft:
 def both(first: Soft, second: Soft) -> Soft:
     """Return the lesser membership of the two everywhere: what lies in both ranges."""
     values = sorted({value for each in (first, second) for value, _ in each.knots})
-    found = []
+    crossings = []
     for low, high in pairwise(values):
         before, after = (first.at(value) - second.at(value) for value in (low, high))
         if before * after < 0:
-            found.append(low + (high - low) * before / (before - after))
-    values = sorted({*values, *found})
+            crossings.append(low + (high - low) * before / (before - after))
+    values = sorted({*values, *crossings})
     return Soft(tuple((value, min(first.at(value), second.at(value))) for value in values))
 
 
@@ -197,5 +197,5 @@ def _phrase(text: str) -> Phrase:
 
 def _sayings(names: Iterable[str], others: Mapping[str, Sequence[str]]) -> dict[Phrase, str]:
     """Return each way to say it, with its name; the names say themselves."""
-    found = {_phrase(name): name for name in names if name}
-    return {**found, **{_phrase(each): name for name, every in others.items() for each in every}}
+    phrases = {_phrase(name): name for name in names if name}
+    return {**phrases, **{_phrase(each): name for name, every in others.items() for each in every}}

@@ -61,9 +61,9 @@ class _Reader:
 
     def take(self, phrases: Mapping[Phrase, T]) -> T | None:
         """Return what the longest phrase that stands here means; it is passed."""
-        found = self.match(phrases)
-        self.at += len(found or ())
-        return None if found is None else phrases[found]
+        phrase = self.match(phrases)
+        self.at += len(phrase or ())
+        return None if phrase is None else phrases[phrase]
 
     def wish(self, pair: int, soft: Soft) -> None:
         """Note a wish, from where its first word stood to here."""
@@ -191,10 +191,10 @@ def _degree_behind(reader: _Reader, before: str | None) -> str | None:
         reader.at += len(WEAKER)
         return "not at all"
     start = reader.at
-    found = reader.take(reader.known.degrees) if before is None else None
-    if found is not None and (found.startswith("not") or reader.peek() not in ("", *SEPARATORS)):
-        reader.at, found = start, None
-    return found or before
+    degree = reader.take(reader.known.degrees) if before is None else None
+    if degree is not None and (degree.startswith("not") or reader.peek() not in ("", *SEPARATORS)):
+        reader.at, degree = start, None
+    return degree or before
 
 
 def _word(reader: _Reader) -> Word:
@@ -316,18 +316,22 @@ def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
         if words[0] == way:
             term = words[1] if (words[1:2] and tuple(words[1:2]) in known.words) else ""
             shown = f"{way} {term}".rstrip()
-            return _told(shown, f"{instead} {term}") if term else f"{shown!r} compares, and one texture is asked for."
+            return (
+                _comparison_message(shown, f"{instead} {term}")
+                if term
+                else f"{shown!r} compares, and one texture is asked for."
+            )
     for phrase in known.words:
         forms = dict(_forms(phrase))
         if words[0] in forms:
             term = " ".join(phrase)
-            return _told(words[0], term, f"{COMPARING[forms[words[0]]]} {term}")
+            return _comparison_message(words[0], term, f"{COMPARING[forms[words[0]]]} {term}")
     return None
 
 
-def _told(text: str, *instead: str) -> str:
-    """Refuse a comparison: it has no texture to begin from, so that each wish is of one texture by itself."""
-    shown = " or ".join(repr(each) for each in instead)
+def _comparison_message(text: str, *instead: str) -> str:
+    """Return why a comparison is refused: it has no texture to begin from, and a wish is of one texture by itself."""
+    shown = " or ".join(repr(wish) for wish in instead)
     return f"{text!r} compares, and 'find' takes how a texture feels by itself: say {shown}."
 
 

@@ -95,9 +95,9 @@ class FittedAr:
         return expanded(filters_of(self.mesh.shares(hand) @ self.frequencies), 1 / RADIUS)
 
     def _answers(self, given: Array) -> Array:
-        found = self.filters(given[:, 1, -1], given[:, 2, -1])
-        order = found.shape[1] - 1
-        return np.asarray(-(found[:, 1:] * given[:, 0, : -order - 1 : -1]).sum(axis=1))
+        filters = self.filters(given[:, 1, -1], given[:, 2, -1])
+        order = filters.shape[1] - 1
+        return np.asarray(-(filters[:, 1:] * given[:, 0, : -order - 1 : -1]).sum(axis=1))
 
     def exported(self) -> Exported:
         """Return the window, its past acceleration k samples back times RADIUS**k, and the predictors without that.
@@ -133,11 +133,11 @@ def fit(learning: Learning) -> FittedAr:
     learning.report(f"{len(stretches)} stretches, {len(groups)} points, order {order}")
     hand = learning.recording.signals[1:].T
     floor = SILENT * float(np.mean([np.mean(samples[a:b] ** 2) for a, b in pieces]))
-    found = [_predictor([samples[a:b] for a, b in group], order) for group in groups]
+    predictors = [_predictor([samples[a:b] for a, b in group], order) for group in groups]
     places = [np.concatenate([hand[a:b] for a, b in group]).mean(axis=0) / PER for group in groups]
     mesh = meshed(np.array(places))
-    frequencies = np.array([frequencies_of(each) for each, _ in found])
-    log_sd = np.array([0.5 * np.log(error + floor) for _, error in found])
+    frequencies = np.array([frequencies_of(each) for each, _ in predictors])
+    log_sd = np.array([0.5 * np.log(error + floor) for _, error in predictors])
     plain = FittedAr(window, mesh, frequencies, log_sd, stretches)
     at = np.concatenate([np.arange(a, b) for a, b in learning.parts.train])
     acceleration, speed, force = learning.recording.signals[:, at]
@@ -185,15 +185,15 @@ def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[
 
 def _predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
     """Return the filter whose poles are those of Burg's divided by RADIUS, and the error of Burg's."""
-    found, error = burg(stretches, order)
-    inner = damped_within(found, OWN_RADIUS)
+    weights, error = burg(stretches, order)
+    inner = damped_within(weights, OWN_RADIUS)
     while _gap(expanded(inner, RADIUS)) < GAP:
         inner = damped_within(inner, OWN_RADIUS * float(np.abs(np.roots(inner)).max()))
     return expanded(inner, RADIUS), error
 
 
-def _gap(found: Array) -> float:
-    frequencies = frequencies_of(found)
+def _gap(weights: Array) -> float:
+    frequencies = frequencies_of(weights)
     return float(np.diff(np.concatenate([[0.0], frequencies, [np.pi]])).min())
 
 
@@ -226,13 +226,13 @@ def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[St
     borders lie on a grid, so the best cut of all is found by dynamic programming.
     """
     floor = LEAST * float(np.mean([np.mean(acceleration[a:b] ** 2) for a, b in parts])) + np.finfo(float).tiny
-    found: list[Stretch] = []
+    result: list[Stretch] = []
     total = sum(b - a for a, b in parts)
     for start, stop in parts:
         borders = _borders(acceleration[start:stop], floor, total)
         edges = [start, *(start + STEP * border for border in borders), stop]
-        found += [Stretch(a, b) for a, b in pairwise(edges)]
-    return tuple(found)
+        result += [Stretch(a, b) for a, b in pairwise(edges)]
+    return tuple(result)
 
 
 def _borders(samples: Array, floor: float, total: int) -> list[int]:
@@ -335,7 +335,7 @@ class Mesh:
             self._nearest(places, np.flatnonzero(~inside), result)
         return result
 
-    def _within(self, places: Array, found: Array) -> NDArray[np.bool_]:
+    def _within(self, places: Array, shares: Array) -> NDArray[np.bool_]:
         corners = self.points[self.triangles]
         sides = np.stack([corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]], axis=2)
         full = np.abs(np.linalg.det(sides)) > NARROW * np.finfo(float).eps ** 0.5
@@ -349,10 +349,10 @@ class Mesh:
         inside = of_each[rows, best].min(axis=1) >= EDGE
         share = np.maximum(of_each[rows, best], 0)[inside]
         places_of = self.triangles[full][best[inside]]
-        found[np.flatnonzero(inside)[:, None], places_of] = share / share.sum(axis=1, keepdims=True)
+        shares[np.flatnonzero(inside)[:, None], places_of] = share / share.sum(axis=1, keepdims=True)
         return np.asarray(inside)
 
-    def _nearest(self, places: Array, rows: Rows, found: Array) -> None:
+    def _nearest(self, places: Array, rows: Rows, shares: Array) -> None:
         start = self.points[self.rim[:, 0]]
         along = self.points[self.rim[:, 1]] - start
         away = places[rows][:, None] - start
@@ -360,8 +360,8 @@ class Mesh:
         share = np.clip(share, 0, 1)
         edge = ((away - share[..., None] * along) ** 2).sum(axis=2).argmin(axis=1)
         of_edge = share[np.arange(len(rows)), edge]
-        np.add.at(found, (rows, self.rim[edge, 0]), 1 - of_edge)
-        np.add.at(found, (rows, self.rim[edge, 1]), of_edge)
+        np.add.at(shares, (rows, self.rim[edge, 0]), 1 - of_edge)
+        np.add.at(shares, (rows, self.rim[edge, 1]), of_edge)
 
 
 def meshed(points: Array) -> Mesh:
@@ -370,10 +370,10 @@ def meshed(points: Array) -> Mesh:
     if (spread < NARROW * max(1.0, float(spread.max()))).any():
         return _line(points)
     try:
-        found = Delaunay(points)
+        mesh = Delaunay(points)
     except (QhullError, ValueError):
         return _line(points)
-    return Mesh(points, found.simplices.astype(np.int64), found.convex_hull.astype(np.int64))
+    return Mesh(points, mesh.simplices.astype(np.int64), mesh.convex_hull.astype(np.int64))
 
 
 def _line(points: Array) -> Mesh:

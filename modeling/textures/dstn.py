@@ -85,7 +85,7 @@ def _(layer: Dstn, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: nn.LSTM, name: str) -> Pieces:
-    """Return one layer in both directions, the forward one above the other."""
+    """Yield the steps of one layer in both directions, the forward one above the other."""
     if not layer.bidirectional or layer.num_layers != 1 or layer.proj_size:
         raise TextureDataError(f"{name}: one layer in both directions is expected, found {layer}.")
     given, after = f"{name}given", f"{name}after"

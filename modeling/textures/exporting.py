@@ -43,9 +43,9 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
 
     Raises TextureDataError for a layer that model cards have no step for, and for weights that are not finite.
     """
-    found = list(pieces(network, ""))
+    exported_pieces = list(pieces(network, ""))
     tensors: dict[str, NDArray[np.float32]] = {}
-    for _, named in found:
+    for _, named in exported_pieces:
         tensors |= {name: _float32(name, value) for name, value in named.items()}
     down = Affine(gain="down.gain", offset="down.offset")
     tensors["down.gain"] = (1.0 / scale.sd[:, None]).astype(np.float32)
@@ -58,7 +58,7 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
         up = Affine(gain="up.gain", offset="up.offset")
         tensors["up.gain"] = np.array([sd, 1.0], np.float32)
         tensors["up.offset"] = np.array([mean, np.log(sd)], np.float32)
-    steps = (Reshape(shape=(3, window)), down, *(step for step, _ in found), up)
+    steps = (Reshape(shape=(3, window)), down, *(step for step, _ in exported_pieces), up)
     return Exported(steps, tensors)
 
 
@@ -69,7 +69,7 @@ def pieces(layer: nn.Module, name: str) -> Pieces:
 
 
 def each_place(layer: nn.Linear, name: str) -> Pieces:
-    """Return a dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
+    """Yield the dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
     named = {f"{name}weight": layer.weight[..., None], f"{name}bias": layer.bias}
     yield Conv(weight=f"{name}weight", bias=f"{name}bias"), named
 
@@ -179,7 +179,7 @@ def _(layer: WaveletBlock, name: str) -> Pieces:
 
 
 def fixed(matrix: Tensor, offset: Tensor, name: str) -> Pieces:
-    """Return a product with a matrix that is never trained."""
+    """Yield the product with a matrix that is never trained."""
     yield Dense(weight=f"{name}weight", bias=f"{name}bias"), {f"{name}weight": matrix, f"{name}bias": offset}
 
 
@@ -232,7 +232,7 @@ def _(layer: Matched, name: str) -> Pieces:
 
 
 def _head(layer: Foten, name: str) -> Pieces:
-    """Return the first dense layer reads place after place in torch, channel after channel in a step."""
+    """Yield the head: its first dense layer reads place after place in torch, channel after channel in a step."""
     for place, inner in layer.head.named_children():
         if place == "0" and isinstance(inner, nn.Linear):
             turned = inner.weight.view(len(inner.weight), layer.window, -1).transpose(1, 2).flatten(1)
@@ -296,7 +296,7 @@ def _(layer: Embedded, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: Distilled, name: str) -> Pieces:
-    """Return a convolution, with the normalisation in its weights."""
+    """Yield the convolution, with the normalisation in its weights."""
     norm: Any = layer.norm
     gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
     bias = norm.bias - norm.running_mean * gain

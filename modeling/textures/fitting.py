@@ -86,8 +86,8 @@ class FittedWindows:
 
         Raises TextureDataError for another shape and for numbers that are not finite, given or answered.
         """
-        found = answers(self.network, self.scale.down(checked(given, self.window)))
-        mean: Array = found[:, 0] * self.scale.sd[0] + self.scale.mean[0]
+        answer = answers(self.network, self.scale.down(checked(given, self.window)))
+        mean: Array = answer[:, 0] * self.scale.sd[0] + self.scale.mean[0]
         return mean
 
     def exported(self) -> Exported:

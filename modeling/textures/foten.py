@@ -59,21 +59,21 @@ def generative(window: int) -> Foten:
 
 def _fit_generative(learning: Learning) -> FittedWindows:
     settings = replace(GENERATIVE_SETTINGS, epochs=epochs_for(learning))
-    found = fit_windows(generative, learning, nll, settings, window=GENERATIVE_WINDOW, diet=GENERATIVE_DIET)
-    matched = Matched(found.network, found.window)
+    fitted = fit_windows(generative, learning, nll, settings, window=GENERATIVE_WINDOW, diet=GENERATIVE_DIET)
+    matched = Matched(fitted.network, fitted.window)
     rounds = QUICK_ROUNDS if learning.settings.get("quick") else ROUNDS
-    distance = match(matched, learning.recording, learning.parts, found.scale, learning.seed, rounds)
+    distance = match(matched, learning.recording, learning.parts, fitted.scale, learning.seed, rounds)
     gain = math.exp(float(matched.log_gain))
     learning.report(f"matched on its own output: {distance:.2f} dB off, gain of the SD {gain:.3f}")
-    return replace(found, network=matched, missed=tuple(missed_aims(distance, gain)))
+    return replace(fitted, network=matched, missed=tuple(missed_aims(distance, gain)))
 
 
 def missed_aims(distance_dB: float, gain: float) -> Iterator[str]:
     """Yield a sentence for each aim of `matching.match` that was missed: nearness, and a gain within its limits."""
     if not distance_dB <= FARTHEST_DB:
-        found = "could not be measured" if math.isnan(distance_dB) else f"is {distance_dB:.2f} dB"
+        reached = "could not be measured" if math.isnan(distance_dB) else f"is {distance_dB:.2f} dB"
         yield (
-            f"On its own output its distance from the recording, felt and in level, {found}; at most {FARTHEST_DB:g} "
+            f"On its own output its distance from the recording, felt and in level, {reached}; at most {FARTHEST_DB:g} "
             "dB is expected: record longer, or train longer."
         )
     if abs(math.log(gain)) > math.log(MOST_GAIN) - 1e-4:  # the limit itself, in single precision

@@ -165,8 +165,8 @@ class SpectrumEncoder(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, length) to the same shape."""
-        found: Tensor = self.dense(self.encoder(self.embedding(x)))
-        return found[..., 0]
+        outputs: Tensor = self.dense(self.encoder(self.embedding(x)))
+        return outputs[..., 0]
 
 
 class FourierBlock(nn.Module):

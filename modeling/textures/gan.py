@@ -48,168 +48,18 @@ APART, HELD_APART = 4, 7
 LEAST_BLOCKS = 8
 STEP = Adversarial()
 SETTINGS = Settings(epochs=60, batch=64, learning_rate=5e-4, plateau_patience=None, stop_patience=20, every_epochs=5)
-
-
-@dataclass(frozen=True)
-class FittedGan:
-    """A trained generator, and what its numbers mean."""
-
-    network: Adversaries
-    cut: Frames
-    scale: SpectraScale
-    trained: Trained
-
-    @property
-    def window(self) -> int:
-        """Samples of a frame."""
-        return self.cut.size
-
-    @property
-    def hop(self) -> int:
-        """Samples between frames."""
-        return self.cut.hop
-
-    @property
-    def frames(self) -> int:
-        """Frames of a block."""
-        return self.cut.count
-
-    @property
-    def drawn(self) -> int:
-        """Random numbers that a block takes beside speed and force."""
-        return NOISE
-
-    def predict(self, given: Array) -> Array:
-        """It does not look at the past. Raises TextureDataError."""
-        raise TextureDataError(f"a GAN makes spectra of blocks: it does not continue windows {given.shape}.")
-
-    def exported(self) -> Exported:
-        """Steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
-        return exported_generator(cast(Generator, self.network.generator), self.scale)
-
-
-def fit(learning: Learning) -> FittedGan:
-    """Train generator and critic on a recording's training part, watched on its validation part.
-
-    `Learning.window` is the size of a frame (even). Raises TextureDataError for a recording without enough blocks or
-    whose acceleration does not vary, TrainingError for a training that fails.
-    """
-    size = learning.window or SIZE
-    frames = Frames(size, max(1, size // PARTS), FRAMES)
-    chosen = settings_for(learning, for_length(SETTINGS, learning))
-    acceleration = samples_of(learning.recording, learning.parts.train)[0]
-    if not acceleration.size or not np.ptp(acceleration) > 0:
-        raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
-    found = _blocks(learning, learning.parts.train, frames, APART, "training")
-    held = _blocks(learning, learning.parts.validation, frames, HELD_APART, "validation")
-    scale = spectra_scale(found)
-    network = seeded(lambda: Adversaries(Generator(frames), Critic(frames)), chosen.seed)
-    trained = train(
-        network, fed(found, scale), watched(held, scale, chosen.seed), energy_distance, chosen,
-        optimiser=two_adams, train_one=STEP, report=learning.report,
-    )  # fmt: skip
-    return FittedGan(network, frames, levelled(network, found, scale, chosen.seed), trained)
-
-
-def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int, name: str) -> Spectra:
-    blocks = spectra(learning.recording, stretches, frames, apart, least_magnitude(learning, frames))
-    if len(blocks.drive) < LEAST_BLOCKS:
-        raise TextureDataError(
-            f"{learning.recording.texture}: its {name} part has {len(blocks.drive)} blocks of {frames.span} samples; "
-            f"at least {LEAST_BLOCKS} are expected: record longer, or take a shorter frame."
-        )
-    return blocks
-
-
-def least_magnitude(learning: Learning, frames: Frames) -> float:
-    """Return what fainter magnitudes count as: a share of those of white noise as strong as the training part."""
-    sd = float(samples_of(learning.recording, learning.parts.train)[0].std())
-    return FAINTEST * sd * float(np.sqrt(0.375 * frames.size))
-
-
-def fed(found: Spectra, scale: SpectraScale) -> Source:
-    """Speed and force with fresh noise every time, and the real spectrogram."""
-    rows = pairs(scale.hand_down(found.drive), scale.down(found.log_magnitude))
-
-    def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        condition, real = rows.batch(chosen, chance)
-        return (torch.as_tensor(condition), torch.randn(len(chosen), NOISE, generator=chance)), real
-
-    return GeneratedRows(len(rows), make, f"{rows.digest} with {NOISE} numbers drawn")
-
-
-def levelled(network: Adversaries, found: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:
-    """The scale by which what is made has the mean power of what is real, in each bin, for the hands of the training.
-
-    The power of a log magnitude is decided by its rare high values, which a critic hardly sees.
-    """
-    rows = watched(found, scale, seed)
-    with training_state(0, 1), torch.no_grad():
-        made = network(*rows.inputs).numpy().astype(np.float64)
-    power, true_power = (np.exp(2 * each).mean(axis=(0, 1)) for each in (scale.up(made), found.log_magnitude))
-    return replace(scale, mean=scale.mean + 0.5 * np.log(true_power / power))
-
-
-def watched(held: Spectra, scale: SpectraScale, seed: int) -> Pairs:
-    """The same noise in every epoch, so that epochs can be compared; in an order in which neighbours lie apart."""
-    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, _NOISE])))
-    order = chance.permutation(len(held.drive))
-    rows = pairs(scale.hand_down(held.drive[order]), scale.down(held.log_magnitude[order]))
-    drawn = torch.from_numpy(chance.standard_normal((len(rows), NOISE)).astype(np.float32))
-    return Pairs((torch.as_tensor(rows.inputs), drawn), rows.targets)
-
-
 _NOISE = 83
 """Tells this use of a seed from the trainer's own."""
-GAN = Method(
-    name="gan", title="Spectrogram GAN", fit=fit, window=SIZE, kind="block", sampled=True,
-    source="Ujitoko and Ban 2018",
-)  # fmt: skip
-
-
 LEAST_SD = 1e-3
 """Of a log magnitude: a bin that hardly varies is not blown up."""
-
-
-@dataclass(frozen=True)
-class SpectraScale:
-    """Mean and SD (bins) of the training part's log magnitudes, mean and SD (2) of speed and force.
-
-    A hand that does not vary has SD 1.
-    """
-
-    mean: Array
-    sd: Array
-    hand_mean: Array
-    hand_sd: Array
-
-    def down(self, log_magnitude: Array) -> Array:
-        """(..., bins) to numbers about 0."""
-        return (log_magnitude - self.mean) / self.sd
-
-    def up(self, numbers: Array) -> Array:
-        """Return the way back."""
-        return numbers * self.sd + self.mean
-
-    def hand_down(self, drive: Array) -> Array:
-        """(..., 2) in mm/s and N to numbers about 0."""
-        return (drive - self.hand_mean) / self.hand_sd
-
-
-def spectra_scale(found: Spectra) -> SpectraScale:
-    """Return the standardisation of these blocks."""
-    logs = found.log_magnitude.reshape(-1, found.log_magnitude.shape[-1])
-    first = found.drive[:1]
-    offsets = found.drive - first  # a hand that stays the same far from zero has an SD of exactly 0 so
-    sd = offsets.std(axis=0)
-    hand_sd = np.where(sd > 1e-12 * np.abs(found.drive).max(axis=0), sd, 1.0)
-    return SpectraScale(
-        logs.mean(axis=0), np.maximum(logs.std(axis=0), LEAST_SD), first[0] + offsets.mean(axis=0), hand_sd
-    )
-
-
 FAINTEST = 1e-3
 """Magnitudes below this share of the texture's own level count as this: the log of silence has no end."""
+NOISE = 64
+"""Numbers drawn for each block: about as many as a block of 98 samples has degrees of freedom."""
+WIDE, CHANNELS = 128, 32
+SLOPE = 0.2
+BOUND = 4.0
+"""No log magnitude lies further from its mean than this many SDs."""
 
 
 @dataclass(frozen=True)
@@ -246,32 +96,29 @@ class Spectra:
     drive: Array
 
 
-def magnitudes(acceleration: Array, frames: Frames) -> Array:
-    """(n, span) to (n, count, bins): magnitudes of the FFT of each Hann-windowed frame, the periodic window."""
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(frames.size) / frames.size)
-    cut = sliding_window_view(acceleration, frames.size, axis=-1)[..., :: frames.hop, :]
-    result: Array = np.abs(np.fft.rfft(cut * window, axis=-1))
-    return result
+@dataclass(frozen=True)
+class SpectraScale:
+    """Mean and SD (bins) of the training part's log magnitudes, mean and SD (2) of speed and force.
 
-
-def spectra(recording: Recording, stretches: Stretches, frames: Frames, apart: int, floor: float) -> Spectra:
-    """Every block that lies within a stretch, `apart` samples after the one before it; none where all are shorter.
-
-    `floor` is the least magnitude.
+    A hand that does not vary has SD 1.
     """
-    starts = [np.arange(start, stop - frames.span + 1, apart) for start, stop in stretches]
-    at: NDArray[Any] = np.concatenate([np.empty(0, dtype=np.int64), *starts]).astype(np.int64)
-    blocks = recording.signals[0][at[:, None] + np.arange(frames.span)]
-    found = magnitudes(blocks, frames)
-    return Spectra(np.log(np.maximum(found, floor)), recording.signals[1:, at].T.copy())
 
+    mean: Array
+    sd: Array
+    hand_mean: Array
+    hand_sd: Array
 
-NOISE = 64
-"""Numbers drawn for each block: about as many as a block of 98 samples has degrees of freedom."""
-WIDE, CHANNELS = 128, 32
-SLOPE = 0.2
-BOUND = 4.0
-"""No log magnitude lies further from its mean than this many SDs."""
+    def down(self, log_magnitude: Array) -> Array:
+        """Standardise log magnitudes (..., bins)."""
+        return (log_magnitude - self.mean) / self.sd
+
+    def up(self, numbers: Array) -> Array:
+        """Undo `down`: return log magnitudes (..., bins)."""
+        return numbers * self.sd + self.mean
+
+    def hand_down(self, drive: Array) -> Array:
+        """Standardise speed and force (..., 2) in mm/s and N."""
+        return (drive - self.hand_mean) / self.hand_sd
 
 
 class Generator(nn.Module):
@@ -318,15 +165,155 @@ class Critic(nn.Module):
         return result
 
 
+@dataclass(frozen=True)
+class FittedGan:
+    """A trained generator, and what its numbers mean."""
+
+    network: Adversaries
+    cut: Frames
+    scale: SpectraScale
+    trained: Trained
+
+    @property
+    def window(self) -> int:
+        """Samples of a frame."""
+        return self.cut.size
+
+    @property
+    def hop(self) -> int:
+        """Samples between frames."""
+        return self.cut.hop
+
+    @property
+    def frames(self) -> int:
+        """Frames of a block."""
+        return self.cut.count
+
+    @property
+    def drawn(self) -> int:
+        """Random numbers that a block takes beside speed and force."""
+        return NOISE
+
+    def predict(self, given: Array) -> Array:
+        """Raise TextureDataError: a GAN does not look at the past."""
+        raise TextureDataError(f"a GAN makes spectra of blocks: it does not continue windows {given.shape}.")
+
+    def exported(self) -> Exported:
+        """Steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
+        return exported_generator(cast(Generator, self.network.generator), self.scale)
+
+
+def fit(learning: Learning) -> FittedGan:
+    """Train generator and critic on a recording's training part, watched on its validation part.
+
+    `Learning.window` is the size of a frame (even). Raises TextureDataError for a recording without enough blocks or
+    whose acceleration does not vary, TrainingError for a training that fails.
+    """
+    size = learning.window or SIZE
+    frames = Frames(size, max(1, size // PARTS), FRAMES)
+    chosen = settings_for(learning, for_length(SETTINGS, learning))
+    acceleration = samples_of(learning.recording, learning.parts.train)[0]
+    if not acceleration.size or not np.ptp(acceleration) > 0:
+        raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
+    blocks = _blocks(learning, learning.parts.train, frames, APART, "training")
+    held = _blocks(learning, learning.parts.validation, frames, HELD_APART, "validation")
+    scale = spectra_scale(blocks)
+    network = seeded(lambda: Adversaries(Generator(frames), Critic(frames)), chosen.seed)
+    trained = train(
+        network, fed(blocks, scale), watched(held, scale, chosen.seed), energy_distance, chosen,
+        optimiser=two_adams, train_one=STEP, report=learning.report,
+    )  # fmt: skip
+    return FittedGan(network, frames, levelled(network, blocks, scale, chosen.seed), trained)
+
+
+def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int, name: str) -> Spectra:
+    blocks = spectra(learning.recording, stretches, frames, apart, least_magnitude(learning, frames))
+    if len(blocks.drive) < LEAST_BLOCKS:
+        raise TextureDataError(
+            f"{learning.recording.texture}: its {name} part has {len(blocks.drive)} blocks of {frames.span} samples; "
+            f"at least {LEAST_BLOCKS} are expected: record longer, or take a shorter frame."
+        )
+    return blocks
+
+
+def least_magnitude(learning: Learning, frames: Frames) -> float:
+    """Return the floor of the magnitudes: a share of those of white noise as strong as the training part."""
+    sd = float(samples_of(learning.recording, learning.parts.train)[0].std())
+    return FAINTEST * sd * float(np.sqrt(0.375 * frames.size))
+
+
+def fed(blocks: Spectra, scale: SpectraScale) -> Source:
+    """Return the training rows: speed and force with fresh noise every time, and the real spectrogram."""
+    rows = pairs(scale.hand_down(blocks.drive), scale.down(blocks.log_magnitude))
+
+    def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
+        condition, real = rows.batch(chosen, chance)
+        return (torch.as_tensor(condition), torch.randn(len(chosen), NOISE, generator=chance)), real
+
+    return GeneratedRows(len(rows), make, f"{rows.digest} with {NOISE} numbers drawn")
+
+
+def levelled(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:
+    """Return the scale that gives generated blocks the mean power of real ones in each bin.
+
+    Both are compared at the speeds and forces of the training part. The power of a log magnitude is decided by its rare high values, which a critic hardly sees.
+    """
+    rows = watched(blocks, scale, seed)
+    with training_state(0, 1), torch.no_grad():
+        made = network(*rows.inputs).numpy().astype(np.float64)
+    power, true_power = (np.exp(2 * each).mean(axis=(0, 1)) for each in (scale.up(made), blocks.log_magnitude))
+    return replace(scale, mean=scale.mean + 0.5 * np.log(true_power / power))
+
+
+def watched(held: Spectra, scale: SpectraScale, seed: int) -> Pairs:
+    """Return held-out rows with the same noise in every epoch, to compare epochs, in an order that parts neighbours."""
+    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, _NOISE])))
+    order = chance.permutation(len(held.drive))
+    rows = pairs(scale.hand_down(held.drive[order]), scale.down(held.log_magnitude[order]))
+    drawn = torch.from_numpy(chance.standard_normal((len(rows), NOISE)).astype(np.float32))
+    return Pairs((torch.as_tensor(rows.inputs), drawn), rows.targets)
+
+
+def spectra_scale(blocks: Spectra) -> SpectraScale:
+    """Return the standardisation of these blocks."""
+    logs = blocks.log_magnitude.reshape(-1, blocks.log_magnitude.shape[-1])
+    first = blocks.drive[:1]
+    offsets = blocks.drive - first  # a hand that stays the same far from zero has an SD of exactly 0 so
+    sd = offsets.std(axis=0)
+    hand_sd = np.where(sd > 1e-12 * np.abs(blocks.drive).max(axis=0), sd, 1.0)
+    return SpectraScale(
+        logs.mean(axis=0), np.maximum(logs.std(axis=0), LEAST_SD), first[0] + offsets.mean(axis=0), hand_sd
+    )
+
+
+def magnitudes(acceleration: Array, frames: Frames) -> Array:
+    """Return the magnitudes (n, count, bins) of the FFT of each frame of blocks (n, span), with the periodic Hann window."""
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(frames.size) / frames.size)
+    cut = sliding_window_view(acceleration, frames.size, axis=-1)[..., :: frames.hop, :]
+    result: Array = np.abs(np.fft.rfft(cut * window, axis=-1))
+    return result
+
+
+def spectra(recording: Recording, stretches: Stretches, frames: Frames, apart: int, floor: float) -> Spectra:
+    """Return every block that lies within a stretch, `apart` samples after the one before it; none where all are
+    shorter. `floor` is the least magnitude.
+    """
+    starts = [np.arange(start, stop - frames.span + 1, apart) for start, stop in stretches]
+    at: NDArray[Any] = np.concatenate([np.empty(0, dtype=np.int64), *starts]).astype(np.int64)
+    blocks = recording.signals[0][at[:, None] + np.arange(frames.span)]
+    strengths = magnitudes(blocks, frames)
+    return Spectra(np.log(np.maximum(strengths, floor)), recording.signals[1:, at].T.copy())
+
+
 def leaky(x: Tensor) -> Tensor:
-    """x, or a fifth of it below zero."""
+    """Return x, or a fifth of it below zero."""
     return functional.leaky_relu(x, SLOPE)
 
 
 def exported_generator(network: Generator, scale: SpectraScale) -> Exported:
-    """Speed in mm/s, force in N and 64 normal numbers to (bins, frames) in C order, natural logs of m/s^2."""
+    """Export speed in mm/s, force in N and 64 normal numbers to (bins, frames) in C order, natural logs of m/s^2."""
     frames = network.frames
-    found = list(pieces(network, ""))
+    exported_pieces = list(pieces(network, ""))
     down = {"down.gain": 1 / scale.hand_sd, "down.offset": -scale.hand_mean / scale.hand_sd}
     more = {
         "down.gain": np.r_[down["down.gain"], np.ones(NOISE)],
@@ -334,9 +321,9 @@ def exported_generator(network: Generator, scale: SpectraScale) -> Exported:
         "up.gain": scale.sd[:, None],
         "up.offset": scale.mean[:, None],
     }
-    tensors = {name: value.detach().numpy() for _, named in found for name, value in named.items()} | more
+    tensors = {name: value.detach().numpy() for _, named in exported_pieces for name, value in named.items()} | more
     steps: tuple[Step, ...] = (
-        Affine(gain="down.gain", offset="down.offset"), *(step for step, _ in found), Turn(),
+        Affine(gain="down.gain", offset="down.offset"), *(step for step, _ in exported_pieces), Turn(),
         Affine(gain="up.gain", offset="up.offset"), Reshape(shape=(frames.bins * frames.count,)),
     )  # fmt: skip
     return Exported(steps, {name: np.array(value, dtype=np.float32, order="C") for name, value in tensors.items()})
@@ -356,3 +343,9 @@ def _(layer: Generator, name: str) -> Pieces:
     yield Affine(gain=1 / BOUND), {}
     yield Activation(function="tanh"), {}
     yield Affine(gain=BOUND), {}
+
+
+GAN = Method(
+    name="gan", title="Spectrogram GAN", fit=fit, window=SIZE, kind="block", sampled=True,
+    source="Ujitoko and Ban 2018",
+)  # fmt: skip

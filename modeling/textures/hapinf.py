@@ -76,11 +76,11 @@ class HapInf(nn.Module):
 def picked(window: int) -> Tensor:
     """(3 (window // 2 + 1), 3 window): the newest half of the window, and a place with no acceleration yet."""
     half = window // 2
-    found = torch.zeros(3, half + 1, 3, window)
+    basis = torch.zeros(3, half + 1, 3, window)
     for channel in range(3):
-        found[channel, :half, channel, window - half :] = torch.eye(half)
-        found[channel, half, channel, window - 1] = float(channel > 0)
-    return found.reshape(3 * (half + 1), 3 * window)
+        basis[channel, :half, channel, window - half :] = torch.eye(half)
+        basis[channel, half, channel, window - 1] = float(channel > 0)
+    return basis.reshape(3 * (half + 1), 3 * window)
 
 
 def _layer(length: int) -> nn.Sequential:

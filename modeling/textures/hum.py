@@ -63,10 +63,10 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
         points = 2 ** math.ceil(math.log2(part * MAINS_FINER))
         taper = np.hanning(part + 2)[1:-1, None]
         starts = range(0, len(axes) - part + 1, max(1, part // 2))
-        found = sum(
+        summed = sum(
             (np.abs(np.fft.rfft(axes[at : at + part] * taper, points, axis=0)) ** 2).sum(axis=1) for at in starts
         )
-        step_hz, power = rate_hz / points, np.asarray(found)
+        step_hz, power = rate_hz / points, np.asarray(summed)
         reach = WANDERS * mains_hz
         tried = np.linspace(mains_hz - reach, mains_hz + reach, 2 * math.ceil(TELLING * reach / step_hz) + 1)
         score = np.zeros(len(tried))
@@ -231,15 +231,15 @@ def notched(axes: Array, rate_hz: float, cycles: Array, multiples: Sequence[int]
     """
     from scipy.signal import butter, filtfilt
 
-    found = axes - _steady_part(axes, cycles, multiples)
+    cleaned = axes - _steady_part(axes, cycles, multiples)
     # What is kept of an offset f, both ways together, is x^2 / (1 + x^2), x = f / edge: 3 dB down at x = 1.55.
     edge_hz = NOTCH_HZ / 2 * math.sqrt(math.sqrt(2.0) - 1.0)
     b, a = butter(1, edge_hz, fs=rate_hz)
-    pad = min(len(found) - 1, math.ceil(rate_hz / NOTCH_HZ))
+    pad = min(len(cleaned) - 1, math.ceil(rate_hz / NOTCH_HZ))
     for multiple in multiples:
-        slow = filtfilt(b, a, turned(found, cycles, multiple), axis=0, padtype="even", padlen=pad)
-        found = found - 2 * turned(slow, cycles, -multiple).real
-    return np.asarray(found)
+        slow = filtfilt(b, a, turned(cleaned, cycles, multiple), axis=0, padtype="even", padlen=pad)
+        cleaned = cleaned - 2 * turned(slow, cycles, -multiple).real
+    return np.asarray(cleaned)
 
 
 def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:

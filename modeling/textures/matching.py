@@ -65,7 +65,7 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     """Set the correction with which the network, on its own output, feels most like the recording; the distance left.
 
     It runs freely along the speeds and forces of the training and validation parts, from what was recorded before each
-    stretch; `matching_felt.correction` tells what to add so that it feels as what was recorded, and a share of that is
+    stretch; `correction` tells what to add so that it feels as what was recorded, and a share of that is
     added, again and again. Of the corrections that were tried that with the least distance is taken: felt distance, and
     the level's, in dB. The test part is not looked at, nor what is made at rest, where the renderer is silent. Equal
     seeds give equal bits. nan, and no correction, where too little is recorded to go by.
@@ -185,7 +185,7 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
     lies 15 dB below them is felt as well. Raises TextureDataError where either is too short for a spectrum.
     """
     hertz, true_power = density(truth)
-    found = density(made)[1]
+    made_power = density(made)[1]
     weigh = third_octaves(hertz) * (hertz[1] / np.array([[threshold_m_s2(middle)] for middle in BANDS_HZ]) ** 2)
     lags = np.exp(-2j * np.pi * hertz[:, None] / RATE_HZ * np.arange(len(own), 0, -1))
     whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt(weigh @ true_power)
@@ -194,7 +194,7 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
         response = np.maximum(np.abs(whitened - lags @ change[:-1]), NEAREST)
         more = 2 * (change[-1] + np.log(np.maximum(np.abs(whitened), NEAREST) / response))
         spread = KEPT * _DB * more[heard] / np.sqrt(heard.sum())
-        return np.concatenate([_felt(weigh @ (found * np.exp(more))) - goal, spread, stiff * change[:-1]])
+        return np.concatenate([_felt(weigh @ (made_power * np.exp(more))) - goal, spread, stiff * change[:-1]])
 
     best = least_squares(off, np.zeros(len(own) + 1), max_nfev=ATTEMPTS).x
     return np.asarray(best[:-1]), float(best[-1])

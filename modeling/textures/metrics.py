@@ -70,8 +70,8 @@ def raw_gfc(truth: Array, made: Array) -> float | None:
     """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
     demand_alike(truth, made)
     pairs = zip(blocks(truth, BLOCK), blocks(made, BLOCK), strict=True)
-    found = [each for a, b in pairs if (each := gfc(a, b)) is not None]
-    return float(np.mean(found)) if found else None
+    values = [each for a, b in pairs if (each := gfc(a, b)) is not None]
+    return float(np.mean(values)) if values else None
 
 
 def smoothed_gfc(truth: Array, made: Array) -> float | None:
@@ -89,8 +89,8 @@ def density(signal: Array) -> tuple[Array, Array]:
 
     if signal.ndim != 1 or len(signal) < SMOOTHED or not np.isfinite(signal).all():
         raise TextureDataError(f"a spectrum needs {SMOOTHED} finite samples; {signal.shape} were found.")
-    hertz, found = welch(signal, RATE_HZ, nperseg=SMOOTHED, noverlap=SMOOTHED // 2, detrend=False)
-    return hertz, found
+    hertz, power = welch(signal, RATE_HZ, nperseg=SMOOTHED, noverlap=SMOOTHED // 2, detrend=False)
+    return hertz, power
 
 
 def blocks(signal: Array, size: int) -> Iterator[Array]:
@@ -196,8 +196,8 @@ def cycle(signal: Array, window: int = CYCLE) -> float | None:
     if size < round(SHORTEST_MS * RATE_HZ / 1000) or whole <= 0:
         return None
     starts = range(0, len(signal) - size + 1, max(1, size // 2))
-    found = [_greatest(part) for at in starts if level(part := signal[at : at + size]) > SOUNDS * whole]
-    return float(np.median(found)) if found else None
+    greatest = [_greatest(part) for at in starts if level(part := signal[at : at + size]) > SOUNDS * whole]
+    return float(np.median(greatest)) if greatest else None
 
 
 def _greatest(part: Array) -> float:

@@ -76,9 +76,9 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
     notes: list[str] = []
     made_from: list[str] = []
     for each in touched:
-        found, further = filtered(each, Filtering(remove_hum=remove_hum))
+        stretches, further = filtered(each, Filtering(remove_hum=remove_hum))
         pieces += [
-            np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N]) for stretch in found
+            np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N]) for stretch in stretches
         ]
         notes += further
         made_from += each.made_from
@@ -113,15 +113,15 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
         if b - a >= SHORTEST_S * RATE_HZ
     ]
     notes += _holes(touched.where, runs, known, signals)
-    found = []
+    shifted = []
     for a, b in runs:
         stretch, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], way)
-        found.append(replace(stretch, first=a))
+        shifted.append(replace(stretch, first=a))
         notes += hum
     # leave out what lies within `trim_s` of the exploration's start or end
     length = len(known)
     first = round(way.trim_s * RATE_HZ)
-    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in found]
+    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in shifted]
     remaining = [each for each in cut if len(each.axes)]
     if not remaining:
         raise TooShort(

@@ -75,12 +75,12 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
         grid_s = grid_points(start, stop, RATE_HZ)
     except AlignError as error:
         raise TextureDataError(f"{signals[0].where}: its signals share no time: {error}") from None
-    found = [_aligned(signal, grid_s) for signal, _ in evened]
-    known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in found])
+    aligned = [_aligned(signal, grid_s) for signal, _ in evened]
+    known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in aligned])
     notes = tuple(note for _, notes in evened for note in notes)
-    bridged = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
+    bridged = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, aligned, strict=True)]
     return (
-        [each.values for each in found],
+        [each.values for each in aligned],
         known,
         (*notes, *tuple(f"{what}: {count} samples bridged in short holes" for what, count in bridged if count)),
     )
@@ -97,10 +97,10 @@ def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> 
     breaks = np.flatnonzero(np.diff(even.times_s) > LOST / even.rate_hz) + 1
     try:
         estimate = slope(window, DEGREE, even.rate_hz, "middle")
-        found = np.concatenate([velocity(each, estimate) for each in np.split(even.values, breaks)])
+        velocities = np.concatenate([velocity(each, estimate) for each in np.split(even.values, breaks)])
     except AlignError as error:
         raise TextureDataError(f"{position.where}: {error}") from None
-    return replace(even, what="speed", values=projected(found, normal))
+    return replace(even, what="speed", values=projected(velocities, normal))
 
 
 def projected(vectors: Array, normal: Sequence[float]) -> Array:
@@ -141,14 +141,14 @@ def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
     times_s = signal.times_s
     wanted_s = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * signal.rate_hz) + 1) / signal.rate_hz
     try:
-        found = align(
+        aligned = align(
             times_s, signal.values, wanted_s, METHODS["pchip"], rate_hz=signal.rate_hz, grid_hz=signal.rate_hz,
             longest_gap_s=max(LONGEST_GAP_S[signal.what], LOST / signal.rate_hz),
         )  # fmt: skip
     except AlignError as error:
         raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None
     note = f"{signal.what}: its times are uneven; values between samples are interpolated (monotone cubics)"
-    return replace(signal, times_s=wanted_s, values=found.values), (note,)
+    return replace(signal, times_s=wanted_s, values=aligned.values), (note,)
 
 
 def _demand_rate(signal: Sampled) -> None:

@@ -139,9 +139,9 @@ def _nothing(accel: Path) -> TextureDataError:
 
 def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
     """Return each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
-    found = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
-    found.sort(key=lambda each: [int(number) for number in each[0].groups()])
-    return [(f"cluster_{match['texture']}", match, file) for match, file in found]
+    files = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
+    files.sort(key=lambda each: [int(number) for number in each[0].groups()])
+    return [(f"cluster_{match['texture']}", match, file) for match, file in files]
 
 
 def _slide(root: Path, match: re.Match[str], place: Path) -> Slide:

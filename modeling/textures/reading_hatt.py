@@ -65,11 +65,11 @@ def read_hatt(
 
 def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
     """The textures that there are in a file or folder, by name; none of them is read yet. Raises TextureDataError."""
-    found = _found(path)
-    names = [each.name for each in found]
+    there = _found(path)
+    names = [each.name for each in there]
     if missing := [name for name in textures if name not in names]:
         raise TextureDataError(f"{path}: no recording of {missing[0]!r}; there are {', '.join(names[:8])}")
-    selected = [each for each in found if not textures or each.name in textures]
+    selected = [each for each in there if not textures or each.name in textures]
     for file in (file for each in selected for file in each.files.values()):
         if not file.is_file():
             raise TextureDataError(f"{file}: no such file; every signal of a texture has one of the same name")
@@ -185,13 +185,13 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
     if speed is None or position is None:
         return
     moved = projected(speed_from(position, normal).values, normal)
-    recorded, found = (
+    recorded, derived = (
         float(np.median(np.linalg.norm(each[np.isfinite(each).all(axis=1)], axis=1))) for each in (speed.values, moved)
     )
-    if max(recorded, found) > MOVES_MM_S and not found / APART <= recorded <= found * APART:
+    if max(recorded, derived) > MOVES_MM_S and not derived / APART <= recorded <= derived * APART:
         raise TextureDataError(
-            f"{speed.where}: the median is {recorded:.3g} mm/s, and the positions tell {found:.3g} mm/s: is SampleRate"
-            f" ({position.rate_hz:g} Hz) right, and are SpeedUnits and PositionUnits?"
+            f"{speed.where}: the median is {recorded:.3g} mm/s, and the positions tell {derived:.3g} mm/s: is "
+            f"SampleRate ({position.rate_hz:g} Hz) right, and are SpeedUnits and PositionUnits?"
         )
 
 
@@ -215,8 +215,8 @@ class Document:
 
     def text(self, *names: str) -> str:
         """Return what stands in the first of these elements that is there; "" where none is."""
-        found = next((self.elements[name] for name in names if name in self.elements), None)
-        return "" if found is None else (found.text or "").strip()
+        element = next((self.elements[name] for name in names if name in self.elements), None)
+        return "" if element is None else (element.text or "").strip()
 
     def numbers(self, *names: str) -> Array | None:
         """(n,) or (n, axes): the numbers of the first of these elements that holds any; None where none does.
@@ -246,11 +246,11 @@ class Document:
     def _axes(self, name: str, axes: dict[str, ElementTree.Element]) -> Array:
         if len(axes) != len(AXES):
             raise TextureDataError(f"{self.where}: {name} has the axes {', '.join(axes)}; x, y and z are expected")
-        found = [self._series(axes[axis], f"{name}.{axis}") for axis in AXES]
-        if len({len(each) for each in found}) > 1:
-            counts = ", ".join(f"{axis} {len(each)}" for axis, each in zip(AXES, found, strict=True))
+        series = [self._series(axes[axis], f"{name}.{axis}") for axis in AXES]
+        if len({len(each) for each in series}) > 1:
+            counts = ", ".join(f"{axis} {len(each)}" for axis, each in zip(AXES, series, strict=True))
             raise TextureDataError(f"{self.where}: {name} is cut short: {counts} samples; as many of each are expected")
-        return np.stack(found, axis=1)
+        return np.stack(series, axis=1)
 
     def _series(self, element: ElementTree.Element, name: str) -> Array:
         cells = list(_cells(element))

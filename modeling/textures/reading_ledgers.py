@@ -161,10 +161,10 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
     times_s = clock.t0_s + stream.numbers() / clock.rate_hz
     columns = _columns(what, stream, where)
     scales = [scale_of_unit(what, stream.units[column], f"{where}: {stream.name}") for column in columns]
-    found = values[:, columns] * np.array(scales)
+    scaled = values[:, columns] * np.array(scales)
     if SEEN in stream.channels:
-        found[values[:, stream.channels.index(SEEN)] == 0] = np.nan
-    return Sampled(what, times_s, np.asarray(found), float(clock.rate_hz), f"{where}: {name}")
+        scaled[values[:, stream.channels.index(SEEN)] == 0] = np.nan
+    return Sampled(what, times_s, np.asarray(scaled), float(clock.rate_hz), f"{where}: {name}")
 
 
 def _columns(what: str, stream: Stream, where: str) -> list[int]:
@@ -181,12 +181,12 @@ def _columns(what: str, stream: Stream, where: str) -> list[int]:
 
 
 def _demand_all(
-    lab: Path, found: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, also: Sequence[str]
+    lab: Path, captures: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, also: Sequence[str]
 ) -> None:
     """Raises NoCapture where one of `textures` lacks, or everything; `also` says why else a capture may not count."""
     for texture in textures or ():
-        if texture not in found:
-            raise NoCapture(f"{lab}: no capture of {texture!r} counts; {nearest(texture, found)}")
-    if not found:
+        if texture not in captures:
+            raise NoCapture(f"{lab}: no capture of {texture!r} counts; {nearest(texture, captures)}")
+    if not captures:
         why = "".join(f", or {each}" for each in also)
         raise NoCapture(f"{lab}: no capture counts: every attempt was repeated, left or faulted{why}")

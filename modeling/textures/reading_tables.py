@@ -72,14 +72,14 @@ def files_in(paths: Sequence[Path]) -> list[Path]:
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
-            found = sorted(
+            tables = sorted(
                 each
                 for each in path.iterdir()
                 if each.suffix.lower() in KINDS and (each.name[0] != "." and not each.is_dir())
             )
-            if not found:
+            if not tables:
                 raise TextureDataError(f"{path}: no table in it; files named {', '.join(KINDS)} are expected")
-            yield from found
+            yield from tables
         elif path.is_file():
             yield path
         else:
@@ -102,13 +102,13 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
                 raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
             given[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
             notes.append(f"{what} was not recorded: it is said to have been {value:g} {unit} throughout")
-    found = {**signals, **given}
-    acceleration, force = found["acceleration"], found["force"]
-    if acceleration is None or force is None or (found["speed"] is None and found["position"] is None):
-        raise TextureDataError(_lacking(file, table, found))
-    position = None if found["speed"] is not None else found["position"]
+    every = {**signals, **given}
+    acceleration, force = every["acceleration"], every["force"]
+    if acceleration is None or force is None or (every["speed"] is None and every["position"] is None):
+        raise TextureDataError(_lacking(file, table, every))
+    position = None if every["speed"] is not None else every["position"]
     return Touched(
-        str(file), acceleration, force, found["speed"], position, normal,
+        str(file), acceleration, force, every["speed"], position, normal,
         (f"{file.name} {file_sha256(file)}",), (*table.notes, *notes),
     )  # fmt: skip
 
@@ -162,9 +162,9 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
     return Sampled(what, times_s, values, 1 / step_s, where, written_s)
 
 
-def _lacking(file: Path, table: Table, found: Mapping[str, Sampled | None]) -> str:
-    lacks = [name for name in ("acceleration", "force") if found[name] is None]
-    lacks += ["speed"] if found["speed"] is None and found["position"] is None else []
+def _lacking(file: Path, table: Table, signals: Mapping[str, Sampled | None]) -> str:
+    lacks = [name for name in ("acceleration", "force") if signals[name] is None]
+    lacks += ["speed"] if signals["speed"] is None and signals["position"] is None else []
     return (
         f"{file}: no column for {' and '.join(lacks)} among {_headed(table)}; expected are time, acceleration (or ax,"
         " ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was held still and not recorded"

@@ -41,9 +41,9 @@ def mel_bands(bins: int) -> Tensor:
 def cosines(rows: int, columns: int) -> Tensor:
     """Return the orthonormal discrete cosine transform of type II: its first rows."""
     turns = torch.outer(torch.arange(rows).double(), torch.arange(columns).double() + 0.5) * math.pi / columns
-    found = math.sqrt(2 / columns) * turns.cos()
-    found[0] /= math.sqrt(2)
-    return found.float()
+    matrix = math.sqrt(2 / columns) * turns.cos()
+    matrix[0] /= math.sqrt(2)
+    return matrix.float()
 
 
 class MelBlock(nn.Module):
@@ -91,13 +91,13 @@ def wavelet(length: int) -> tuple[Tensor, Tensor]:
         # one level: smooth halves above, details below; an orthogonal matrix
         low = torch.tensor(DB2, dtype=torch.float64) / (4 * math.sqrt(2))
         high = low.flip(0) * torch.tensor([1.0, -1.0, 1.0, -1.0], dtype=torch.float64)
-        found = torch.zeros(size, size, dtype=torch.float64)
+        stage = torch.zeros(size, size, dtype=torch.float64)
         for row in range(size // 2):
             for tap in range(4):
                 place = (2 * row + tap) % size
-                found[row, place] += low[tap]
-                found[size // 2 + row, place] += high[tap]
-        whole[:size] = found @ whole[:size]
+                stage[row, place] += low[tap]
+                stage[size // 2 + row, place] += high[tap]
+        whole[:size] = stage @ whole[:size]
     repeat = torch.eye(padded, length, dtype=torch.float64)
     repeat[length:, -1] = 1
     return (whole @ repeat).float(), whole.T[:length].float()

@@ -55,8 +55,8 @@ def split(
     apart = _apart(recording, cut)
     chance = np.random.Generator(np.random.PCG64(seed))
     starts = [_spread(counts), *(chance.permutation(_spread(counts)) for _ in range(STARTS))]
-    found = [_descended(apart, start) for start in starts]
-    labels = min(found, key=lambda labels: sum(_distances(apart, labels)))
+    candidates = [_descended(apart, start) for start in starts]
+    labels = min(candidates, key=lambda labels: sum(_distances(apart, labels)))
     return Parts(*(tuple(cut[each] for each in np.flatnonzero(labels == part)) for part in range(len(NAMES))))
 
 
@@ -81,7 +81,7 @@ def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tup
     """Return what a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
     fit = fit_of(recording, parts)
     notes = [f"{fit.frames} frames instead of {frames}: the recording is short"] if fit.frames < frames else []
-    if any(abs(found - share) > TOLERATED for found, share in zip(fit.shares, SHARES, strict=True)):
+    if any(abs(reached - share) > TOLERATED for reached, share in zip(fit.shares, SHARES, strict=True)):
         notes.append("parts of {:.0%} / {:.0%} / {:.0%}: whole frames give no nearer ones".format(*fit.shares))
     return tuple(notes)
 

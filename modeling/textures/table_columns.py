@@ -122,10 +122,10 @@ def read_columns(file: Path) -> Table:
 def _of_numbers(lines: _Lines, count: int) -> Array | None:
     """(rows, count) of a table that holds nothing but finite numbers, read at once; None: it must be looked at."""
     try:
-        found = np.loadtxt(lines.rows, delimiter=lines.separator or None, comments=None, quotechar='"', ndmin=2)
+        numbers = np.loadtxt(lines.rows, delimiter=lines.separator or None, comments=None, quotechar='"', ndmin=2)
     except ValueError:
         return None
-    return found if found.shape == (len(lines.rows), count) and np.isfinite(found).all() else None
+    return numbers if numbers.shape == (len(lines.rows), count) and np.isfinite(numbers).all() else None
 
 
 def _lines(file: Path) -> _Lines:
@@ -288,4 +288,6 @@ def _squeezed(unit: str) -> str:
     for written, meant in OTHERWISE.items():
         unit = unit.replace(written, meant)
     bare = re.sub(r"[\s^*·.]", "", unit)
-    return ALSO.get(bare) or re.sub(r"^(c?m|mm)s-([12])$", lambda found: f"{found[1]}/s{found[2].strip('1')}", bare)
+    return ALSO.get(bare) or re.sub(
+        r"^(c?m|mm)s-([12])$", lambda unit_match: f"{unit_match[1]}/s{unit_match[2].strip('1')}", bare
+    )

@@ -40,8 +40,8 @@ def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
 
 def samples_of(recording: Recording, stretches: Stretches) -> Array:
     """Return the signals (3, n) of the stretches, one after another."""
-    found = [recording.signals[:, start:stop] for start, stop in stretches]
-    return np.concatenate(found, axis=1) if found else np.empty((CHANNELS, 0))
+    cuts = [recording.signals[:, start:stop] for start, stop in stretches]
+    return np.concatenate(cuts, axis=1) if cuts else np.empty((CHANNELS, 0))
 
 
 def scale_of(recording: Recording, parts: Parts) -> Scale:

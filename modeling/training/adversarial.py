@@ -74,8 +74,8 @@ class Adversarial:
                 raise TrainingError("a generator's source gives two inputs: condition and noise.")
             condition, noise = inputs
             made = network(condition, noise)
-            found = self._criticise(network.critic, condition, torch.as_tensor(real), made.detach())
-            _step(network.critic, optimiser, found, epoch, batch)
+            critic_loss = self._criticise(network.critic, condition, torch.as_tensor(real), made.detach())
+            _step(network.critic, optimiser, critic_loss, epoch, batch)
             deceived = functional.softplus(-network.critic(condition, made)).mean()
             _step(network.generator, optimiser, deceived, epoch, batch)
             total += number(loss(made.detach(), real), epoch, batch) * len(rows)

@@ -108,54 +108,54 @@ def checkpoint_of(state: State, identity: Mapping[str, Any]) -> Checkpoint:
     tensors = {_NOW + name: tensor for name, tensor in copied(state.network).items()}
     tensors |= {_BEST + name: tensor for name, tensor in state.best.items()}
     # the memory of the optimiser, by parameter and name
-    found: dict[str, Tensor] = {}
+    momenta: dict[str, Tensor] = {}
     for parameter, memory in state.optimiser.state_dict()["state"].items():
         for name, value in memory.items():
             if isinstance(value, Tensor):
-                found[f"{parameter}.{name}"] = value.detach().clone().contiguous()
+                momenta[f"{parameter}.{name}"] = value.detach().clone().contiguous()
             elif value is not None:
                 raise CheckpointError(
                     f"{type(state.optimiser).__name__} keeps {name} as {type(value).__name__}: no tensor."
                 )
-    tensors |= {_OPTIMISER + name: tensor for name, tensor in found.items()}
+    tensors |= {_OPTIMISER + name: tensor for name, tensor in momenta.items()}
     tensors[_DROPOUT] = torch.get_rng_state()
     plain = {"identity": dict(identity), "history": [epoch.plain() for epoch in state.history]}
     return Checkpoint(len(state.history), tensors, plain)
 
 
-def put_back(state: State, found: Checkpoint) -> None:
+def put_back(state: State, checkpoint: Checkpoint) -> None:
     """Restore the state of the checkpoint. Raises CheckpointError where the tensors are not this training's."""
     try:
-        restore(state.network, _under(_NOW, found.tensors))
+        restore(state.network, _under(_NOW, checkpoint.tensors))
         memory: dict[int, dict[str, Tensor]] = {}
-        for name, tensor in _under(_OPTIMISER, found.tensors).items():
+        for name, tensor in _under(_OPTIMISER, checkpoint.tensors).items():
             parameter, key = name.split(".", 1)
             memory.setdefault(int(parameter), {})[key] = tensor
         state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": memory})
-        torch.set_rng_state(found.tensors[_DROPOUT])
-        state.best = _under(_BEST, found.tensors)
-        state.history[:] = [Epoch(**epoch) for epoch in found.plain["history"]]
+        torch.set_rng_state(checkpoint.tensors[_DROPOUT])
+        state.best = _under(_BEST, checkpoint.tensors)
+        state.history[:] = [Epoch(**epoch) for epoch in checkpoint.plain["history"]]
     except (KeyError, TypeError, RuntimeError, ValueError) as error:
-        raise CheckpointError(f"the checkpoint of epoch {found.epoch} is not of this training: {error}") from error
+        raise CheckpointError(f"the checkpoint of epoch {checkpoint.epoch} is not of this training: {error}") from error
 
 
-def refuse_other(found: Checkpoint, identity: Mapping[str, Any], where: str) -> None:
+def refuse_other(checkpoint: Checkpoint, identity: Mapping[str, Any], where: str) -> None:
     """Raise CheckpointError where the checkpoint is of other data, settings, another network or loss."""
-    theirs = found.plain["identity"]
+    theirs = checkpoint.plain["identity"]
     for name, ours in identity.items():
         if other := difference(theirs.get(name), ours, name):
             raise CheckpointError(f"{where} holds another training ({other}). Name another folder, or remove that one.")
 
 
-def refuse_longer(found: Checkpoint, settings: Settings, where: str) -> None:
+def refuse_longer(checkpoint: Checkpoint, settings: Settings, where: str) -> None:
     """Raise CheckpointError where that training went on after these settings would have ended it: it has other weights.
 
     Fewer epochs than it has, or a patience that ran out before its last one.
     """
     course = course_of((), settings)
-    for epoch in found.plain["history"]:
+    for epoch in checkpoint.plain["history"]:
         if course.ended(settings):
-            ends = f"holds {found.epoch} epochs, and this training ends after {course.epochs}"
+            ends = f"holds {checkpoint.epoch} epochs, and this training ends after {course.epochs}"
             raise CheckpointError(f"{where} {ends}. Name another folder, or remove that one.")
         course = course.after(Epoch(**epoch).watched, settings)
 

@@ -27,6 +27,32 @@ from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 Given = TypeVar("Given")
 Result = TypeVar("Result")
 ATTEMPTS = 3
+LONGEST = 80
+PATIENCE_S = 30
+LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
+TRIM, MMAP = 256 << 20, 32 << 20
+"""Bytes; the second is the most that glibc takes, and where it goes by itself in time."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """`call(given)`, as job number `index`, with `threads` threads."""
+
+    index: int
+    name: str
+    call: Callable[[Any], Any]
+    given: Any
+    threads: int
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A failure as text, because an error may not survive pickling. `refused`: the input was at fault."""
+
+    words: str
+    trace: str
+    refused: bool
 
 
 def run_jobs(
@@ -39,51 +65,51 @@ def run_jobs(
     report: Report = silent,
     clock: Clock = time.perf_counter,
 ) -> list[Result]:
-    """`[call(job) for job in jobs]`, by `workers` processes, each job with `threads` threads.
+    """Return `[call(job) for job in jobs]`, computed by `workers` processes, each job with `threads` threads.
 
-    `workers` None: as many as cores that this process may use. `cluster` is the address of a Dask scheduler
-    (tcp://HOST:8786); its workers do the jobs then, and `workers` says nothing. Jobs whose worker died are done again,
-    until workers have died three times. `call` and the jobs are pickled: no open files. A job with a `name` is told of
-    by it. Raises JobError for a job that was refused (any ValueError), JobBroken for one that failed otherwise; the
-    first one ends the others.
+    `workers` None means one for each core that this process may use. `cluster` is the address of a Dask scheduler
+    (tcp://HOST:8786); its workers then run the jobs, and `workers` is ignored. Jobs whose worker died are run again,
+    until workers have died three times. `call` and the jobs are pickled, so they hold no open files. A job that has a
+    `name` is reported by it. Raises JobError for a job that was refused (any ValueError), JobBroken for one that failed
+    otherwise; the first failure ends the others.
     """
     if workers is not None and workers < 1:
         raise JobError(f"workers is {workers}: expected 1 or more.")
     results: dict[int, Result] = {}
     pace = Pace(len(jobs), clock)
 
-    def took(job: Job, result: Result) -> None:
+    def handle_result(job: Job, result: Result) -> None:
         results[job.index] = result
         pace.step()
         left = f", {lasting(pace.left_s)} left" if pace.done < len(jobs) else ""
         report(f"{pace.done} of {len(jobs)} done: {job.name}{left}")
 
-    tasks = [Job(index, named(index, job), call, job, threads) for index, job in enumerate(jobs)]
+    tasks = [Job(index, _job_name(index, job), call, job, threads) for index, job in enumerate(jobs)]
     if not workers:
         from joblib import cpu_count
 
         workers = int(cpu_count())  # those that this process may use: a container gives less than the machine has
     if cluster is not None:
-        on_cluster(cluster, tasks, took, report)
+        run_on_cluster(cluster, tasks, handle_result, report)
     elif min(workers, len(tasks)) > 1:
-        on_cores(min(workers, len(tasks)), tasks, took, report)
+        run_on_cores(min(workers, len(tasks)), tasks, handle_result, report)
     else:
         for task in tasks:
-            took(task, done(task))
+            handle_result(task, unwrap(task, run_safely(task)))
     return [results[index] for index in range(len(tasks))]
 
 
-def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
-    """Do the jobs by so many processes; where one of them dies, its jobs and those not started are done again."""
+def run_on_cores(workers: int, jobs: list[Job], handle_result: Callable[[Job, Any], None], report: Report) -> None:
+    """Run the jobs in `workers` processes; when one dies, its jobs and those not started are run again."""
     missing = {job.index: job for job in jobs}
 
-    def came(job: Job, outcome: Any) -> None:
-        took(job, opened(job, outcome))
+    def handle_outcome(job: Job, outcome: Any) -> None:
+        handle_result(job, unwrap(job, outcome))
         del missing[job.index]
 
     try:
         for attempt in range(1, ATTEMPTS + 1):
-            if _all_came(workers, list(missing.values()), came):
+            if _run_in_processes(workers, list(missing.values()), handle_outcome):
                 return
             if attempt < ATTEMPTS:
                 report(f"a worker died: {len(missing)} jobs are done again (attempt {attempt + 1} of {ATTEMPTS})")
@@ -95,18 +121,18 @@ def on_cores(workers: int, jobs: list[Job], took: Callable[[Job, Any], None], re
     raise JobBroken(f"workers died {ATTEMPTS} times, likely for want of memory. Not done: {names}.")
 
 
-def _all_came(workers: int, jobs: list[Job], came: Callable[[Job, Any], None]) -> bool:
-    """Return whether all jobs came back, each handed on as it comes; False where a worker died on the way."""
+def _run_in_processes(workers: int, jobs: list[Job], handle_outcome: Callable[[Job, Any], None]) -> bool:
+    """Run the jobs and pass on each outcome as it arrives; return False when a worker died, else True."""
     from joblib import Parallel, delayed, parallel_config
 
     threads = max(job.threads for job in jobs)
     with parallel_config(backend="loky", inner_max_num_threads=threads):
         pool = Parallel(n_jobs=workers, return_as="generator_unordered", max_nbytes=None, batch_size=1)
-        outcomes = pool(delayed(_with_job)(job) for job in jobs)
+        outcomes = pool(delayed(_run_indexed)(job) for job in jobs)
         by_index = {job.index: job for job in jobs}
         try:
             for index, outcome in outcomes:
-                came(by_index[index], outcome)
+                handle_outcome(by_index[index], outcome)
         except BrokenProcessPool:
             return False
         finally:
@@ -117,35 +143,12 @@ def _all_came(workers: int, jobs: list[Job], came: Callable[[Job, Any], None]) -
     return True
 
 
-def _with_job(job: Job) -> tuple[int, Any]:
-    return job.index, attempted(job)
+def _run_indexed(job: Job) -> tuple[int, Any]:
+    return job.index, run_safely(job)
 
 
-LONGEST = 80
-
-
-@dataclass(frozen=True)
-class Job:
-    """`call(given)`, as job number `index`."""
-
-    index: int
-    name: str
-    call: Callable[[Any], Any]
-    given: Any
-    threads: int
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A failure in words: an error itself may not survive pickling. `refused` tells a mistake of input from a fault."""
-
-    words: str
-    trace: str
-    refused: bool
-
-
-def attempted(job: Job) -> Any:
-    """Return the job's result or `Failed`; runs in the worker."""
+def run_safely(job: Job) -> Any:
+    """Run the job in this process; return its result, or `Failed` for an error."""
     try:
         with limited(job.threads):
             return job.call(job.given)
@@ -155,8 +158,8 @@ def attempted(job: Job) -> Any:
         return Failed(str(error) if refused else words, "".join(traceback.format_exception(error)), refused)
 
 
-def opened(job: Job, outcome: Any) -> Any:
-    """Return the result. Raises JobError or JobBroken, with the job's name, for a failure."""
+def unwrap(job: Job, outcome: Any) -> Any:
+    """Return the result of the job's outcome. Raises JobError or JobBroken, with the job's name, for a failure."""
     if not isinstance(outcome, Failed):
         return outcome
     if outcome.refused:
@@ -164,52 +167,43 @@ def opened(job: Job, outcome: Any) -> Any:
     raise JobBroken(f"{job.name}: {outcome.words}\n{outcome.trace}")
 
 
-def done(job: Job) -> Any:
-    """Return the job done in this process."""
-    return opened(job, attempted(job))
-
-
-def named(index: int, given: Any) -> str:
-    """Return what the job is called: its own `name`, or its beginning as text."""
+def _job_name(index: int, given: Any) -> str:
+    """Return the number of the job with its `name`, or with the beginning of its repr."""
     name = getattr(given, "name", None)
     text = name if isinstance(name, str) else repr(given)
     return f"job {index + 1} ({text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'})"
 
 
-PATIENCE_S = 30
-LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."
-
-
-def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
-    """Do the jobs by the cluster's workers. The scheduler gives the jobs of a worker that died to another one.
+def run_on_cluster(address: str, jobs: list[Job], handle_result: Callable[[Job, Any], None], report: Report) -> None:
+    """Run the jobs on the cluster's workers. The scheduler gives the jobs of a worker that died to another one.
 
     Raises JobError where there is no such cluster, its workers have other versions than this process, or more than one
     thread each: trainings in one process would draw from each other's chance.
     """
-    with _client(address) as client:
+    with _connect(address) as client:
         _refuse_unfit(client, address)
         report(f"{len(client.nthreads())} workers at {address}")
-        futures = {client.submit(_attempted_there, job, pure=False): job for job in jobs}
+        futures = {client.submit(_run_on_cluster_worker, job, pure=False): job for job in jobs}
         from distributed import as_completed
 
         try:
             for future in as_completed(list(futures), loop=client.loop):
                 job = futures[future]
-                took(job, opened(job, _outcome(future, job)))
+                handle_result(job, unwrap(job, _fetch_outcome(future, job)))
         finally:
             for future in futures:
                 future.cancel()
 
 
 def demand_cluster(address: str) -> None:
-    """For long work whose jobs go there later. Raises JobError where `on_cluster` would refuse the cluster."""
-    with _client(address) as client:
+    """Raise JobError where `run_on_cluster` would refuse the cluster, before long work whose jobs go there later."""
+    with _connect(address) as client:
         _refuse_unfit(client, address)
 
 
 @contextmanager
 def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
-    """A scheduler and so many workers of one thread on this machine, each a process; gone afterwards. Its address."""
+    """Start a scheduler and `workers` one-thread processes on this machine; yield its address, then stop all."""
     try:
         import dask
         from distributed import LocalCluster
@@ -229,19 +223,19 @@ def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
         yield str(cluster.scheduler_address)
 
 
-def _attempted_there(job: Job) -> Any:
+def _run_on_cluster_worker(job: Job) -> Any:
     keep_freed()
-    return attempted(job)
+    return run_safely(job)
 
 
-def _outcome(future: Any, job: Job) -> Any:
+def _fetch_outcome(future: Any, job: Job) -> Any:
     if future.status == "finished":
         return future.result()
     error = future.exception() if future.status == "error" else None
     raise JobBroken(f"{job.name}: the cluster gave it up ({error or future.status}).")
 
 
-def _client(address: str) -> Any:
+def _connect(address: str) -> Any:
     try:
         from distributed import Client
     except ModuleNotFoundError:
@@ -264,18 +258,13 @@ def _refuse_unfit(client: Any, address: str) -> None:
 
 
 def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
-    """Other versions give other numbers."""
+    """Raise JobError for a worker with other versions of the libraries: they give other numbers."""
     ours = versions()
-    for worker, found in theirs.items():
-        other = [name for name in ours if found.get(name) != ours[name]]
+    for worker, installed in theirs.items():
+        other = [name for name in ours if installed.get(name) != ours[name]]
         if other:
-            text = ", ".join(f"{name} {found.get(name)} (here {ours[name]})" for name in other)
+            text = ", ".join(f"{name} {installed.get(name)} (here {ours[name]})" for name in other)
             raise JobError(f"Worker {worker} has {text}: install the same versions there.")
-
-
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
-TRIM, MMAP = 256 << 20, 32 << 20
-"""Bytes; the second is the most that glibc takes, and where it goes by itself in time."""
 
 
 def keep_freed() -> None:

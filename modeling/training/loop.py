@@ -98,8 +98,8 @@ def train(
 def _of_one_rate(optimiser: Optimizer, rate: float) -> Optimizer:
     """Raise TrainingError for groups with rates of their own: the schedule would silently set them all to one."""
     if {float(group["lr"]) for group in optimiser.param_groups} != {rate}:
-        found = ", ".join(f"{float(group['lr']):g}" for group in optimiser.param_groups)
-        raise TrainingError(f"the optimiser's learning rate is {found}: expected the one it was given, {rate:g}, only.")
+        rates = ", ".join(f"{float(group['lr']):g}" for group in optimiser.param_groups)
+        raise TrainingError(f"the optimiser's learning rate is {rates}: expected the one it was given, {rate:g}, only.")
     return optimiser
 
 
@@ -117,8 +117,8 @@ class _Run:
     def identity(self) -> dict[str, Any]:
         """Return the identity of a checkpoint; it takes reading all of the data."""
         state = self.state
-        found = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
-        return found if self.train_one is train_epoch else {**found, "steps": repr(self.train_one)}
+        values = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
+        return values if self.train_one is train_epoch else {**values, "steps": repr(self.train_one)}
 
     def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
         """Return all epochs from where the last checkpoint ends."""
@@ -155,14 +155,14 @@ class _Run:
 
     def _continue(self, identity: Mapping[str, Any]) -> int:
         folder = self.settings.checkpoint
-        found = None if folder is None else read_latest(folder, self.report)
-        if found is None:
+        checkpoint = None if folder is None else read_latest(folder, self.report)
+        if checkpoint is None:
             return 0
-        refuse_other(found, identity, str(folder))
-        refuse_longer(found, self.settings, str(folder))
-        put_back(self.state, found)
-        self.report(f"continuing after epoch {found.epoch}, from {folder}")
-        return found.epoch
+        refuse_other(checkpoint, identity, str(folder))
+        refuse_longer(checkpoint, self.settings, str(folder))
+        put_back(self.state, checkpoint)
+        self.report(f"continuing after epoch {checkpoint.epoch}, from {folder}")
+        return checkpoint.epoch
 
     def _tell(self, course: Course, pace: Pace) -> None:
         last = self.state.history[-1]

@@ -28,7 +28,7 @@ class ClippedAdam(Adam):
             group["clip"] = clip  # here, so that a checkpoint of a training with another limit is refused
 
     def step(self, closure: Any = None) -> Any:
-        """Return one step."""
+        """Shorten the gradients where they are too long, then take a step of Adam."""
         for group in self.param_groups:
             clip_grad_norm_(group["params"], group["clip"])
         return super().step(closure)

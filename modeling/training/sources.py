@@ -41,8 +41,10 @@ class Pairs:
     def __post_init__(self) -> None:
         lengths = {len(tensor) for tensor in _tensors(self.inputs, self.targets)}
         if len(lengths) != 1 or not lengths.pop():
-            found = [tuple(tensor.shape) for tensor in _tensors(self.inputs, self.targets)]
-            raise TrainingError(f"inputs and targets have shapes {found}: expected one row each, and at least one row.")
+            shapes = [tuple(tensor.shape) for tensor in _tensors(self.inputs, self.targets)]
+            raise TrainingError(
+                f"inputs and targets have shapes {shapes}: expected one row each, and at least one row."
+            )
         for what, given in (("input", self.inputs), ("target", self.targets)):
             _refuse_not_finite(what, given)
 
@@ -88,12 +90,12 @@ def pairs(inputs: ArrayLike, targets: ArrayLike) -> Pairs:
 
 def digest_of(tensors: Iterator[Tensor]) -> str:
     """SHA-256 over tensors, their shapes and types."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for tensor in tensors:
         plain = tensor.detach().cpu().contiguous()
-        found.update(f"{plain.dtype}{tuple(plain.shape)}".encode())
-        found.update(plain.view(-1).view(torch.uint8).numpy().tobytes() if plain.numel() else b"")
-    return found.hexdigest()
+        digest.update(f"{plain.dtype}{tuple(plain.shape)}".encode())
+        digest.update(plain.view(-1).view(torch.uint8).numpy().tobytes() if plain.numel() else b"")
+    return digest.hexdigest()
 
 
 def _float32(what: str, values: ArrayLike) -> Tensor:

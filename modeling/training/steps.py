@@ -26,7 +26,7 @@ Loss: TypeAlias = Callable[[Any, Any], Tensor]
 def train_epoch(
     network: nn.Module, optimiser: Optimizer, data: Source, loss: Loss, settings: Settings, epoch: int
 ) -> float:
-    """Return one step for each batch, in the epoch's own order; the mean loss over the rows.
+    """Train for one epoch, a step for each batch in the epoch's own order; return the mean loss over the rows.
 
     Raises TrainingError, before the step that it would spoil, for a loss or gradient that is not finite.
     """
@@ -37,10 +37,10 @@ def train_epoch(
     for batch, rows in enumerate(batches(order(settings.seed, epoch, len(data)), settings.batch), 1):
         inputs, targets = data.batch(rows, chance)
         optimiser.zero_grad(set_to_none=True)
-        found = loss(answer_of(network, inputs), targets)
-        total += number(found, epoch, batch) * len(rows)
-        if found.requires_grad:
-            backward(found)
+        batch_loss = loss(answer_of(network, inputs), targets)
+        total += number(batch_loss, epoch, batch) * len(rows)
+        if batch_loss.requires_grad:
+            backward(batch_loss)
         refuse_gradient(parameters, epoch, batch)
         optimiser.step()
     return total / len(data)
@@ -93,8 +93,8 @@ def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray
         rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
     with training_state(0, 1), torch.no_grad():
         network.eval()
-        found = torch.cat([network(part) for part in torch.split(rows, at_once)])
-    answers: NDArray[np.float64] = found.numpy().astype(np.float64)
+        raw = torch.cat([network(part) for part in torch.split(rows, at_once)])
+    answers: NDArray[np.float64] = raw.numpy().astype(np.float64)
     return answers
 
 

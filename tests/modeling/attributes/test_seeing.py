@@ -12,7 +12,7 @@ from palpate.analysis.features.pictures import Looking, square
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.resnet import folded, loaded, pool_of_patches, random_state
 from palpate.modeling.attributes.resnet_weights import Weights
-from palpate.modeling.attributes.seeing import Album, Picture, Sight, in_a_hurry, seen, sight_with
+from palpate.modeling.attributes.seeing import Album, Picture, Sight, seen, sight_with, thin
 from palpate.modeling.training.threads import limited
 from tests.analysis.features.picture_specimens import write_picture
 
@@ -129,8 +129,8 @@ def test_a_picture_that_shows_nothing_is_left_out_and_one_that_has_changed_is_re
 
 def test_in_a_hurry_four_patches_of_three_pictures(albums):
     ten = Album("T01", tuple(replace(albums[0].pictures[0], name=str(n)) for n in range(10)))
-    assert [each.name for each in in_a_hurry(ten).pictures] == ["0", "4", "9"]
-    assert in_a_hurry(albums[0]) is albums[0]
+    assert [each.name for each in thin(ten).pictures] == ["0", "4", "9"]
+    assert thin(albums[0]) is albums[0]
     assert len(sight_with(Weights(), 0, True).looking.starts) == 2
     assert sight_with(Weights(), 0, False).looking == Looking()
 

@@ -53,7 +53,7 @@ def test_processes_give_what_one_gives_also_when_one_of_them_is_killed(alone, tm
 def test_every_core_that_this_process_may_use_has_a_worker(monkeypatch):
     asked = []
     monkeypatch.setattr("joblib.cpu_count", lambda: 3)
-    monkeypatch.setattr(jobs, "on_cores", lambda workers, *_rest: asked.append(workers))
+    monkeypatch.setattr(jobs, "run_on_cores", lambda workers, *_rest: asked.append(workers))
     with pytest.raises(KeyError):  # nothing was done
         run_jobs(working.root, [1.0] * 5)
     assert asked == [3]
