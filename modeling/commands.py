@@ -70,10 +70,10 @@ def train_doors(
 
     Example: palpate train doors --lab LAB
     """
-    from palpate.modeling.commands_training import Training, train_pair
     from palpate.modeling.doors.evaluation_outputs import NAME, default_of
     from palpate.modeling.doors.registry import demand_file
     from palpate.modeling.doors.results import DoorOptions, folds_for
+    from palpate.modeling.doors.training import Training, train_pair
     from palpate.modeling.evaluate.outputs import jobs_folder
 
     named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}

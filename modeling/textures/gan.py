@@ -256,7 +256,8 @@ def fed(blocks: Spectra, scale: SpectraScale) -> Source:
 def levelled(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:
     """Return the scale that gives generated blocks the mean power of real ones in each bin.
 
-    Both are compared at the speeds and forces of the training part. The power of a log magnitude is decided by its rare high values, which a critic hardly sees.
+    Both are compared at the speeds and forces of the training part. The power of a log magnitude is decided by its
+    rare high values, which a critic hardly sees.
     """
     rows = watched(blocks, scale, seed)
     with training_state(0, 1), torch.no_grad():
@@ -287,7 +288,7 @@ def spectra_scale(blocks: Spectra) -> SpectraScale:
 
 
 def magnitudes(acceleration: Array, frames: Frames) -> Array:
-    """Return the magnitudes (n, count, bins) of the FFT of each frame of blocks (n, span), with the periodic Hann window."""
+    """Return the magnitudes (n, count, bins) of the FFT of each frame of blocks (n, span), Hann-windowed (periodic)."""
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(frames.size) / frames.size)
     cut = sliding_window_view(acceleration, frames.size, axis=-1)[..., :: frames.hop, :]
     result: Array = np.abs(np.fft.rfft(cut * window, axis=-1))

@@ -38,7 +38,7 @@ TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A 
 
 @dataclass(frozen=True)
 class Training:
-    """What is trained, where it goes, and how."""
+    """The methods to train for each direction, the folder for their models, and the options."""
 
     methods: Mapping[Direction, str]
     folder: Path
@@ -46,25 +46,25 @@ class Training:
     known: Mapping[Direction, Mapping[str, Method]] = field(default_factory=lambda: ALL)
 
 
-def train_pair(data: DoorData, asked: Training, report: Report) -> dict[Direction, Written]:
+def train_pair(data: DoorData, training: Training, report: Report) -> dict[Direction, Written]:
     """Cross-validate the two methods on grouped folds, train both on all stimuli, and write them with their cards.
 
-    Trainings that an earlier, equal command finished are taken from where it kept them. Raises ModelDataError or what a
+    Trainings that an earlier, equal command finished are loaded from its saved jobs. Raises ModelDataError, or what a
     method raises.
     """
-    options = replace(asked.options, methods={way: (name,) for way, name in asked.methods.items()}, beside=False)
-    domain = domain_for(data, options, asked.known)
+    options = replace(training.options, methods={way: (name,) for way, name in training.methods.items()}, beside=False)
+    domain = domain_for(data, options, training.known)
     every = np.arange(len(data), dtype=np.int64)
     domain = replace(domain, splits={**domain.splits, WHOLE: (Fold(WHOLE, every, every),)})
     results = evaluate_methods(domain, options, report)
     written: dict[Direction, Written] = {}
     models: dict[FoldJob, tuple[Fitted, dict[str, float]]] = {}
-    for job in (FoldJob(way, asked.methods[way], WHOLE, 0) for way in DIRECTIONS if way in asked.methods):
+    for job in (FoldJob(way, training.methods[way], WHOLE, 0) for way in DIRECTIONS if way in training.methods):
         report(f"training and writing {NAMES[job.direction]}")
         with limited(1):
             model, numbers = models[job] = trained(job, domain, models)
-        written[job.direction] = _write(results, job.direction, model, numbers["train_s"], asked.folder)
-    for used in {each for job in models for each in with_below(job, domain)}:
+        written[job.direction] = _write(results, job.direction, model, numbers["train_s"], training.folder)
+    for used in {needed for job in models for needed in with_below(job, domain)}:
         domain.remove_checkpoint(used)
     return written
 
@@ -129,11 +129,11 @@ def _run_card(
 
     domain = results.domain
     ahead = results.by_method.get((folds.direction, folds.method, WHOLE))
-    took = seconds if ahead is None else ahead.total("train_s")
+    elapsed_s = seconds if ahead is None else ahead.total("train_s")
     number = len(domain.splits["grouped"])
     settings = {**domain.settings, "seed": domain.seed, "method": folds.method, "folds": number, "split": "grouped",
                 "made_from": list(domain.data.made_from)}  # fmt: skip
-    return run_card({"data": domain.data.digest}, settings, metrics, took)
+    return run_card({"data": domain.data.digest}, settings, metrics, elapsed_s)
 
 
 def _notes(results: DoorResults) -> tuple[str, ...]:
