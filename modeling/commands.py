@@ -89,10 +89,10 @@ def train_doors(
         )
         written = train_pair(data, Training(methods, to or asked.lab / "models", options), report)
     if as_json:
-        echo_json({way: each.plain() for way, each in written.items()})
+        echo_json({way: model.plain() for way, model in written.items()})
         return
-    for way, each in written.items():
-        click.echo(f"{each.card}: {each.method}; {_scores_text(way, each.metrics)}")
+    for way, model in written.items():
+        click.echo(f"{model.card}: {model.method}; {_scores_text(way, model.metrics)}")
 
 
 def _scores_text(way: Direction, metrics: Any) -> str:

@@ -150,7 +150,7 @@ def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
 def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
     """Return what tables do not say, taken out of what was given. Raises UsageError where there is no table."""
     rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
-    if any(each is not None for each in held) and not tables:
+    if any(value is not None for value in held) and not tables:
         raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
     if not tables:
         return None

@@ -152,9 +152,9 @@ def find_command(
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
     here.demand(sheet, plane)
     matches = fitting(find(here.entries, wishes, request.kind), count)
-    entries, texts = [each.entry for each in matches], [wish_words(each, here.library) for each in wishes]
-    fits = {each.entry.id: (percent(each.fit), each.fit) for each in matches}
-    files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), texts, fits, wishes))
+    entries, texts = [match.entry for match in matches], [wish_words(wish, here.library) for wish in wishes]
+    fits = {match.entry.id: (percent(match.fit), match.fit) for match in matches}
+    files = here.sheet(sheet, entries, Beside(", ".join(wish.said for wish in wishes), texts, fits, wishes))
     files += here.map(plane, fits)
     if request.as_json:
         echo_json({**plain_found(matches, wishes, here.library, request.kind), "files": list(map(str, files))})
@@ -190,15 +190,21 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
     here.demand(sheet)
     one = known_of(named(here.library, texture), request.kind)
     neighbours = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
-    entries = [each.entry for each in neighbours]
-    texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in neighbours}
+    entries = [neighbour.entry for neighbour in neighbours]
+    texts: dict[str, tuple[str, float | None]] = {
+        neighbour.entry.id: (f"{far(neighbour)} JND", None) for neighbour in neighbours
+    }
     files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
     if request.as_json:
         echo_json({**plain_near(neighbours, one, here.library, request.kind), "files": list(map(str, files))})
         return
     click.echo(f"{name_of(one)}: {description(one, here.library, request.kind)}")
     here.show(
-        entries, {"JND": [far(each) for each in neighbours], "alike": [percent(each.alike) for each in neighbours]}
+        entries,
+        {
+            "JND": [far(neighbour) for neighbour in neighbours],
+            "alike": [percent(neighbour.alike) for neighbour in neighbours],
+        },
     )
     here.close(files)
 
@@ -258,7 +264,7 @@ def map_command(
     here = opened(request)
     here.demand(None, to)
     matches = fitting(find(here.entries, _wishes(here, wish, at), request.kind), count) if wish or at else []
-    marked = [each.entry.id for each in matches]
+    marked = [match.entry.id for match in matches]
     files = here.map(to or here.folder / "map.png", marked)
     if request.as_json:
         echo_json({"marked": marked, "files": list(map(str, files))})
@@ -301,9 +307,9 @@ def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[W
 
     if not wish and not at:
         raise click.UsageError('what is wished for? Say it in words, as "rough, a bit sticky", or with --at Smooth=80')
-    for each in at:
-        if not VALUE.fullmatch(each):
+    for text in at:
+        if not VALUE.fullmatch(text):
             raise click.UsageError(
-                f"--at {each!r}: WORD=VALUE is expected, as Smooth=80, Smooth=60-80, Rough-Smooth=20"
+                f"--at {text!r}: WORD=VALUE is expected, as Smooth=80, Smooth=60-80, Rough-Smooth=20"
             )
     return wishes_of(here.library, (*([" ".join(wish)] if wish else []), *at))

@@ -49,23 +49,25 @@ def simulate(get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...
         made = get_simulator().make_set(lab, report, textures=named, **asked)
     if as_json:
         names = ("study", "participant", "done", "complete", "events", "ended")
-        echo_json([{"ledger": str(each.ledger), **{name: getattr(each, name) for name in names}} for each in made])
+        echo_json(
+            [{"ledger": str(session.ledger), **{name: getattr(session, name) for name in names}} for session in made]
+        )
     else:
         _show(made, lab)
-    if not all(each.complete for each in made):
+    if not all(session.complete for session in made):
         raise click.exceptions.Exit(130 if "SIGINT" in made[-1].ended else 1)
 
 
 def _show(made: Sequence[SetSession], lab: Path) -> None:
-    for study in dict.fromkeys(each.study for each in made):
-        whole = [each for each in made if each.study == study and each.complete]
+    for study in dict.fromkeys(session.study for session in made):
+        whole = [session for session in made if session.study == study and session.complete]
         done = ", ".join(f"{sum(e.done == how for e in whole)} {how}" for how in dict.fromkeys(e.done for e in whole))
         if whole:
             click.echo(f"{study}: {len(whole)} session{'s' if len(whole) > 1 else ''} complete ({done})")
     if made and not made[-1].complete:
         click.echo(f"{made[-1].study}: {made[-1].ended}. What is finished is kept: the same command goes on.", err=True)
         return
-    if {each.done for each in made} == {"kept"}:
+    if {session.done for session in made} == {"kept"}:
         click.echo("All of it was there already: nothing was made, and nothing was changed.")
     click.echo("Simulated: no measurement of a material or of a person.")
     click.echo(

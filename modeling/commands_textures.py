@@ -112,7 +112,7 @@ def recordings_for(request: TextureRequest, simulator: TextureSimulator, report:
             simulator, request.textures or SIX, cache=jobs_folder(request.lab, NAME) / "recordings", report=report
         )
     recordings = _recorded(request)
-    known = {each.texture: each for each in recordings}
+    known = {recording.texture: recording for recording in recordings}
     unknown = [name for name in request.textures if name not in known]
     if unknown:
         raise TextureDataError(f"--textures: no recording of {unknown[0]!r}; {nearest(unknown[0], known)}")
@@ -180,11 +180,11 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
         methods = asked_for.methods or (default_of(request.lab, recordings),)
         written = trained(recordings, simulator, options_for(request, methods), to or request.lab / "models", report)
     if as_json:
-        echo_json([each.plain() for each in written])
+        echo_json([model.plain() for model in written])
         return
-    for each in written:
-        click.echo(f"{each.card}: {_scores_text(each.metrics)}")
-        for line in each.cautions:
+    for model in written:
+        click.echo(f"{model.card}: {_scores_text(model.metrics)}")
+        for line in model.cautions:
             click.secho(f"  {line}", fg="yellow")
 
 

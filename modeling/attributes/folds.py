@@ -114,7 +114,7 @@ def _in_turn(
     shuffled = {name: [by_class[name][i] for i in chance.permutation(len(by_class[name]))] for name in order}
     turns = [(turn, len(shuffled[name]) == 1, place, group)
              for place, name in enumerate(order) for turn, group in enumerate(shuffled[name])]  # fmt: skip
-    return [group for *_, group in sorted(turns, key=lambda each: each[:3])]
+    return [group for *_, group in sorted(turns, key=lambda turn: turn[:3])]
 
 
 def some_of(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
@@ -172,7 +172,7 @@ def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     """Yield pairs of textures with an equal row, for each kind of feature."""
     telling = [(texture.id, _telling(texture)) for texture in textures]
     for kind in sorted({kind for _, rows in telling for kind in rows}):
-        yield from _equal([(name, row) for name, rows in telling for each in rows.get(kind, ()) for row in each])
+        yield from _equal([(name, row) for name, rows in telling for row_set in rows.get(kind, ()) for row in row_set])
 
 
 def _telling(texture: Texture) -> dict[str, list[Rows]]:
@@ -183,8 +183,8 @@ def _telling(texture: Texture) -> dict[str, list[Rows]]:
         varied = varied | np.resize(seen, len(varied))  # a version of a black picture shows its noise alone
     result: dict[str, list[Rows]] = {}
     for rows, blank in ((touch, _blanks(touch)), (texture.sight, seen), (texture.variants, varied)):
-        for kind, each in rows.items():
-            result.setdefault(kind, []).append(each[~blank])
+        for kind, row_set in rows.items():
+            result.setdefault(kind, []).append(row_set[~blank])
     return result
 
 

@@ -53,11 +53,11 @@ def joined(parts: Parts) -> tuple[Texture, ...]:
 def _texture(name: str, parts: Parts) -> Texture:
     felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
     # label and category, of whichever study has them
-    known: Sequence[FeltRows | Photographed] = [each[name] for each in (parts.felt, parts.photos) if name in each]
+    known: Sequence[FeltRows | Photographed] = [source[name] for source in (parts.felt, parts.photos) if name in source]
     columns = parts.rated.columns.get(name, {})
-    labels = [*(each.label for each in known), columns.get(LABEL, "")]
-    categories = [*(each.category for each in known), columns.get(CATEGORY, "")]
-    label, category = next((each for each in labels if each and each != name), name), next(filter(None, categories), "")
+    labels = [*(part.label for part in known), columns.get(LABEL, "")]
+    categories = [*(part.category for part in known), columns.get(CATEGORY, "")]
+    label, category = next((text for text in labels if text and text != name), name), next(filter(None, categories), "")
     pictures, blank = photo.pictures if photo else (), looked.blank if looked else frozenset()
     return Texture(
         name,

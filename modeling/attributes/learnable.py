@@ -24,7 +24,7 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
     """
     if len(learning.train) < least:
         raise MaterialError(f"{count(len(learning.train), 'texture')} to learn from; at least {least} are needed.")
-    ordered = tuple(sorted(learning.train, key=lambda each: each.id))
+    ordered = tuple(sorted(learning.train, key=lambda texture: texture.id))
     ratings = ratings_of(ordered)
     if ratings.shape[1] != len(learning.attributes) or not np.isfinite(ratings).all():
         names = ", ".join(pair.name for pair in learning.attributes)

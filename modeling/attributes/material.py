@@ -84,11 +84,11 @@ class Texture:
     def __post_init__(self) -> None:
         for what, rows in (("touch", self.touch), ("sight", self.sight), ("variants", self.variants)):
             if len({len(row) for row in rows.values()}) > 1:
-                sizes = ", ".join(f"{kind} {len(each)}" for kind, each in rows.items())
+                sizes = ", ".join(f"{kind} {len(values)}" for kind, values in rows.items())
                 raise MaterialError(f"{self.id}: {what} has as many rows of each kind; found {sizes}.")
-            for kind, each in rows.items():
-                if each.ndim != 2 or not np.isfinite(each).all():
-                    raise MaterialError(f"{self.id}: {kind} is {each.shape}; finite rows (n, features) are expected.")
+            for kind, values in rows.items():
+                if values.ndim != 2 or not np.isfinite(values).all():
+                    raise MaterialError(f"{self.id}: {kind} is {values.shape}; finite rows (n, features) are expected.")
 
     def rows(self, modality: Modality, kinds: Sequence[str]) -> Rows:
         """These kinds of features side by side: (segments, features) of touch, (pictures, features) of sight.

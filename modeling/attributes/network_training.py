@@ -62,14 +62,14 @@ class FittedNetwork:
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
         """Return what `predict` says or raises of each, computed together: of short textures several times as fast."""
         seen = [self._shown(texture) for texture in textures]
-        whole = [each for each in seen if isinstance(each, TextureTensors)]
+        whole = [tensors for tensors in seen if isinstance(tensors, TextureTensors)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
             scaled = iter(_answers(self.network, whole) if whole else [])
         shown_textures = zip(textures, seen, strict=True)
         return [
-            self._ratings(each.id, next(scaled)) if isinstance(one, TextureTensors) else one
-            for each, one in shown_textures
+            self._ratings(texture.id, next(scaled)) if isinstance(one, TextureTensors) else one
+            for texture, one in shown_textures
         ]
 
     def _shown(self, texture: Texture) -> TextureTensors | MaterialError:
@@ -104,7 +104,7 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
     settings = LITERAL_SETTINGS if literal else SETTINGS
     chosen = learning.training_settings(settings, QUICK_EPOCHS)
     network = _network(sight, touch, target, chosen.seed, literal)
-    data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
+    data = drawn([shown(texture, sight, touch, variants=True) for texture in textures], target.down(ratings), SEGMENTS)
     held = None
     if learning.held:
         watched = sorted(learning.held, key=lambda texture: texture.id)
@@ -287,7 +287,7 @@ class TextureTensors:
     @property
     def given(self) -> tuple[Tensor, ...]:
         """Those that are there, pictures first."""
-        return tuple(each for each in (self.sight, self.touch) if each is not None)
+        return tuple(look for look in (self.sight, self.touch) if look is not None)
 
 
 def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
@@ -308,7 +308,7 @@ def drawn(textures: Sequence[TextureTensors], targets: Tensor, segments: int) ->
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_drawn(textures[row], segments, chance) for row in rows.tolist()]
-        return tuple(torch.stack(each) for each in zip(*picked, strict=True)), targets[rows]
+        return tuple(torch.stack(tensors) for tensors in zip(*picked, strict=True)), targets[rows]
 
     return GeneratedRows(len(textures), make, f"{_digest(textures, targets)} by {segments}")
 
@@ -327,7 +327,7 @@ def spread_out(textures: Sequence[TextureTensors], targets: Tensor, pictures: in
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_evenly(textures[row // pictures], row % pictures, pictures, segments) for row in rows.tolist()]
-        return tuple(torch.stack(each) for each in zip(*picked, strict=True)), targets[rows // pictures]
+        return tuple(torch.stack(tensors) for tensors in zip(*picked, strict=True)), targets[rows // pictures]
 
     return GeneratedRows(len(textures) * pictures, make, f"{_digest(textures, targets)} evenly {pictures}, {segments}")
 

@@ -115,9 +115,9 @@ def _some(
         captured,
     )
     classes = {name: columns.get(CATEGORY, "") for name, columns in rated.columns.items()}
-    classes |= {each.id: each.category for part in parts for each in part if each.category}
-    known = {*rated.rated, *rated.incomplete, *(each.id for part in parts for each in part)}
-    whole = set(rated.rated).intersection(*({each.id for each in part} for part in parts if part))
+    classes |= {texture.id: texture.category for part in parts for texture in part if texture.category}
+    known = {*rated.rated, *rated.incomplete, *(texture.id for part in parts for texture in part)}
+    whole = set(rated.rated).intersection(*({texture.id for texture in part} for part in parts if part))
     if len(known) <= most or not whole:
         return None
     return frozenset(some_of({name: classes.get(name, "") for name in whole}, most, seed))
@@ -132,16 +132,16 @@ def _only(
     """Return what there is of these textures; of all for None."""
     if names is None:
         return rated, photos, captured
-    own = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
+    own = replace(rated, rated={name: texture for name, texture in rated.rated.items() if name in names}, incomplete={})
     photos = tuple(photo for photo in photos if photo.id in names)
-    return own, photos, tuple(each for each in captured if each.id in names)
+    return own, photos, tuple(capture for capture in captured if capture.id in names)
 
 
 def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:
     if any(texture.touch or texture.sight for texture in textures):
         return
     why = next((f"; {texture.id}: {texture.notes[0]}" for texture in textures if texture.notes), "")
-    why = "".join(f"; {each}" for each in unfelt) + why
+    why = "".join(f"; {reason}" for reason in unfelt) + why
     where = " or ".join(studies)
     raise MaterialError(
         f"{lab}: no recording and no picture of a texture in {where} that can be used{why}; record them, or make a"

@@ -105,11 +105,11 @@ def read_folder(
     albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
     # refuse a file that two textures claim (T1_2 and T1), and the same bytes under two names
     seen_before: dict[str, Picture] = {}
-    for picture in (each for album in albums for each in album.pictures):
+    for picture in (shot for album in albums for shot in album.pictures):
         if (other := seen_before.setdefault(picture.sha256, picture)) is not picture:
             same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
             raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
-    looks = [thin(each) if quick else each for each in albums]
+    looks = [thin(album) if quick else album for album in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
     made = zip(lines, albums, strict=True)
@@ -169,7 +169,7 @@ def table_in(folder: Path) -> Path:
         return folder / TABLE
     tables = sorted(folder.glob("*.csv"))
     if len(tables) != 1:
-        there = ", ".join(each.name for each in tables) or "none"
+        there = ", ".join(path.name for path in tables) or "none"
         raise MaterialError(f"{folder}: a table of ratings called {TABLE} is expected; tables there: {there}")
     return tables[0]
 
@@ -224,9 +224,9 @@ def pictures_of(folder: Path, name: str) -> Iterator[Path]:
     """Pictures in the texture's own folder, and beside it those that have its name, with a number or without."""
     own = re.compile(rf"{re.escape(name)}([_-]\d+)?")
     if (folder / name).is_dir():
-        yield from (each for each in (folder / name).iterdir() if is_picture(each))
+        yield from (path for path in (folder / name).iterdir() if is_picture(path))
     if folder.is_dir():
-        yield from (each for each in folder.iterdir() if is_picture(each) and own.fullmatch(each.stem))
+        yield from (path for path in folder.iterdir() if is_picture(path) and own.fullmatch(path.stem))
 
 
 def is_picture(path: Path) -> bool:
@@ -237,7 +237,7 @@ def is_picture(path: Path) -> bool:
 def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
     """Yield a note on pictures of no texture in the table."""
     used = {picture.path for album in albums for picture in album.pictures}
-    loose = [each for each in sorted(folder.rglob("*")) if is_picture(each) and each not in used]
+    loose = [path for path in sorted(folder.rglob("*")) if is_picture(path) and path not in used]
     if loose:
         yield f"left aside: {count(len(loose), 'picture')} that no texture of the table has ({loose[0].name} first)"
 

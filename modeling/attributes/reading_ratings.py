@@ -77,7 +77,7 @@ def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedT
     rated, incomplete = _by_texture(people, ratings.attributes)
     pairs = tuple(Pair(name, ratings.antonyms.get(name, f"not {name}")) for name in ratings.attributes)
     stimuli = answers.study.stimuli if answers.study is not None else ()
-    columns = {each.id: dict(each.columns) for each in stimuli}
+    columns = {stimulus.id: dict(stimulus.columns) for stimulus in stimuli}
     return RatedTextures(pairs, rated, incomplete, columns, answers.simulated, notes)
 
 

@@ -54,9 +54,9 @@ def touch_of(
     """
     stretches: list[Stretch] = []
     notes: list[str] = []
-    for each in touched:
-        _demand_as_long(each)
-        filtered_stretches, further = filtered(each, way or filtering())
+    for exploration in touched:
+        _demand_as_long(exploration)
+        filtered_stretches, further = filtered(exploration, way or filtering())
         stretches += filtered_stretches
         notes += further
     if not stretches:
@@ -69,7 +69,9 @@ def touch_of(
         )
     energy = sum(float((stretch.axes**2).sum()) for stretch in stretches)
     demand_level(texture, float(np.sqrt(energy / sum(len(stretch.axes) for stretch in stretches))))
-    odd = steady(*(np.concatenate(each) for each in zip(*((s.speed_mm_s, s.force_N) for s in stretches), strict=True)))
+    odd = steady(
+        *(np.concatenate(parts) for parts in zip(*((s.speed_mm_s, s.force_N) for s in stretches), strict=True))
+    )
     touch = Touch(texture, tuple(stretches))
     return touch, tuple(dict.fromkeys((*notes, *odd, *_lifted(touch))))
 
@@ -211,9 +213,9 @@ def felt_of(
     made_from: set[str] = set()
 
     def passing() -> Iterator[Touched]:
-        for each in touched:
-            made_from.add(_values_sha256(each))
-            yield each
+        for exploration in touched:
+            made_from.add(_values_sha256(exploration))
+            yield exploration
 
     touch, notes = touch_of(texture, passing(), way)
     return TextureTouch(texture, label, category, touch, frozenset(made_from), notes)
@@ -254,8 +256,8 @@ def _samples_sha256(capture: Capture) -> str:
 
 def _values_sha256(touched: Touched) -> str:
     digest = hashlib.sha256()
-    for each in (touched.acceleration, touched.force, touched.speed, touched.position):
-        if each is not None:
-            digest.update(f"{each.what} {each.values.shape} {each.rate_hz:.9g}".encode())
-            digest.update(np.ascontiguousarray(each.values, dtype="<f8").tobytes())
+    for signal in (touched.acceleration, touched.force, touched.speed, touched.position):
+        if signal is not None:
+            digest.update(f"{signal.what} {signal.values.shape} {signal.rate_hz:.9g}".encode())
+            digest.update(np.ascontiguousarray(signal.values, dtype="<f8").tobytes())
     return digest.hexdigest()

@@ -95,7 +95,7 @@ def difference(
         raise MaterialError(f"{len(one)}, {len(other)} and {len(groups)} textures: pairs of the same ones expected.")
     off, named = np.asarray(one, dtype=np.float64) - np.asarray(other, dtype=np.float64), np.asarray(groups)
     mean = float(off.mean())
-    sums = np.array([(off[named == each] - mean).sum() for each in np.unique(named)])
+    sums = np.array([(off[named == name] - mean).sum() for name in np.unique(named)])
     n = len(sums)
     if n < LEAST_PAIRS:
         return Difference(mean, None, None, n)

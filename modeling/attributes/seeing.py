@@ -139,7 +139,7 @@ def seen(
 
 
 def _keys(albums: Sequence[Album], how: Sight) -> Iterator[str]:
-    for picture in (each for album in albums for each in album.pictures):
+    for picture in (shot for album in albums for shot in album.pictures):
         yield from (how.key(picture, version) for version in range(how.variants + 1))
 
 
@@ -155,7 +155,7 @@ def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Colle
     for first in range(0, len(names), size or 1):
         some = names[first : first + size]
         name = some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}"
-        yield _Look(f"pictures of {name}", tuple(each for one in some for each in lacking[one]), how, folder)
+        yield _Look(f"pictures of {name}", tuple(look for one in some for look in lacking[one]), how, folder)
 
 
 def _looked(job: _Look) -> dict[str, Entry]:
@@ -211,6 +211,6 @@ def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
         return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
 
     looked = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
-    notes = tuple(note for _, each in looked for note in each["notes"])
-    blank = frozenset(sha256 for sha256, each in looked if each.get("blank"))
+    notes = tuple(note for _, metadata in looked for note in metadata["notes"])
+    blank = frozenset(sha256 for sha256, metadata in looked if metadata.get("blank"))
     return Seen(of([0]), of(range(1, how.variants + 1)), notes, blank)

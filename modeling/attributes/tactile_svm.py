@@ -94,7 +94,7 @@ def _segments(textures: Sequence[Texture], kinds: Sequence[str]) -> tuple[Array,
     width = rows_of(textures[0], "touch", kinds).shape[1]
     by_texture = [rows_of(texture, "touch", kinds, width) for texture in textures]
     some = [rows[np.unique(np.linspace(0, len(rows) - 1, SEGMENTS).round().astype(int))] for rows in by_texture]
-    place = np.repeat(np.arange(len(textures)), [len(each) for each in some])
+    place = np.repeat(np.arange(len(textures)), [len(rows) for rows in some])
     return np.concatenate(some).astype(np.float64), place
 
 

@@ -259,7 +259,7 @@ class VisuoTactile(nn.Module):
         self.literal = literal
         self.sight = None if sight is None else HVNet(sight, after_reconstruction=literal)
         self.touch = None if touch is None else HTNet(touch)
-        branches = sum(each is not None for each in (sight, touch))
+        branches = sum(branch is not None for branch in (sight, touch))
         sizes = (branches * EMBEDDED, *HIDDEN)
         self.joined = nn.ModuleList(dense(*pair) for pair in pairwise(sizes))
         self.last = dense(HIDDEN[-1] // 2, LAST)
@@ -300,8 +300,8 @@ class VisuoTactile(nn.Module):
     def _split_inputs(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
         """Return the pictures and the segments among the inputs; None for a branch that the network does not have."""
         expected = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
-        if [each.ndim for each in given] != expected or len({len(each) for each in given}) != 1:
-            shapes = ", ".join(str(tuple(each.shape)) for each in given)
+        if [tensor.ndim for tensor in given] != expected or len({len(tensor) for tensor in given}) != 1:
+            shapes = ", ".join(str(tuple(tensor.shape)) for tensor in given)
             raise MaterialError(
                 f"a network was given {shapes}: as many rows each, with {expected} dimensions, is expected."
             )
@@ -313,7 +313,7 @@ class VisuoTactile(nn.Module):
 def rmse(answer: Answer, target: Tensor) -> Tensor:
     """Return the root mean square error of scaled attributes, target (batch, attributes), with the terms of the
     reconstruction and of what each branch says by itself."""
-    own = sum(_off(each, target) for each in answer.own)
+    own = sum(_off(branch, target) for branch in answer.own)
     return _off(answer.attributes, target) + OWN * own + REBUILDING * answer.wrong.mean()
 
 

@@ -252,7 +252,7 @@ def _columns(parts: Sequence[Part]) -> list[slice]:
 
 
 def _joined(places: Sequence[Array], share: float) -> Array:
-    return np.concatenate([each * root for each, root in zip(places, _roots(share), strict=False)], axis=1)
+    return np.concatenate([place * root for place, root in zip(places, _roots(share), strict=False)], axis=1)
 
 
 def _roots(share: float) -> tuple[float, float]:
@@ -291,7 +291,7 @@ class Boosted:
         steps = RATE * self.trees.value[self.trees.leaves(single), 0]
         parts = [steps[:, start:end] for start, end in pairwise(self.first)]
         begun = [np.column_stack([np.full(len(z), bias), part]) for bias, part in zip(self.bias, parts, strict=True)]
-        return np.stack([np.add.accumulate(each, axis=1)[:, -1] for each in begun], axis=1)
+        return np.stack([np.add.accumulate(terms, axis=1)[:, -1] for terms in begun], axis=1)
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return arrays and plain values, for `restore_boosting`."""
@@ -317,7 +317,7 @@ def fit_boosting(learning: Learning) -> Boosted:
 
 def boosted(front: Whole, grown: Sequence[Any], bias: Array) -> Boosted:
     """scikit-learn's regressors, one for each attribute, as arrays."""
-    trees = [[tree.tree_ for tree in each.estimators_[:, 0]] for each in grown]
+    trees = [[tree.tree_ for tree in forest.estimators_[:, 0]] for forest in grown]
     first = np.cumsum([0, *map(len, trees)]).astype(np.int64)
     return Boosted(front, trees_of([tree for own in trees for tree in own]), first, bias)
 

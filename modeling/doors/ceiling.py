@@ -73,7 +73,7 @@ def noise_ceiling(
     if of == "same_people":
         value = _levelled(value)
     halves = [_halves(value, half) for half in _random_halves(rated.individual, splits, seed)]
-    first, second, shrunk = (np.array(each) for each in zip(*halves, strict=True))
+    first, second, shrunk = (np.array(values) for values in zip(*halves, strict=True))
     # first, second and shrunk are (splits, stimuli, attributes)
     rating = scaling.rating_up(rated.data.rating)
     by_attribute = [

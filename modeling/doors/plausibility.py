@@ -56,7 +56,7 @@ def judged_all(force_N: Array, measured_N: Array) -> tuple[Plausibility, ...]:
     measured = np.unique(as_rows(measured_N, POINTS, "measured profiles"), axis=0)
     if len(measured) < 2:
         raise ModelDataError(f"{len(measured)} distinct measured profile: distances among them need at least two.")
-    among = np.array([np.delete(distances_N(each, measured), at).min() for at, each in enumerate(measured)])
+    among = np.array([np.delete(distances_N(profile, measured), at).min() for at, profile in enumerate(measured)])
     return tuple(_judged(profile, measured, among) for profile in made)
 
 
@@ -143,9 +143,9 @@ def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array)
     made = inverse.predict(wishes)
     felt = np.clip(forward.predict(made), 0.0, TOP)
     judgements = judged_all(made, measured_N)
-    return tuple(Extreme(*each) for each in zip(wishes, felt, judgements, strict=True))
+    return tuple(Extreme(*parts) for parts in zip(wishes, felt, judgements, strict=True))
 
 
 def unplayable(extremes: Sequence[Extreme]) -> int:
     """Return how many came to a profile that the door cannot play."""
-    return sum(not each.plausibility.playable for each in extremes)
+    return sum(not extreme.plausibility.playable for extreme in extremes)

@@ -87,7 +87,7 @@ class Perceivers:
     def _rated(self, profile: Array) -> Array:
         at: tuple[Key, ...] = ("profile", hashlib.sha256(profile.tobytes()).hexdigest())
         felt = list(zip(self.study.attributes, self._latents(profile), strict=True))
-        answers = [[person.rating(each, a, self.scale, at) for a, each in felt] for person in self.persons]
+        answers = [[person.rating(feeling, a, self.scale, at) for a, feeling in felt] for person in self.persons]
         mean: Array = np.mean(answers, axis=0)
         return mean
 

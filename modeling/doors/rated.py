@@ -74,7 +74,7 @@ def rated_of(
     demand_on_scale(given, *questions.scale)
     people = sorted(set(given["participant"]))
     group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
-    places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
+    places = [_places(given["participant"], people), _places(given["stimulus"], [stimulus.id for stimulus in shown]),
               _places(given["attribute"], questions.attributes)]  # fmt: skip
     shape = (len(people), len(shown), len(questions.attributes))
     total, count = np.zeros(shape), np.zeros(shape)
@@ -134,8 +134,8 @@ def _means(
     simulated: bool,
     made_from: tuple[str, ...],
 ) -> DoorData:
-    ids = tuple(each.id for each in shown)
-    force = np.array([each.force_N for each in shown], dtype=np.float64).reshape(len(ids), POINTS)
+    ids = tuple(stimulus.id for stimulus in shown)
+    force = np.array([stimulus.force_N for stimulus in shown], dtype=np.float64).reshape(len(ids), POINTS)
     is_rated = _answered(individual)
     count: Indices = is_rated.sum(axis=0)
     mean = np.nansum(individual.value, axis=0) / count
@@ -147,8 +147,8 @@ def _means(
         antonyms=questions.antonyms,
         scale=questions.scale,
         ids=ids,
-        doors=tuple(each.door for each in shown),
-        variants=tuple(each.variant for each in shown),
+        doors=tuple(stimulus.door for stimulus in shown),
+        variants=tuple(stimulus.variant for stimulus in shown),
         source=merged_sources(ids, force),
         groups=tuple(_whose(individual, is_rated[:, i].any(axis=1)) for i in range(len(ids))),
         force_N=force,

@@ -84,7 +84,7 @@ def rated_material(
     if ratings is None:
         raise ModelDataError(f"{material.name!r}: holds no ratings; a study that rates doors is expected")
     shown = (
-        [_shown(each.id, each.columns, folder, each.sha256) for each in material.study.stimuli]
+        [_shown(stimulus.id, stimulus.columns, folder, stimulus.sha256) for stimulus in material.study.stimuli]
         if material.study
         else _of_table(ratings, folder)
     )
@@ -135,8 +135,8 @@ def _inputs(material: Material) -> tuple[str, ...]:
 
 def _digest_line(shown: Sequence[StimulusProfile]) -> str:
     digest = hashlib.sha256()
-    for each in shown:
-        digest.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())
+    for profile in shown:
+        digest.update(profile.id.encode() + b"\0" + profile.force_N.astype("<f8").tobytes())
     return f"{len(shown)} door profiles {digest.hexdigest()}"
 
 

@@ -73,5 +73,5 @@ def demand_file(direction: Direction, name: str) -> None:
     """Raises ModelDataError where there is no method of this name, or where it cannot be a file for a rig."""
     method_named(direction, name)
     if (direction, name) in NO_FILE:
-        others = ", ".join(each for each in methods_of(direction) if (direction, each) not in NO_FILE)
+        others = ", ".join(method for method in methods_of(direction) if (direction, method) not in NO_FILE)
         raise ModelDataError(f"{direction} method {name!r} searches with torch and cannot be a file; one of {others}")

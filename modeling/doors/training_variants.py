@@ -148,7 +148,7 @@ def with_variants(data: DoorData, seed: int = 0) -> DoorData:
 def is_variant(name: str) -> bool:
     """Return whether this is the name of a training variant."""
     stimulus, mark, kind = name.rpartition(MARK)
-    return bool(stimulus and mark) and kind in {each.name for each in KINDS}
+    return bool(stimulus and mark) and kind in {variant.name for variant in KINDS}
 
 
 def _variant(data: DoorData, row: int, kind: Kind, seed: int) -> tuple[Array, Array]:

@@ -107,7 +107,7 @@ def sheet(
             f"a contact sheet shows 1 to {MOST} textures; {len(tiles)} were given: choose with -n or --class."
         )
     columns = min(5, len(tiles)) if len(tiles) <= 20 else min(8, math.ceil(math.sqrt(len(tiles) * 1.5)))
-    high = WIDE + height_of(max(len(each.attributes) for each in tiles)) + GAP
+    high = WIDE + height_of(max(len(tile.attributes) for tile in tiles)) + GAP
     wide = max(columns, 2) * (WIDE + GAP) + GAP
     lines = _lines(Pen(ImageDraw.Draw(Image.new("RGB", (1, 1)))), below, (wide - 2 * GAP) * FINE)
     head = HEAD + NEXT * max(0, len(lines) - 1)
@@ -275,7 +275,7 @@ def _attribute(
         shown = pen.fitted(word, (TRACK[0] - 8) * FINE, size)
         pen.write((place * FINE, middle * FINE), shown, size, INK, anchor=anchor)
     if wished is not None:
-        low, high = (_at(each, start, end) for each in wished)
+        low, high = (_at(end_value, start, end) for end_value in wished)
         _bar(pen.draw, low, middle - 6, high - low, 12, WISHED)
     _bar(pen.draw, start, middle - 0.5, end - start, 1, SOFT)
     _bar(pen.draw, (start + end) / 2 - 0.5, middle - 3, 1, 6, SOFT)

@@ -106,7 +106,7 @@ class Library(Strict):
 def _lengths(entry: Entry) -> set[int]:
     """Return how many attributes each part of a texture tells."""
     rated, predicted = entry.rated, entry.predicted
-    lengths = [len(each) for each in (rated.mean, rated.sd, rated.se)] if rated else []
+    lengths = [len(numbers) for numbers in (rated.mean, rated.sd, rated.se)] if rated else []
     return {*lengths, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
 
 

@@ -55,10 +55,10 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     # the SD between people on each attribute (root mean square), where two at least rated a texture
     usual_sds = []
     for at in range(len(material.attributes)):
-        known = [sd for each in material.textures if each.rated and (sd := _sd(each.rated, at)) is not None]
+        known = [sd for texture in material.textures if texture.rated and (sd := _sd(texture.rated, at)) is not None]
         usual_sds.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
     usual, entries, left_out, unsaid = tuple(usual_sds), [], {}, []
-    ordered = sorted(material.textures, key=lambda each: each.id)
+    ordered = sorted(material.textures, key=lambda texture: texture.id)
     predicted_textures = _all_predicted(ordered, model)
     for texture, (predicted, why) in zip(ordered, predicted_textures, strict=True):
         rated = None if texture.rated is None else _rated(texture.rated, usual)
@@ -90,7 +90,9 @@ def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
         return material.attributes
     if not rated:
         return model.attributes
-    people, predicted = ("; ".join(each.name for each in every) for every in (material.attributes, model.attributes))
+    people, predicted = (
+        "; ".join(attribute.name for attribute in every) for every in (material.attributes, model.attributes)
+    )
     raise LibraryError(f"people rated {people}, and the model tells {predicted}: train it on these ratings.")
 
 
@@ -102,14 +104,14 @@ def _sd(rated: attributes.Rated, at: int) -> float | None:
 def _rated(rated: attributes.Rated, usual: Sequence[float]) -> Rated:
     """One person, or people of whom only the mean is told, differ as much as those who rated the others; of few people
     the SD is drawn towards that (`_believed`): two who agree do not know for sure."""
-    mean = [float(each) for each in rated.mean]
+    mean = [float(number) for number in rated.mean]
     sd = [_sd(rated, at) for at in range(len(mean))]
     people = math.sqrt(max(1, rated.raters))
     se = [_believed(one, other, rated.raters) / people for one, other in zip(sd, usual, strict=True)]
     return Rated(
-        mean=tuple(round(each, DIGITS) if math.isfinite(each) else None for each in mean),
-        sd=tuple(None if each is None else round(each, DIGITS) for each in sd),
-        se=tuple(round(each, DIGITS) for each in se), raters=rated.raters,
+        mean=tuple(round(number, DIGITS) if math.isfinite(number) else None for number in mean),
+        sd=tuple(None if number is None else round(number, DIGITS) for number in sd),
+        se=tuple(round(number, DIGITS) for number in se), raters=rated.raters,
     )  # fmt: skip
 
 
@@ -143,4 +145,4 @@ def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) 
 def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:
     """Return the textures that an earlier library had and this one has not."""
     names = {texture.id for texture in now.textures}
-    return tuple(each.id for each in (earlier.textures if earlier else ()) if each.id not in names)
+    return tuple(texture.id for texture in (earlier.textures if earlier else ()) if texture.id not in names)

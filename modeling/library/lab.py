@@ -86,15 +86,15 @@ def index(options: LibraryOptions, report: Report = lambda _line: None) -> Index
 def _with_thumbnails(indexed: IndexedLibrary, shown: Pictures, folder: Path) -> IndexedLibrary:
     """The same library, each texture with its thumbnail beside the index; a note on pictures that cannot be shown."""
     names, lacking = {}, dict(shown.lacking)
-    for texture in (each.id for each in indexed.library.textures if each.id in shown.files):
+    for texture in (entry.id for entry in indexed.library.textures if entry.id in shown.files):
         path = shown.files[texture]
         try:
             names[texture] = keep(folder, texture, _read(path), str(path))
         except NoPicture as error:
             lacking[texture] = str(error)
-    here = {each.id for each in indexed.library.textures}
+    here = {entry.id for entry in indexed.library.textures}
     notes = missing_picture_notes({texture: why for texture, why in sorted(lacking.items()) if texture in here})
-    textures = tuple(each.model_copy(update={"picture": names.get(each.id)}) for each in indexed.library.textures)
+    textures = tuple(entry.model_copy(update={"picture": names.get(entry.id)}) for entry in indexed.library.textures)
     changed = {"textures": textures, "notes": (*indexed.library.notes, *notes)}
     return replace(indexed, library=indexed.library.model_copy(update=changed))
 

@@ -37,7 +37,7 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
     text = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
     by = {"rated": text, "predicted": f"predicted{learned}"}
-    return " + ".join(by[each] for each in KINDS if each in kinds) or "-"
+    return " + ".join(by[kind] for kind in KINDS if kind in kinds) or "-"
 
 
 def wish_words(wish: Wish, library: Library) -> str:
@@ -67,16 +67,18 @@ def plain_found(
     """Return the answer to `find` as JSON."""
     wished = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
-    rows = [{**plain_entry(each.entry, library, kind), "fit": each.fit, "fits": list(each.each)} for each in matches]
+    rows = [
+        {**plain_entry(match.entry, library, kind), "fit": match.fit, "fits": list(match.each)} for match in matches
+    ]
     return {"wished": wished, "found": rows, "simulated": library.simulated}
 
 
 def plain_near(neighbours: Sequence[Near], entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
     """Return the answer to `nearest` as JSON; distances in JNDs."""
     rows = [
-        {**plain_entry(each.entry, library, kind), "distance": each.distance, "distance_sd": each.sd,
-         "alike": each.alike, "apart": dict(zip(names_of(library), each.apart, strict=True))}
-        for each in neighbours
+        {**plain_entry(neighbour.entry, library, kind), "distance": neighbour.distance, "distance_sd": neighbour.sd,
+         "alike": neighbour.alike, "apart": dict(zip(names_of(library), neighbour.apart, strict=True))}
+        for neighbour in neighbours
     ]  # fmt: skip
     return {"texture": plain_entry(entry, library, kind), "nearest": rows, "simulated": library.simulated}
 
@@ -136,7 +138,7 @@ def whole_words(
     # a line for each attribute, rated beside predicted
     words = [f"{low}-{high}" for low, high in library.attributes]
     wide = max(map(len, words))
-    kinds = [each for each in KINDS if known(entry, each) and kind in (None, each)]
+    kinds = [source for source in KINDS if known(entry, source) and kind in (None, source)]
     yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
     for at, name in enumerate(words):
         yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, each):30}' for each in kinds)}".rstrip()

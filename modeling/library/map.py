@@ -34,7 +34,7 @@ def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
     """Which attribute is the plane's x and y, the bubbles' size and colour: as in the thesis, else as they come."""
     if len(pairs) < 2:
         raise LibraryError(f"a plane needs two attributes; this library has {len(pairs)}.")
-    own = {frozenset(each.lower() for each in pair): at for at, pair in enumerate(pairs)}
+    own = {frozenset(word.lower() for word in pair): at for at, pair in enumerate(pairs)}
     places = {role: own[frozenset(words)] for role, words in ROLES.items() if frozenset(words) in own}
     free = [at for at in range(len(pairs)) if at not in places.values()]
     for role in ROLES:

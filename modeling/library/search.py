@@ -52,7 +52,7 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
 
 def fitting(matches: Sequence[Match], count: int) -> list[Match]:
     """Return the best few of those that fit at all."""
-    return [each for each in matches if each.fit >= FITS][:count]
+    return [match for match in matches if match.fit >= FITS][:count]
 
 
 def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
@@ -124,14 +124,14 @@ def excluded(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None
 def none_fits(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> str:
     """In words that none of the textures fits, which wish leaves out most of them, and what would help."""
     every = excluded(entries, wishes, kind)
-    whole, most = len(entries), max(each.out for each in every)
+    whole, most = len(entries), max(wish.out for wish in every)
     text = f"None of {whole} textures fits."
     if len(every) > 1 and most == 0:
         text += " Each wish alone leaves out none; all at once, none is left."
     elif len(every) > 1:
-        names = [repr(each.said) for each in every if each.out == most]
+        names = [repr(wish.said) for wish in every if wish.out == most]
         text += f" Most are left out by {' and '.join(names)}: {most} of {whole}{' each' if len(names) > 1 else ''}."
-    helps = max(every, key=lambda each: each.without or 0)
+    helps = max(every, key=lambda wish: wish.without or 0)
     if helps.without:
         text += f" Without {helps.said!r}, {helps.without} would fit."
     elif len(every) > 2:
@@ -157,7 +157,7 @@ class Near:
 def near(entry: Entry, others: Sequence[Entry], attributes: int, kind: Kind | None = None) -> list[Near]:
     """Return all other textures, the nearest first; equal ones by name."""
     neighbours = [measured(entry, other, attributes, kind) for other in others if other.id != entry.id]
-    return sorted(neighbours, key=lambda each: (each.distance, each.sd, each.entry.id))
+    return sorted(neighbours, key=lambda neighbour: (neighbour.distance, neighbour.sd, neighbour.entry.id))
 
 
 def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = None) -> Near:
@@ -167,7 +167,7 @@ def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = No
     that is known with an SD s, d^2 has the variance 2 s^4 + 4 d^2 s^2. `alike` is the probability that each attribute
     differs by less than one JND, if the attributes err independently.
     """
-    ones, twos = ([belief(value_of(each, at, kind)) for at in range(attributes)] for each in (entry, other))
+    ones, twos = ([belief(value_of(texture, at, kind)) for at in range(attributes)] for texture in (entry, other))
     apart = [(two[0] - one[0]) / JND for one, two in zip(ones, twos, strict=True)]
     unsure = [math.hypot(one[1], two[1]) / JND for one, two in zip(ones, twos, strict=True)]
     expected = math.sqrt(sum(d * d + s * s for d, s in zip(apart, unsure, strict=True)) / attributes)

@@ -71,7 +71,7 @@ def turned(soft: Soft) -> Soft:
 
 def both(first: Soft, second: Soft) -> Soft:
     """Return the lesser membership of the two everywhere: what lies in both ranges."""
-    values = sorted({value for each in (first, second) for value, _ in each.knots})
+    values = sorted({value for term in (first, second) for value, _ in term.knots})
     crossings = []
     for low, high in pairwise(values):
         before, after = (first.at(value) - second.at(value) for value in (low, high))
@@ -145,7 +145,7 @@ def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) ->
     return Vocabulary(
         tuple(pairs), {**words, **named, **own}, _sayings(known["degrees"], known["sayings"]),
         {name: trapezoid(edges) for name, edges in known["degrees"].items()}, _sayings((), known["numbers"]),
-        frozenset(_phrase(each) for each in known["silent"]), foreign, frozenset(each.lower() for each in classes),
+        frozenset(_phrase(word) for word in known["silent"]), foreign, frozenset(word.lower() for word in classes),
     )  # fmt: skip
 
 
@@ -155,7 +155,7 @@ def in_words(known: Vocabulary, pair: int, value: float) -> str:
     towards, word = (value, high) if value >= 50 else (100 - value, low)
     if known.ranges["medium"].at(towards) >= 1:
         return f"neither {low.lower()} nor {high.lower()}"
-    degree = next((each for each in TELLING if known.ranges[each].at(towards) >= 0.5), "slightly")
+    degree = next((word for word in TELLING if known.ranges[word].at(towards) >= 0.5), "slightly")
     words = {"slightly": "a bit"}.get(degree, degree)
     return f"{words} {word.lower()}".strip()
 
@@ -170,7 +170,7 @@ def known_words(known: Vocabulary) -> str:
     degrees = []
     for name in filter(None, known.ranges):
         phrases = [" ".join(phrase) for phrase, meant in known.degrees.items() if meant == name]
-        others = [each for each in phrases if each != name]
+        others = [phrase for phrase in phrases if phrase != name]
         degrees.append(f"{name} ({', '.join(others[:2])})" if others else name)
     return (
         f"Words: {'; '.join(texts)}. Before them: {', '.join(degrees)}. After them a number from 0 to 100, as in "
@@ -198,4 +198,4 @@ def _phrase(text: str) -> Phrase:
 def _sayings(names: Iterable[str], others: Mapping[str, Sequence[str]]) -> dict[Phrase, str]:
     """Return each way to say it, with its name; the names say themselves."""
     phrases = {_phrase(name): name for name in names if name}
-    return {**phrases, **{_phrase(each): name for name, every in others.items() for each in every}}
+    return {**phrases, **{_phrase(word): name for name, every in others.items() for word in every}}

@@ -93,11 +93,11 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
 def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
     """Return the wish for each attribute: all wishes for it together."""
     ordered = sorted(wishes, key=lambda wish: (wish.pair, wish.soft.knots))
-    return [(pair, reduce(both, (each.soft for each in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
+    return [(pair, reduce(both, (wish.soft for wish in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
 
 
 def _read(text: str, known: Vocabulary) -> list[Wish]:
-    reader = _Reader(text, [each.replace("’", "'") for each in TOKEN.findall(text.lower())], known)
+    reader = _Reader(text, [word.replace("’", "'") for word in TOKEN.findall(text.lower())], known)
     while reader.at < len(reader.words):
         reader.said_from = reader.at
         if reader.peek() in SEPARATORS:

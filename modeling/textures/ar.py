@@ -136,7 +136,7 @@ def fit(learning: Learning) -> FittedAr:
     predictors = [_predictor([samples[a:b] for a, b in group], order) for group in groups]
     places = [np.concatenate([hand[a:b] for a, b in group]).mean(axis=0) / PER for group in groups]
     mesh = meshed(np.array(places))
-    frequencies = np.array([frequencies_of(each) for each, _ in predictors])
+    frequencies = np.array([frequencies_of(weights) for weights, _ in predictors])
     log_sd = np.array([0.5 * np.log(error + floor) for _, error in predictors])
     plain = FittedAr(window, mesh, frequencies, log_sd, stretches)
     at = np.concatenate([np.arange(a, b) for a, b in learning.parts.train])

@@ -62,7 +62,7 @@ class Dstn(nn.Module):
 
 @pieces.register
 def _(layer: Dstn, name: str) -> Pieces:
-    seen, newest, encoded, mattering = (f"{name}kept.{each}" for each in ("seen", "newest", "encoded", "mattering"))
+    seen, newest, encoded, mattering = (f"{name}kept.{part}" for part in ("seen", "newest", "encoded", "mattering"))
     for part in ("first", "second"):
         yield from pieces(getattr(layer, part), f"{name}{part}.")
         yield Activation(function="relu"), {}
@@ -99,7 +99,7 @@ def _(layer: nn.LSTM, name: str) -> Pieces:
 
 def _one_way(layer: nn.LSTM, name: str, way: str) -> tuple[Lstm, Mapping[str, Tensor]]:
     """torch has two biases, which are added to the same gates."""
-    weight, state, ours, theirs = (getattr(layer, f"{each}_{way}") for each in WEIGHTS)
+    weight, state, ours, theirs = (getattr(layer, f"{weight_name}_{way}") for weight_name in WEIGHTS)
     named = {f"{name}weight": weight, f"{name}state": state, f"{name}bias": ours + theirs}
     weight_name, state_name, bias_name = named
     return Lstm(weight=weight_name, state=state_name, bias=bias_name, reverse=way.endswith("reverse")), named

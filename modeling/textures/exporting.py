@@ -197,7 +197,7 @@ def _(_layer: Spread, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: Foten, name: str) -> Pieces:
-    window, past, block, hand = (f"{name}kept.{each}" for each in ("window", "past", "block", "hand"))
+    window, past, block, hand = (f"{name}kept.{part}" for part in ("window", "past", "block", "hand"))
     yield Keep(kept=window), {}
     yield Part(start=1, stop=3), {}
     yield Keep(kept=hand), {}

@@ -262,7 +262,7 @@ def levelled(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: i
     rows = watched(blocks, scale, seed)
     with training_state(0, 1), torch.no_grad():
         made = network(*rows.inputs).numpy().astype(np.float64)
-    power, true_power = (np.exp(2 * each).mean(axis=(0, 1)) for each in (scale.up(made), blocks.log_magnitude))
+    power, true_power = (np.exp(2 * logs).mean(axis=(0, 1)) for logs in (scale.up(made), blocks.log_magnitude))
     return replace(scale, mean=scale.mean + 0.5 * np.log(true_power / power))
 
 

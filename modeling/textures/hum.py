@@ -70,7 +70,7 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
         reach = WANDERS * mains_hz
         tried = np.linspace(mains_hz - reach, mains_hz + reach, 2 * math.ceil(TELLING * reach / step_hz) + 1)
         score = np.zeros(len(tried))
-        for multiple in [each for each in multiples_of(mains_hz, rate_hz) if each <= TELLING]:
+        for multiple in [number for number in multiples_of(mains_hz, rate_hz) if number <= TELLING]:
             at = np.rint(multiple * tried / step_hz).astype(int)
             beside = np.rint((multiple * mains_hz + np.r_[-8:-2:13j, 2:8:13j]) / step_hz).astype(int)
             score += power[at] / (np.median(power[beside]) + np.finfo(float).tiny)
@@ -91,8 +91,8 @@ def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: 
     count = int(len(axes) / (STEP_S * rate_hz))
     beside = turned(np.ones((len(axes), 1)), np.arange(len(axes)) / rate_hz, BESIDE_HZ)
     leaks = LEAKS * float((axes**2).sum(axis=1).mean())
-    strengths = [_turning(*each, beside, count, leaks) for each in each_turned(axes, rate_hz, mains_hz, cycles)]
-    weight = sum(each[0] for each in strengths)
+    strengths = [_turning(*turning, beside, count, leaks) for turning in each_turned(axes, rate_hz, mains_hz, cycles)]
+    weight = sum(strength[0] for strength in strengths)
     if count < 4 or not weight > 0:
         return np.zeros(len(axes))
     # Each multiple turns by so many times the cycles of the first; the clearer and higher, the better it tells.

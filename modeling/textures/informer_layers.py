@@ -44,7 +44,7 @@ class ProbSparse(nn.Module):
         """Queries, keys, values: (batch, heads, length, width / heads) each."""
         weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
         sources = (x, memory, memory)
-        rows = (functional.linear(*each) for each in zip(sources, weights, biases, strict=True))
+        rows = (functional.linear(*parts) for parts in zip(sources, weights, biases, strict=True))
         return [row.view(*row.shape[:2], self.heads, -1).transpose(1, 2) for row in rows]
 
     def _asks(self, scores: Tensor) -> Tensor | None:

@@ -54,7 +54,7 @@ def goodness(one: Array, other: Array) -> float | None:
 
     None where either is nothing at all (Hernandez-Andres, Romero and Lee 2001).
     """
-    sizes = [float(np.linalg.norm(each)) for each in (one, other)]
+    sizes = [float(np.linalg.norm(signal)) for signal in (one, other)]
     if min(sizes) <= 0:
         return None
     return min(1.0, float(np.abs(np.dot(one / sizes[0], other / sizes[1]))))
@@ -70,13 +70,13 @@ def raw_gfc(truth: Array, made: Array) -> float | None:
     """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
     demand_alike(truth, made)
     pairs = zip(blocks(truth, BLOCK), blocks(made, BLOCK), strict=True)
-    values = [each for a, b in pairs if (each := gfc(a, b)) is not None]
+    values = [share for a, b in pairs if (share := gfc(a, b)) is not None]
     return float(np.mean(values)) if values else None
 
 
 def smoothed_gfc(truth: Array, made: Array) -> float | None:
     """Equation 4.11 over the square roots of Welch spectra (`density`), so over signals of any two lengths, 0 to 1."""
-    one, other = (np.sqrt(density(each)[1]) for each in (truth, made))
+    one, other = (np.sqrt(density(signal)[1]) for signal in (truth, made))
     return goodness(one, other)
 
 
@@ -171,9 +171,9 @@ def correlation(one: Array, other: Array) -> float | None:
         raise TextureDataError(f"rows of {one.shape} and {other.shape} have no correlation: one length is expected.")
     if len(one) < 3:
         return None
-    off = [each - each.mean() for each in (one, other)]
-    sizes = [float(np.linalg.norm(each)) for each in off]
-    if any(size <= SAME * float(np.linalg.norm(each)) for size, each in zip(sizes, (one, other), strict=True)):
+    off = [signal - signal.mean() for signal in (one, other)]
+    sizes = [float(np.linalg.norm(signal)) for signal in off]
+    if any(size <= SAME * float(np.linalg.norm(signal)) for size, signal in zip(sizes, (one, other), strict=True)):
         return None
     return float(np.clip(off[0] @ off[1] / (sizes[0] * sizes[1]), -1.0, 1.0))
 
@@ -203,7 +203,7 @@ def cycle(signal: Array, window: int = CYCLE) -> float | None:
 def _greatest(part: Array) -> float:
     """Return the greatest normalised autocorrelation of one window."""
     size = len(part)
-    low, high = (round(each * RATE_HZ / 1000) for each in LAGS_MS)
+    low, high = (round(lag_ms * RATE_HZ / 1000) for lag_ms in LAGS_MS)
     lags = np.arange(low, min(high, size // 2) + 1)
     spectrum = np.fft.rfft(part, 2 * size)
     products = np.fft.irfft(np.abs(spectrum) ** 2, 2 * size)[lags]

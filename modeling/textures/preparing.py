@@ -75,13 +75,13 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
     pieces: list[Array] = []
     notes: list[str] = []
     made_from: list[str] = []
-    for each in touched:
-        stretches, further = filtered(each, Filtering(remove_hum=remove_hum))
+    for exploration in touched:
+        stretches, further = filtered(exploration, Filtering(remove_hum=remove_hum))
         pieces += [
             np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N]) for stretch in stretches
         ]
         notes += further
-        made_from += each.made_from
+        made_from += exploration.made_from
     if not pieces:
         raise TextureDataError(f"{texture}: there is no recording of it")
     recording = joined(texture, label, pieces, tuple(made_from), tuple(dict.fromkeys(notes)))
@@ -121,8 +121,8 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     # leave out what lies within `trim_s` of the exploration's start or end
     length = len(known)
     first = round(way.trim_s * RATE_HZ)
-    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in shifted]
-    remaining = [each for each in cut if len(each.axes)]
+    cut = [stretch.cut(max(0, first - stretch.first), max(0, length - first - stretch.first)) for stretch in shifted]
+    remaining = [stretch for stretch in cut if len(stretch.axes)]
     if not remaining:
         raise TooShort(
             f"{touched.where}: nothing of its {length / RATE_HZ:.2f} s is left where {way.trim_s:g} s are trimmed at"

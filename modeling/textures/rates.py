@@ -76,11 +76,13 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
     except AlignError as error:
         raise TextureDataError(f"{signals[0].where}: its signals share no time: {error}") from None
     aligned = [_aligned(signal, grid_s) for signal, _ in evened]
-    known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in aligned])
+    known = np.logical_and.reduce([np.isfinite(signal.values).all(axis=1) for signal in aligned])
     notes = tuple(note for _, notes in evened for note in notes)
-    bridged = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, aligned, strict=True)]
+    bridged = [
+        (signal.what, int(signal_values.bridged.sum())) for signal, signal_values in zip(signals, aligned, strict=True)
+    ]
     return (
-        [each.values for each in aligned],
+        [signal.values for signal in aligned],
         known,
         (*notes, *tuple(f"{what}: {count} samples bridged in short holes" for what, count in bridged if count)),
     )
@@ -97,7 +99,7 @@ def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> 
     breaks = np.flatnonzero(np.diff(even.times_s) > LOST / even.rate_hz) + 1
     try:
         estimate = slope(window, DEGREE, even.rate_hz, "middle")
-        velocities = np.concatenate([velocity(each, estimate) for each in np.split(even.values, breaks)])
+        velocities = np.concatenate([velocity(stretch, estimate) for stretch in np.split(even.values, breaks)])
     except AlignError as error:
         raise TextureDataError(f"{position.where}: {error}") from None
     return replace(even, what="speed", values=projected(velocities, normal))

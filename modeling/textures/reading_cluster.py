@@ -58,7 +58,7 @@ def read_cluster(
     documented, and signals that no texture can be learned from.
     """
     return tuple(
-        prepared(texture, texture.replace("_", " "), (touched(each) for each in every), remove_hum)
+        prepared(texture, texture.replace("_", " "), (touched(exploration) for exploration in every), remove_hum)
         for texture, every in slides(folder, textures).items()
     )
 
@@ -140,7 +140,7 @@ def _nothing(accel: Path) -> TextureDataError:
 def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
     """Return each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
     files = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
-    files.sort(key=lambda each: [int(number) for number in each[0].groups()])
+    files.sort(key=lambda entry: [int(number) for number in entry[0].groups()])
     return [(f"cluster_{match['texture']}", match, file) for match, file in files]
 
 

@@ -66,11 +66,11 @@ def read_hatt(
 def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
     """The textures that there are in a file or folder, by name; none of them is read yet. Raises TextureDataError."""
     there = _found(path)
-    names = [each.name for each in there]
+    names = [entry.name for entry in there]
     if missing := [name for name in textures if name not in names]:
         raise TextureDataError(f"{path}: no recording of {missing[0]!r}; there are {', '.join(names[:8])}")
-    selected = [each for each in there if not textures or each.name in textures]
-    for file in (file for each in selected for file in each.files.values()):
+    selected = [entry for entry in there if not textures or entry.name in textures]
+    for file in (file for entry in selected for file in entry.files.values()):
         if not file.is_file():
             raise TextureDataError(f"{file}: no such file; every signal of a texture has one of the same name")
     return selected
@@ -78,7 +78,7 @@ def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
 
 def names_in(path: Path) -> list[str]:
     """Return the textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
-    return [each.name for each in _found(path)]
+    return [entry.name for entry in _found(path)]
 
 
 def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
@@ -87,15 +87,15 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     where = " and ".join(dict.fromkeys(document.where for document in documents.values()))
     notes: list[str] = []
     signals = {what: _signal(what, document, len(documents) > 1, notes) for what, document in _per_signal(documents)}
-    there = {what: each for what, each in signals.items() if each is not None}
+    there = {what: signal for what, signal in signals.items() if signal is not None}
     acceleration, force = there.get("acceleration"), there.get("force")
     if acceleration is None or force is None or not ("speed" in there or "position" in there):
         lacks = [what for what in ("acceleration", "force") if what not in there] or ["speed and position"]
         raise TextureDataError(f"{where}: no {lacks[0]}; a recording of the toolkit is expected (Accel, Force, Speed)")
     # all signals were recorded together: one that ends before the others was cut short
-    seconds = {what: len(each.values) / each.rate_hz for what, each in there.items()}
+    seconds = {what: len(signal.values) / signal.rate_hz for what, signal in there.items()}
     longest = max(seconds.values())
-    if longest - min(seconds.values()) > 1.5 / min(each.rate_hz for each in there.values()):
+    if longest - min(seconds.values()) > 1.5 / min(signal.rate_hz for signal in there.values()):
         counts = ", ".join(f"{what} {len(there[what].values)} ({seconds[what]:g} s)" for what in there)
         raise TextureDataError(f"{where}: signals of different lengths: {counts}; is the file cut short?")
     _demand_same_speed(there, normal)
@@ -109,7 +109,7 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
 def _found(path: Path) -> list[Source]:
     """Return what there is, by name; a file beside may lack."""
     result = list(_there(path))
-    names = [each.name for each in result]
+    names = [entry.name for entry in result]
     if not result:
         raise TextureDataError(f"{path}: no recording; no XML file is there")
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -124,7 +124,7 @@ def _there(path: Path) -> Iterator[Source]:
         return
     if not path.is_dir():
         raise TextureDataError(f"{path}: no such file or folder; recordings of the toolkit are expected")
-    folders = {each.name.lower(): each for each in path.iterdir() if each.is_dir()}
+    folders = {entry.name.lower(): entry for entry in path.iterdir() if entry.is_dir()}
     apart = {what: folder for what, names in NAMES.items() for name in names if (folder := folders.get(name))}
     if "acceleration" not in apart:
         yield from (_whole(file) for file in _xml_in(path))
@@ -138,7 +138,7 @@ def _whole(file: Path) -> Source:
 
 
 def _xml_in(folder: Path) -> list[Path]:
-    return sorted(each for each in folder.iterdir() if each.suffix.lower() == ".xml" and each.name[0] != ".")
+    return sorted(entry for entry in folder.iterdir() if entry.suffix.lower() == ".xml" and entry.name[0] != ".")
 
 
 def _per_signal(documents: Mapping[str, Document]) -> Iterator[tuple[str, Document]]:
@@ -186,7 +186,8 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
         return
     moved = projected(speed_from(position, normal).values, normal)
     recorded, derived = (
-        float(np.median(np.linalg.norm(each[np.isfinite(each).all(axis=1)], axis=1))) for each in (speed.values, moved)
+        float(np.median(np.linalg.norm(velocity[np.isfinite(velocity).all(axis=1)], axis=1)))
+        for velocity in (speed.values, moved)
     )
     if max(recorded, derived) > MOVES_MM_S and not derived / APART <= recorded <= derived * APART:
         raise TextureDataError(
@@ -237,8 +238,8 @@ class Document:
 
     def alone(self) -> Array | None:
         """Return the numbers of a file that holds one signal, whatever its elements are called."""
-        holding = [each for each in self.root.iter() if any(_name(child) == VALUE for child in each)]
-        axes = {tag: each for each in holding if (tag := _name(each)) in AXES}
+        holding = [element for element in self.root.iter() if any(_name(child) == VALUE for child in element)]
+        axes = {tag: element for element in holding if (tag := _name(element)) in AXES}
         if axes:
             return self._axes("signal", axes)
         return self._series(holding[0], _name(holding[0])) if len(holding) == 1 else None
@@ -247,8 +248,8 @@ class Document:
         if len(axes) != len(AXES):
             raise TextureDataError(f"{self.where}: {name} has the axes {', '.join(axes)}; x, y and z are expected")
         series = [self._series(axes[axis], f"{name}.{axis}") for axis in AXES]
-        if len({len(each) for each in series}) > 1:
-            counts = ", ".join(f"{axis} {len(each)}" for axis, each in zip(AXES, series, strict=True))
+        if len({len(values) for values in series}) > 1:
+            counts = ", ".join(f"{axis} {len(values)}" for axis, values in zip(AXES, series, strict=True))
             raise TextureDataError(f"{self.where}: {name} is cut short: {counts} samples; as many of each are expected")
         return np.stack(series, axis=1)
 
@@ -283,9 +284,9 @@ def read_document(file: Path) -> Document:
     except (ElementTree.ParseError, ValueError) as error:
         raise TextureDataError(f"{where}: no whole XML ({error}); is the file cut short?") from None
     elements: dict[str, ElementTree.Element] = {}
-    for each in root.iter():
-        if (name := _name(each)) not in (*AXES, VALUE):
-            elements.setdefault(name, each)
+    for element in root.iter():
+        if (name := _name(element)) not in (*AXES, VALUE):
+            elements.setdefault(name, element)
     return Document(where, root, elements)
 
 

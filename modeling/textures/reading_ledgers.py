@@ -77,7 +77,7 @@ def read_lab(
     there is no capture, one without a stream, one that no texture can be learned from, and on a damaged file.
     """
     by_texture = captures_by_texture(lab, study, textures, simulated)
-    files = {each.path: file_sha256(each.path) for every in by_texture.values() for each in every}
+    files = {capture.path: file_sha256(capture.path) for every in by_texture.values() for capture in every}
     return tuple(
         prepared(texture, every[0].label, _touched(every, normal, files), remove_hum)
         for texture, every in by_texture.items()
@@ -101,7 +101,7 @@ def captures_by_texture(
             noted = replace(capture, notes=(*capture.notes, *notes))
             by_texture.setdefault(capture.attempt.stimulus, []).append(noted)
     gone = withdrawn(lab.parent.parent if lab.is_file() else lab)
-    others = {each.simulated for each in captures} - {each.simulated for each in counted}
+    others = {capture.simulated for capture in captures} - {capture.simulated for capture in counted}
     also = [f"is of a {'simulated' if kind else 'real'} session" for kind in others]
     _demand_all(lab, by_texture, textures, [*(["is of somebody who withdrew"] if gone else []), *also])
     return by_texture
@@ -141,7 +141,7 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
         raise TextureDataError(f"{capture.path}: {error}") from None
     touches = [stream for stream in streams if stream.name.startswith("tool_")] or streams
     for act in dict.fromkeys(stream.act for stream in touches):  # others hold what was recorded beside the session
-        of_act = {each.name: each for each in streams if each.act == act}
+        of_act = {stream.name: stream for stream in streams if stream.act == act}
         yield Touched(
             where, _sampled("acceleration", of_act, where), _sampled("force", of_act, where),
             position=_sampled("position", of_act, where), normal=normal, made_from=(made_from,), notes=capture.notes,
@@ -188,5 +188,5 @@ def _demand_all(
         if texture not in captures:
             raise NoCapture(f"{lab}: no capture of {texture!r} counts; {nearest(texture, captures)}")
     if not captures:
-        why = "".join(f", or {each}" for each in also)
+        why = "".join(f", or {source}" for source in also)
         raise NoCapture(f"{lab}: no capture counts: every attempt was repeated, left or faulted{why}")

@@ -73,9 +73,9 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
             tables = sorted(
-                each
-                for each in path.iterdir()
-                if each.suffix.lower() in KINDS and (each.name[0] != "." and not each.is_dir())
+                entry
+                for entry in path.iterdir()
+                if entry.suffix.lower() in KINDS and (entry.name[0] != "." and not entry.is_dir())
             )
             if not tables:
                 raise TextureDataError(f"{path}: no table in it; files named {', '.join(KINDS)} are expected")
@@ -134,7 +134,7 @@ def _times(table: Table, held: Held) -> tuple[Array, float]:
 
 def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Array, written_s: float) -> Sampled | None:
     """Return the samples of a signal at the rows in which they stand."""
-    names = next((each for each in sets if all(name in table.columns for name in each)), None)
+    names = next((name_set for name_set in sets if all(name in table.columns for name in name_set)), None)
     if names is None:
         return None
     columns: list[Column] = [table.columns[name] for name in names]

@@ -57,7 +57,7 @@ def split(
     starts = [_spread(counts), *(chance.permutation(_spread(counts)) for _ in range(STARTS))]
     candidates = [_descended(apart, start) for start in starts]
     labels = min(candidates, key=lambda labels: sum(_distances(apart, labels)))
-    return Parts(*(tuple(cut[each] for each in np.flatnonzero(labels == part)) for part in range(len(NAMES))))
+    return Parts(*(tuple(cut[place] for place in np.flatnonzero(labels == part)) for part in range(len(NAMES))))
 
 
 def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) -> tuple[tuple[int, int], ...]:
@@ -116,7 +116,7 @@ def _counts(frames: int, shares: Sequence[float]) -> tuple[int, ...]:
     if len(shares) != len(NAMES) or min(shares) <= 0 or abs(sum(shares) - 1) > 1e-9:
         raise TextureDataError(f"shares {tuple(shares)}: three above 0 that sum to 1 are expected")
     exact = [share * frames for share in shares]
-    counts = [max(1, int(each + 1e-9)) for each in exact]
+    counts = [max(1, int(share + 1e-9)) for share in exact]
     while sum(counts) != frames:
         way = 1 if sum(counts) < frames else -1
         gains = [way * (want - have) if have + way >= 1 else -np.inf for want, have in zip(exact, counts, strict=True)]
@@ -143,7 +143,7 @@ def _distances(apart: Array, labels: Labels) -> list[float]:
     """Return the energy distance of each part to the whole: 2 E|X-Y| - E|X-X'| - E|Y-Y'|, the square of a metric."""
     whole = np.full(len(labels), 1 / len(labels))
     off = [(labels == part) / max(1, (labels == part).sum()) - whole for part in range(len(NAMES))]
-    return [float(max(0.0, -each @ apart @ each)) for each in off]
+    return [float(max(0.0, -difference @ apart @ difference)) for difference in off]
 
 
 def _spread(counts: Sequence[int]) -> Labels:
@@ -158,7 +158,7 @@ def _descended(apart: Array, labels: Labels) -> Labels:
         # gain (frames, frames): by how much the sum of the distances falls when two frames change places
         sizes = np.bincount(labels, minlength=len(NAMES)).astype(float)
         off = [(labels == part) / size - 1 / len(labels) for part, size in enumerate(sizes)]
-        pull = np.stack([each @ apart for each in off])[labels] / sizes[labels][:, None]
+        pull = np.stack([difference @ apart for difference in off])[labels] / sizes[labels][:, None]
         own = np.diag(apart)
         bend = (own[:, None] + own[None] - 2 * apart) / (sizes**2)[labels][:, None]
         leaves = 2 * (pull - np.diag(pull)[:, None]) + bend  # frame `row` makes room in its part for `column`

@@ -91,7 +91,7 @@ def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
 
 def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
     """Return the epochs that `curve_of` put among these arrays; none for a method that has none."""
-    columns = {name.removeprefix(PREFIX): each for name, each in arrays.items() if name.startswith(PREFIX)}
+    columns = {name.removeprefix(PREFIX): values for name, values in arrays.items() if name.startswith(PREFIX)}
     epochs = []
     for i in range(len(columns.get("epoch", ()))):
         at = {name: float(values[i]) for name, values in columns.items()}
