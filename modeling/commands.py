@@ -169,14 +169,14 @@ def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     from palpate.modeling.doors.registry import FORWARD, INVERSE, methods_of
     from palpate.protocols.did_you_mean import nearest
 
-    asked = names_in(names)
-    if not asked:
+    entries = names_in(names)
+    if not entries:
         return None
     chosen: dict[Direction, list[str]] = {"forward": [], "inverse": []}
-    for each in asked:
-        way, _, name = each.rpartition(":")
+    for entry in entries:
+        way, _, name = entry.rpartition(":")
         if way not in ("", *chosen):
-            raise ModelDataError(f"--methods {each}: {way!r} is no direction; {nearest(way, chosen)}")
+            raise ModelDataError(f"--methods {entry}: {way!r} is no direction; {nearest(way, chosen)}")
         fitting: list[Direction] = [one for one in chosen if way in ("", one) and name in methods_of(one)]
         if not fitting:
             known = {"forward": tuple(FORWARD), "inverse": tuple(INVERSE), "": (*FORWARD, *INVERSE)}[way]

@@ -193,8 +193,8 @@ def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
 
     A black picture's co-occurrence has one number; what a network makes of it has many, all of them the network's own.
     """
-    each = [np.array([_blank(row) for row in rows], dtype=bool) for rows in kinds.values()]
-    return np.logical_or.reduce(each) if each else np.zeros(0, dtype=bool)
+    marks = [np.array([_blank(row) for row in rows], dtype=bool) for rows in kinds.values()]
+    return np.logical_or.reduce(marks) if marks else np.zeros(0, dtype=bool)
 
 
 def _blank(row: NDArray[np.float32]) -> bool:

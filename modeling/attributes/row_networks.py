@@ -89,8 +89,8 @@ class CnnLstm(nn.Module):
 
     def forward(self, rows: Tensor) -> Tensor:
         """(batch, segments, numbers) to (batch, attributes)."""
-        each = self.segment(self.along(rows.flatten(0, 1)[:, None]).flatten(1))
-        _, (last, _) = self.lstm(each.unflatten(0, rows.shape[:2]))
+        segments = self.segment(self.along(rows.flatten(0, 1)[:, None]).flatten(1))
+        _, (last, _) = self.lstm(segments.unflatten(0, rows.shape[:2]))
         result: Tensor = self.head(last[0])
         return result
 

@@ -115,8 +115,8 @@ def opened(request: LibraryRequest) -> Opened:
 def tell_index(written: Indexed) -> None:
     """Print what was indexed, what is no longer there, and what could not be taken."""
     counts, library = written.counts, written.indexed.library
-    each = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
-    click.echo(f"{count(counts['textures'], 'texture')}: {each}")
+    shares = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
+    click.echo(f"{count(counts['textures'], 'texture')}: {shares}")
     for line in library.notes:
         click.echo(f"note: {line}")
     for name, why in written.indexed.left_out.items():

@@ -25,9 +25,9 @@ def percent(share: float) -> str:
     return f"{min(99, round(100 * share)) if share < 1 - 1e-9 else 100} %"
 
 
-def value_text(each: AttributeValue | None) -> str:
+def value_text(estimate: AttributeValue | None) -> str:
     """Return an attribute's value and how sure it is."""
-    return "-" if each is None else f"{each.value:.0f} ±{Z90 * each.sd:.0f}"
+    return "-" if estimate is None else f"{estimate.value:.0f} ±{Z90 * estimate.sd:.0f}"
 
 
 def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
@@ -83,9 +83,9 @@ def plain_near(neighbours: Sequence[Near], entry: Entry, library: Library, kind:
     return {"texture": plain_entry(entry, library, kind), "nearest": rows, "simulated": library.simulated}
 
 
-def far(each: Near) -> str:
+def far(neighbour: Near) -> str:
     """Return a distance in JNDs, and what holds it in 90 of 100 cases."""
-    return f"{each.distance:.1f} ±{Z90 * each.sd:.1f}"
+    return f"{neighbour.distance:.1f} ±{Z90 * neighbour.sd:.1f}"
 
 
 def table(
@@ -139,9 +139,9 @@ def whole_words(
     words = [f"{low}-{high}" for low, high in library.attributes]
     wide = max(map(len, words))
     kinds = [source for source in KINDS if known(entry, source) and kind in (None, source)]
-    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
+    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, source):30}' for source in kinds)}".rstrip()
     for at, name in enumerate(words):
-        yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, each):30}' for each in kinds)}".rstrip()
+        yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, source):30}' for source in kinds)}".rstrip()
     yield ""
     if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
         text = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)

@@ -43,9 +43,9 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
     ranked = []
     for entry in entries:
         fits = [soft.expected(*belief(value_of(entry, pair, kind))) for pair, soft in together]
-        each = tuple(wish.soft.expected(*belief(value_of(entry, wish.pair, kind))) for wish in wishes)
+        fits_by_wish = tuple(wish.soft.expected(*belief(value_of(entry, wish.pair, kind))) for wish in wishes)
         short = sum(soft.short_of(belief(value_of(entry, pair, kind))[0]) for pair, soft in together)
-        ranked.append((short, Match(entry, math.prod(fits), each)))
+        ranked.append((short, Match(entry, math.prod(fits), fits_by_wish)))
     ranked.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
     return [one for _, one in ranked]
 
@@ -86,7 +86,7 @@ def named(library: Library, name: str) -> Entry:
     textures = [texture for texture in library.textures if key == texture.label.lower()]
     if len(textures) > 1:
         raise LibraryError(
-            f"{len(textures)} textures are called {name!r}: {some(each.id for each in textures)}. Say which."
+            f"{len(textures)} textures are called {name!r}: {some(texture.id for texture in textures)}. Say which."
         )
     if textures:
         return textures[0]

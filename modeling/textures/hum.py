@@ -282,7 +282,7 @@ def _standing(still: Complex, rate_hz: float) -> tuple[float, float]:
 def _steadiness(still: Complex, rate_hz: float) -> float:
     """Return how far amplitude and phase of one stretch go on in the next, 0 to 1."""
     count = min(SEGMENTS, max(2, int(len(still) / (SEGMENT_S * rate_hz))))
-    each = np.stack([part.mean(axis=0) for part in np.array_split(still, count)])
-    agreed = (each[1:] * each[:-1].conj()).sum()
-    size = 0.5 * (np.abs(each[1:]) ** 2 + np.abs(each[:-1]) ** 2).sum()
+    means = np.stack([part.mean(axis=0) for part in np.array_split(still, count)])
+    agreed = (means[1:] * means[:-1].conj()).sum()
+    size = 0.5 * (np.abs(means[1:]) ** 2 + np.abs(means[:-1]) ** 2).sum()
     return float(agreed.real / size) if size else 0.0

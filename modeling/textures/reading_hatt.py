@@ -306,8 +306,8 @@ def _name(element: ElementTree.Element) -> str:
 
 def _cells(element: ElementTree.Element) -> Iterator[str]:
     values = [child for child in element if _name(child) == VALUE]
-    for each in values or [element]:
-        yield from (cell for cell in BETWEEN.split(each.text or "") if cell)
+    for holder in values or [element]:
+        yield from (cell for cell in BETWEEN.split(holder.text or "") if cell)
 
 
 def _is_number(cell: str) -> bool:

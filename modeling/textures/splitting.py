@@ -92,12 +92,12 @@ TOLERATED = 0.015
 
 def fit_of(recording: Recording, parts: Parts) -> Fit:
     """Return how large parts are, and how alike their speeds and forces."""
-    each = (parts.train, parts.validation, parts.test)
-    cut = tuple(sorted(stretch for part in each for stretch in part))
-    where = {stretch: number for number, part in enumerate(each) for stretch in part}
+    every = (parts.train, parts.validation, parts.test)
+    cut = tuple(sorted(stretch for part in every for stretch in part))
+    where = {stretch: number for number, part in enumerate(every) for stretch in part}
     labels = np.array([where[stretch] for stretch in cut])
     distance = _distances(_apart(recording, cut), labels)
-    sizes = [sum(stop - start for start, stop in part) for part in each]
+    sizes = [sum(stop - start for start, stop in part) for part in every]
     train, validation, test = (size / sum(sizes) for size in sizes)
     return Fit(len(cut), (train, validation, test), (distance[0], distance[1], distance[2]))
 
