@@ -36,27 +36,6 @@ COLUMNS = (
     ("train_s", "train", "s"), ("answer_s", "answer", "s"),
 )  # fmt: skip
 """What is printed of each method: its name in the rows, its heading, how it is written."""
-
-
-@dataclass(frozen=True)
-class AttributeRequest:
-    """Which textures the command line names, and how they are learned from."""
-
-    lab: Path
-    folder: Path | None
-    ratings: Path | None
-    scale: tuple[float, float] | None
-    sessions: str | None
-    weights: Path | None
-    seed: int
-    quick: bool
-    epochs: int | None
-    early_stopping: bool
-    workers: int | None
-    cluster: str | None
-    recordings: Recordings | None
-
-
 OPTIONS = (
     LAB,
     click.option(
@@ -91,6 +70,27 @@ OPTIONS = (
     cluster_option("does the trainings; features are made here"),
 )  # fmt: skip
 """What both verbs ask."""
+
+
+@dataclass(frozen=True)
+class AttributeRequest:
+    """Which textures the command line names, and how they are learned from."""
+
+    lab: Path
+    folder: Path | None
+    ratings: Path | None
+    scale: tuple[float, float] | None
+    sessions: str | None
+    weights: Path | None
+    seed: int
+    quick: bool
+    epochs: int | None
+    early_stopping: bool
+    workers: int | None
+    cluster: str | None
+    recordings: Recordings | None
+
+
 OWN = tuple(name for name in AttributeRequest.__dataclass_fields__ if name != "recordings")
 
 

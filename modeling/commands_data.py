@@ -21,6 +21,37 @@ if TYPE_CHECKING:
     from palpate.modeling.doors.rated import Individual
     from palpate.modeling.textures.reading_tables import Held
 
+FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
+"""What the options are called."""
+FILE_OPTIONS = (
+    click.option(
+        "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
+        help="Tables with time, acceleration, speed, force instead of the lab's captures: a folder, or files.",
+    ),
+    click.option(
+        "--hatt", type=click.Path(exists=True, path_type=Path), metavar="PATH",
+        help="Recordings of the Penn Haptic Texture Toolkit instead: a file, or a folder.",
+    ),
+    click.option(
+        "--cluster-data", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="FOLDER",
+        help="The Cluster Haptic Texture Dataset instead; its textures are called cluster_0 and so on.",
+    ),
+)  # fmt: skip
+HELD_OPTIONS = (
+    click.option("--rate-hz", type=click.FloatRange(1), help="Of tables without a column of times."),
+    click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
+    click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
+)
+BESIDE_A_TABLE = (
+    *FILE_OPTIONS,
+    *HELD_OPTIONS,
+    click.option(
+        "--trim-s", type=click.FloatRange(0),
+        help="Left out at both ends of such a recording.  [default: 2.5; 0 of the Cluster data set]",
+    ),
+)  # fmt: skip
+"""Where recordings go with a folder's table of ratings."""
+
 
 @dataclass(frozen=True)
 class DataOptions:
@@ -97,38 +128,6 @@ def going_on(what: str) -> Iterator[None]:
     except KeyboardInterrupt:
         click.echo(f"Stopped. What is finished is kept: the same command goes on with {what}.", err=True)
         raise click.exceptions.Exit(130) from None
-
-
-FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
-"""What the options are called."""
-FILE_OPTIONS = (
-    click.option(
-        "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
-        help="Tables with time, acceleration, speed, force instead of the lab's captures: a folder, or files.",
-    ),
-    click.option(
-        "--hatt", type=click.Path(exists=True, path_type=Path), metavar="PATH",
-        help="Recordings of the Penn Haptic Texture Toolkit instead: a file, or a folder.",
-    ),
-    click.option(
-        "--cluster-data", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="FOLDER",
-        help="The Cluster Haptic Texture Dataset instead; its textures are called cluster_0 and so on.",
-    ),
-)  # fmt: skip
-HELD_OPTIONS = (
-    click.option("--rate-hz", type=click.FloatRange(1), help="Of tables without a column of times."),
-    click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
-    click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
-)
-BESIDE_A_TABLE = (
-    *FILE_OPTIONS,
-    *HELD_OPTIONS,
-    click.option(
-        "--trim-s", type=click.FloatRange(0),
-        help="Left out at both ends of such a recording.  [default: 2.5; 0 of the Cluster data set]",
-    ),
-)  # fmt: skip
-"""Where recordings go with a folder's table of ratings."""
 
 
 def beside_options(command: Callable[..., None]) -> Callable[..., None]:

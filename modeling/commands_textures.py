@@ -36,28 +36,6 @@ COLUMNS = (
     ("train_s", "train", "s"),
 )  # fmt: skip
 """What is printed of each method: its name in the rows, its heading, how it is written."""
-
-
-@dataclass(frozen=True)
-class TextureRequest:
-    """Which recordings the command line names, and how they are evaluated or learned from."""
-
-    lab: Path
-    tables: tuple[Path, ...]
-    simulated: bool
-    textures: tuple[str, ...]
-    held: Held | None
-    methods: tuple[str, ...]
-    seed: int
-    quick: bool
-    epochs: int | None
-    batch: int | None
-    workers: int | None
-    cluster: str | None
-    hatt: Path | None = None
-    cluster_data: Path | None = None
-
-
 OPTIONS = (
     LAB,
     *FILE_OPTIONS,
@@ -78,6 +56,26 @@ OPTIONS = (
 """What both verbs ask."""
 SOURCES = (*FILES, "simulated")
 OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster")
+
+
+@dataclass(frozen=True)
+class TextureRequest:
+    """Which recordings the command line names, and how they are evaluated or learned from."""
+
+    lab: Path
+    tables: tuple[Path, ...]
+    simulated: bool
+    textures: tuple[str, ...]
+    held: Held | None
+    methods: tuple[str, ...]
+    seed: int
+    quick: bool
+    epochs: int | None
+    batch: int | None
+    workers: int | None
+    cluster: str | None
+    hatt: Path | None = None
+    cluster_data: Path | None = None
 
 
 def texture_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -15,6 +15,8 @@ from palpate.signals.arrays import Array, Indices
 
 CONSTANT = 1e-9
 """What has an SD below this share of its greatest value differs by rounding only."""
+PENALTIES: Array = np.logspace(5, -3, 33)
+"""What is tried, the greatest first: of equals, the greatest is taken."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,6 @@ def standard_of(x: Array) -> Standard:
     varies = sd > CONSTANT * np.max(np.abs(x), axis=0)
     gain = np.divide(1.0, sd, out=np.zeros_like(sd), where=varies)
     return Standard(gain, -mean * gain)
-
-
-PENALTIES: Array = np.logspace(5, -3, 33)
-"""What is tried, the greatest first: of equals, the greatest is taken."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ RULE = (
     "The default is the method with the least MAE, mean over textures and attributes, of those that answered for every "
     "texture; of equals, the one that is trained faster."
 )
+QUICK_TEXTURES = 5
 
 
 def choice(rows: Sequence[Row]) -> Choice:
@@ -76,9 +77,6 @@ def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
     is_reached = all(ours < row["mae"] for row in branches)
     sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
     return "Fusion", f"{sentence}: {'reached' if is_reached else 'not reached'}."
-
-
-QUICK_TEXTURES = 5
 
 
 @dataclass(frozen=True, kw_only=True)

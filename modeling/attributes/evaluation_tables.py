@@ -24,6 +24,11 @@ from palpate.modeling.training.history import COLUMNS
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis"
 Which = Literal["mae", "rmse", "same_features", "kinds"]
+Row = dict[str, Any]
+PRETRAINED = "pre-trained"
+"""The thesis' ResNet-50 (3.4.2)."""
+RANDOM = "random"
+"""How a material's description of ResNet-50's weights begins where nobody trained them."""
 
 
 def printed(which: Which, method: str, features: str = "") -> Mapping[str, float] | None:
@@ -45,13 +50,6 @@ def printed(which: Which, method: str, features: str = "") -> Mapping[str, float
 def number_of(which: Which) -> str:
     """Return the table's number in the thesis."""
     return str(printed_numbers(FILE)[which]["table"])
-
-
-Row = dict[str, Any]
-PRETRAINED = "pre-trained"
-"""The thesis' ResNet-50 (3.4.2)."""
-RANDOM = "random"
-"""How a material's description of ResNet-50's weights begins where nobody trained them."""
 
 
 def names_of(evaluation: AttributeEvaluation) -> list[str]:

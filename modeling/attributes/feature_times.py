@@ -18,6 +18,10 @@ SECONDS, PICTURES = 60.0, 10
 """Of a texture: a recording by sensors of 3, 8 and 0.12 kHz, and pictures of 1568 x 1568 pixels."""
 RECORDING, PICTURE = "recording", "picture"
 """What comes before any kind of feature of touch (one clock, filters, hum, DFT321), and of sight (decoding, gray)."""
+TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
+"""Within the band; none is a multiple of mains."""
+SENSORS_HZ = {"acceleration": 3000.0, "force": 8000.0, "position": 120.0}
+GRAVITY_M_S2 = 9.81
 
 
 def steps_of(kinds: Collection[str]) -> tuple[str, ...]:
@@ -79,12 +83,6 @@ def _of_sight(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object
 
         network, cut = folded(loaded(random_state(0))), patches(picture, Looking())
         yield "resnet", lambda: pool_of_patches(network, cut[:BATCH]), PICTURES * len(cut) / BATCH
-
-
-TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
-"""Within the band; none is a multiple of mains."""
-SENSORS_HZ = {"acceleration": 3000.0, "force": 8000.0, "position": 120.0}
-GRAVITY_M_S2 = 9.81
 
 
 def tones(seconds: float) -> Touched:

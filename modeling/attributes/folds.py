@@ -19,6 +19,13 @@ SOME = 5
 """Tells `some_of`'s chance from others of the same seed."""
 LEAST = 3
 """Groups of textures that are needed: one to ask about, one to learn from, one to watch."""
+SAME = 1e-5
+"""Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""
+DIGITS = 4
+"""Coarser than `SAME`: what counts as equal between textures must not count as different within a blank row."""
+HAND = "hand"
+"""How the hand moved and pressed tells nothing of the texture: a robot does the same to all of them."""
+Owners = list[tuple[str, NDArray[np.float32]]]
 
 
 @dataclass(frozen=True)
@@ -127,15 +134,6 @@ def some_of(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str,
     chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, SOME])))
     order = _in_turn([(name,) for name in classes], classes, chance)
     return tuple(sorted(name for (name,) in order[:count]))
-
-
-SAME = 1e-5
-"""Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""
-DIGITS = 4
-"""Coarser than `SAME`: what counts as equal between textures must not count as different within a blank row."""
-HAND = "hand"
-"""How the hand moved and pressed tells nothing of the texture: a robot does the same to all of them."""
-Owners = list[tuple[str, NDArray[np.float32]]]
 
 
 def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:

@@ -26,6 +26,14 @@ if TYPE_CHECKING:
 
 LABEL, CATEGORY = "label", "class"
 """Columns of a stimulus table."""
+WHY = {"recording": (RECORDINGS_LEFT_OUT, NOT_RECORDED), "picture": (PICTURE_LEFT_OUT, NOT_PHOTOGRAPHED)}
+"""How the notes begin that say why a texture lacks one."""
+NOTHING = {"recording": "nothing was felt", "picture": "nothing was seen"}
+"""How a material's note says that a lab has none at all."""
+MOST = 3
+"""Reasons that are named at most."""
+VARIES = re.compile(r"\([^)]*\)|\d+(?:\.\d+)?")
+"""Files in brackets and numbers: reasons that differ in these and in the texture's name alone are one."""
 
 
 @dataclass(frozen=True)
@@ -88,16 +96,6 @@ def untouched(felt: FeltRows | None) -> Iterator[str]:
     """Yield why there is nothing to be felt of a texture, where there is not."""
     if not (felt and felt.touch):
         yield "no recording of it can be used" if felt else NOT_RECORDED
-
-
-WHY = {"recording": (RECORDINGS_LEFT_OUT, NOT_RECORDED), "picture": (PICTURE_LEFT_OUT, NOT_PHOTOGRAPHED)}
-"""How the notes begin that say why a texture lacks one."""
-NOTHING = {"recording": "nothing was felt", "picture": "nothing was seen"}
-"""How a material's note says that a lab has none at all."""
-MOST = 3
-"""Reasons that are named at most."""
-VARIES = re.compile(r"\([^)]*\)|\d+(?:\.\d+)?")
-"""Files in brackets and numbers: reasons that differ in these and in the texture's name alone are one."""
 
 
 def has_rows(kinds: Mapping[str, Rows]) -> bool:

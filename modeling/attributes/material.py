@@ -26,6 +26,15 @@ SIGHT_KINDS = ("resnet", "glcm")
 """Rows of a picture: ResNet-50's average pool, co-occurrence of grey levels."""
 TOUCH, SIGHT = ("mfcc", "hand"), ("resnet", "glcm")
 """The thesis' choice: 526 and 2304 numbers."""
+NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
+RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
+"""How a texture's notes begin that say why it lacks what others have."""
+FEW_READ = "only some of the lab's textures were read"
+HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
+"""What a material's notes say of a quick reading."""
+FOLDER = "material"
+"""Of the folder of finished jobs."""
+MODALITIES = ("touch", "sight", "variants")
 
 
 class MaterialError(ValueError):
@@ -52,14 +61,6 @@ class Rated:
     mean: Array
     sd: Array
     raters: int
-
-
-NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
-RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
-"""How a texture's notes begin that say why it lacks what others have."""
-FEW_READ = "only some of the lab's textures were read"
-HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
-"""What a material's notes say of a quick reading."""
 
 
 @dataclass(frozen=True)
@@ -142,11 +143,6 @@ def ratings_of(textures: Sequence[Texture]) -> Array:
     if missing:
         raise MaterialError(f"{missing[0]} was not rated.")
     return np.stack([texture.rated.mean for texture in textures if texture.rated is not None])
-
-
-FOLDER = "material"
-"""Of the folder of finished jobs."""
-MODALITIES = ("touch", "sight", "variants")
 
 
 def parts_of(material: Material) -> dict[str, str]:

@@ -14,6 +14,14 @@ from palpate.modeling.training.settings import Settings
 from palpate.signals.arrays import Array
 
 BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
+ROW_SETTINGS = Settings(
+    epochs=200, batch=32, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=10
+)
+"""Epochs, Adam and patience of thesis 3.5.3; batch and rate are ours (the rate is that of Adam in Keras)."""
+CONVOLVED = replace(ROW_SETTINGS, epochs=100, batch=16, learning_rate=3e-4)
+"""Of the networks that convolve. At a rate of 1e-3 the first steps switch off their dense layer: it is given thousands
+of numbers, none below 0. Half of the thesis' epochs bound the time; on made-up textures they stopped between the
+13th and the 66th."""
 
 
 @dataclass(frozen=True)
@@ -78,16 +86,6 @@ def _predict(fitted: Fitted, texture: Texture) -> Array | MaterialError:
         return fitted.predict(texture)
     except MaterialError as error:
         return error
-
-
-ROW_SETTINGS = Settings(
-    epochs=200, batch=32, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=10
-)
-"""Epochs, Adam and patience of thesis 3.5.3; batch and rate are ours (the rate is that of Adam in Keras)."""
-CONVOLVED = replace(ROW_SETTINGS, epochs=100, batch=16, learning_rate=3e-4)
-"""Of the networks that convolve. At a rate of 1e-3 the first steps switch off their dense layer: it is given thousands
-of numbers, none below 0. Half of the thesis' epochs bound the time; on made-up textures they stopped between the
-13th and the 66th."""
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,16 @@ SEGMENTS = 2
 HELD_PICTURES, HELD_SEGMENTS = 2, 8
 """What is looked at of each texture that is watched."""
 PICTURES_AT_ONCE, SEGMENTS_AT_ONCE = 8, 64
+STEPS, PLACES = 10, 4
+"""How a segment's 40 frames are laid out: ten steps of 50 ms, four frames side by side in each."""
+REPEATED = "hand"
+"""The features that hold for a whole segment: they stand beside every frame."""
+LIMIT = 6.0
+"""Standardised features are clipped to so many SDs."""
+CONSTANT = 1e-6
+"""The share of its greatest value below which a column's SD is rounding."""
+NETWORK = "network."
+Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -164,16 +174,6 @@ def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:
     """Return one texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
     rows = torch.arange(max(len(part) for part in parts))
     return network.head([part[rows % len(part)][:, None] for part in parts])[:, 0]
-
-
-STEPS, PLACES = 10, 4
-"""How a segment's 40 frames are laid out: ten steps of 50 ms, four frames side by side in each."""
-REPEATED = "hand"
-"""The features that hold for a whole segment: they stand beside every frame."""
-LIMIT = 6.0
-"""Standardised features are clipped to so many SDs."""
-CONSTANT = 1e-6
-"""The share of its greatest value below which a column's SD is rounding."""
 
 
 @dataclass(frozen=True)
@@ -351,10 +351,6 @@ def _checked(rows: NDArray[np.float32], name: str, modality: Modality) -> NDArra
     if not len(rows):
         raise MaterialError(f"{name}: not one {'segment' if modality == 'touch' else 'picture'} to look at.")
     return rows
-
-
-NETWORK = "network."
-Arrays = Mapping[str, NDArray[Any]]
 
 
 def arrays_of(network: nn.Module, looks: Iterable[Look], target: Target) -> dict[str, NDArray[Any]]:

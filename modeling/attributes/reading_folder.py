@@ -52,6 +52,13 @@ RATINGS = TableFormat(
     encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
     width=lambda wrong: f"{wrong.where}: {count(wrong.cells, 'cell')} found, {len(wrong.header)} columns are expected",
 )
+TOP = 100.0
+RATERS = "raters"
+KNOWN = ("id", "label", "category", "class", RATERS)
+SD = ".sd"
+BETWEEN = re.compile(r"[\s_/–—-]+(?:to[\s_/–—-]+)?")
+"""What may stand between the two words of an attribute, beside the hyphen."""
+MOST_RATERS = 10**9
 
 
 @dataclass(frozen=True)
@@ -240,15 +247,6 @@ def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
     loose = [path for path in sorted(folder.rglob("*")) if is_picture(path) and path not in used]
     if loose:
         yield f"left aside: {count(len(loose), 'picture')} that no texture of the table has ({loose[0].name} first)"
-
-
-TOP = 100.0
-RATERS = "raters"
-KNOWN = ("id", "label", "category", "class", RATERS)
-SD = ".sd"
-BETWEEN = re.compile(r"[\s_/–—-]+(?:to[\s_/–—-]+)?")
-"""What may stand between the two words of an attribute, beside the hyphen."""
-MOST_RATERS = 10**9
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ from palpate.studies.sessions.ledger_schema import event_hash
 
 APART = 0.05
 """The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""
+STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 
 def filtering(trim_s: float = TRIM_S, remove_hum: bool = True) -> Filtering:
@@ -103,9 +104,6 @@ def _lifted(touch: Touch) -> Iterator[str]:
     if not pressed.all():
         share = f"{int((~pressed).sum())} of {len(pressed)} segments ({(~pressed).mean():.0%})"
         yield f"{share} are without contact (mean force below {CONTACT_N:g} N): left out"
-
-
-STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,9 @@ POOL = 4
 VISION_DENSE, HAPTIC_DENSE = (64,), (64, 64)
 SEGMENT, LSTM, TACTILE_DENSE = 64, 64, (32,)
 DROPOUT = 0.3
+QUICK_EPOCHS = 5
+AT_ONCE = 64
+"""Rows that a network answers at a time."""
 
 
 class Ann(nn.Module):
@@ -128,10 +131,6 @@ NETWORKS: Mapping[str, Callable[[Sequence[int], int], nn.Module]] = {
     "haptic_cnn": lambda widths, attributes: Cnn(widths, attributes, HAPTIC, 3, HAPTIC_DENSE),
     "tactile_cnn_lstm": CnnLstm,
 }
-
-QUICK_EPOCHS = 5
-AT_ONCE = 64
-"""Rows that a network answers at a time."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,11 @@ from palpate.signals.arrays import Array
 
 LIMIT = 10.0
 """A texture's numbers are kept within so many SDs: what is far off all that was learned from says no more than that."""
+SHARES = (0.0, 0.2, 0.5, 0.8, 1.0)
+"""How much of a texture's row is touch, the rest is sight: each attribute has its own."""
+TREES, DEPTH, RATE = 200, 2, 0.05
+COLUMNS = 0.1
+"""The share of the columns that a split may choose from: ten times as fast, and no worse for so many alike."""
 
 
 @dataclass(frozen=True)
@@ -146,9 +151,6 @@ MEAN = Method(
     restore=restore_mean,
 )
 
-SHARES = (0.0, 0.2, 0.5, 0.8, 1.0)
-"""How much of a texture's row is touch, the rest is sight: each attribute has its own."""
-
 
 @dataclass(frozen=True)
 class Ridge:
@@ -266,10 +268,6 @@ RIDGE = Method(
     source="Hoerl and Kennard 1970; a penalty for each modality",
     restore=restore_ridge,
 )
-
-TREES, DEPTH, RATE = 200, 2, 0.05
-COLUMNS = 0.1
-"""The share of the columns that a split may choose from: ten times as fast, and no worse for so many alike."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,14 @@ import numpy as np
 
 from palpate.signals.arrays import Array, Indices
 
+_NAMES = ("ids", "doors", "variants", "source", "groups")
+_ARRAYS = ("force_N", "rating", "sd", "raters")
+TOP = 100.0
+SAME_N = 0.1
+"""Profiles that differ by no more than this anywhere are one. It lies far above the rounding of a file (0.0001 N) and
+far below what a hand tells apart: some 7 % of a force (Pang, Tan and Durlach 1991), and the smallest difference between
+two profiles of the door study that are not meant to be equal is 1.9 N."""
+
 
 class ModelDataError(ValueError):
     """Data that no model can be trained or tested on: the message says where, what was found, what is expected."""
@@ -61,13 +69,6 @@ class DoorData:
         return state.hexdigest()
 
 
-_NAMES = ("ids", "doors", "variants", "source", "groups")
-_ARRAYS = ("force_N", "rating", "sd", "raters")
-
-
-TOP = 100.0
-
-
 @dataclass(frozen=True)
 class Scaling:
     """What 0 and 100 are: forces in newtons, ratings on the study's scale. One range for all stimuli and attributes."""
@@ -110,12 +111,6 @@ def _up(values: Array, ends: tuple[float, float]) -> Array:
 
 def _down(values: Array, ends: tuple[float, float]) -> Array:
     return np.asarray(values, dtype=np.float64) / TOP * (ends[1] - ends[0]) + ends[0]
-
-
-SAME_N = 0.1
-"""Profiles that differ by no more than this anywhere are one. It lies far above the rounding of a file (0.0001 N) and
-far below what a hand tells apart: some 7 % of a force (Pang, Tan and Durlach 1991), and the smallest difference between
-two profiles of the door study that are not meant to be equal is 1.9 N."""
 
 
 def near_groups(force_N: Array, same_N: float = SAME_N) -> Indices:

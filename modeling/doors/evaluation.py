@@ -21,6 +21,9 @@ from palpate.protocols.progress import Report, silent
 from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
+ALLOWED = 0.05
+"""The network may be this much worse than the best baseline before the report says so."""
+MethodRow = Mapping[str, Any]
 
 
 def floors(domain: DoorDomain) -> list[Row]:
@@ -53,11 +56,6 @@ def _of_split(domain: DoorDomain, split: str) -> list[Row]:
          "mae_sd": float(every.std(ddof=1)) if len(every) > 1 else None, "n": len(every)}
         for name, every in ((name, np.concatenate(of_fold)) for name, of_fold in errors.items())
     ]  # fmt: skip
-
-
-ALLOWED = 0.05
-"""The network may be this much worse than the best baseline before the report says so."""
-MethodRow = Mapping[str, Any]
 
 
 def forward_choice(rows: Sequence[MethodRow]) -> Choice:

@@ -35,6 +35,7 @@ HELD, OURS, THEIRS = "#9aa4ae", OKABE_ITO[0], OKABE_ITO[1]
 ACROSS = 3
 Line = tuple[str, str, Array, float]
 """Name, colour, 621 newtons, width."""
+UNIT = "0 to 100"
 
 
 def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path) -> DrawnFigure:
@@ -116,9 +117,6 @@ def _draw(axes: Axes, title: str, shown: Sequence[Line]) -> None:
     axes.legend(fontsize=7, frameon=False, loc="upper left", handlelength=1.2, labelspacing=0.2,
                 borderaxespad=0.1)  # fmt: skip
     quiet_axes(axes)
-
-
-UNIT = "0 to 100"
 
 
 def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:

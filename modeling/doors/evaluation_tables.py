@@ -19,6 +19,11 @@ from palpate.signals.arrays import Array
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis (private data, other people)"
 Cells = Mapping[tuple[str, str], float]
+Row = dict[str, Any]
+Measure = Callable[[Array, Array], float | None]
+MEASURES: dict[str, Measure] = {"mae": mae, "rmse": rmse, "r2": r2}
+AVERAGE = "average"
+OVERALL = "(all)"
 
 
 @dataclass(frozen=True)
@@ -74,13 +79,6 @@ def printed_waveforms() -> PrintedWaveforms:
 
 def _named(names: Sequence[str], values: Sequence[float]) -> dict[str, float]:
     return {name: float(value) for name, value in zip(names, values, strict=True)}
-
-
-Row = dict[str, Any]
-Measure = Callable[[Array, Array], float | None]
-MEASURES: dict[str, Measure] = {"mae": mae, "rmse": rmse, "r2": r2}
-AVERAGE = "average"
-OVERALL = "(all)"
 
 
 def mean_of(values: Iterable[float | None]) -> float | None:

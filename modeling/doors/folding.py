@@ -23,6 +23,11 @@ WEIGHT = {"door": 4.0, "variant": 1.0, "row": 2.0}
 """What an uneven spread costs, by what is uneven: doors before fold sizes before variants."""
 LEAST_SOURCES = 2
 """So many sources are left to train on in every split: with one, all ratings of an attribute are equal."""
+MOST_NODES = 40
+"""Where the search for a perfect balance stops and the best one found is taken. It is a count and no time, so that a
+slow machine finds what a fast one finds. The study's 90 profiles need none beyond the first."""
+ROUNDING = 1e-9
+Counts = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -131,14 +136,6 @@ def _demand_enough(fold: Fold, groups: Indices, kind: str) -> None:
 def _counted(groups: Indices) -> str:
     count = len(set(groups.tolist()))
     return f"{count} source" if count == 1 else f"{count} sources"
-
-
-MOST_NODES = 40
-"""Where the search for a perfect balance stops and the best one found is taken. It is a count and no time, so that a
-slow machine finds what a fast one finds. The study's 90 profiles need none beyond the first."""
-ROUNDING = 1e-9
-
-Counts = NDArray[np.int64]
 
 
 def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -> Indices:

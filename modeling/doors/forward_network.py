@@ -35,6 +35,11 @@ SETTINGS = Settings(
 """Thesis 5.4.1.4; the learning rate is that of Adam in Keras, the patiences are ours, and so is stopping early."""
 LITERAL_SETTINGS = replace(SETTINGS, stop_patience=None, keep_last=True)
 """The thesis to the letter: all 200 epochs, and the weights after the last. Held-out rows lower the rate alone."""
+DENSE_HIDDEN = (64, 32)
+DENSE_DROPOUT = 0.1
+DENSE_SETTINGS = Settings(
+    epochs=200, batch=8, learning_rate=1e-3, least_rate=1e-6, plateau_patience=6, stop_patience=20, every_epochs=50
+)
 
 
 @dataclass(frozen=True)
@@ -93,12 +98,6 @@ NETWORK_THESIS = Method(
     fit=partial(fit_network, inner=ForceToPerception, settings=LITERAL_SETTINGS),
     holds_out=True,
     source="thesis 5.4, all 200 epochs and the last kept",
-)
-
-DENSE_HIDDEN = (64, 32)
-DENSE_DROPOUT = 0.1
-DENSE_SETTINGS = Settings(
-    epochs=200, batch=8, learning_rate=1e-3, least_rate=1e-6, plateau_patience=6, stop_patience=20, every_epochs=50
 )
 
 

@@ -40,6 +40,12 @@ SCALES = 5
 """Angles at which a mixture's force is scaled."""
 SCALED = 0.4
 """By how much at most, as a share."""
+SHRINK = 0.1
+"""Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""
+MOST_FOREIGN = 6.0
+"""Beyond this, more foreign says nothing more: it keeps single odd profiles from ruling a student's training."""
+STRAY = 0.3
+"""SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""
 
 
 @dataclass(frozen=True)
@@ -112,12 +118,6 @@ def _varied(profile: Array, chance: Chance) -> Array:
     return np.asarray(shifted * np.interp(grid, np.linspace(0, end, SCALES), shares))
 
 
-SHRINK = 0.1
-"""Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""
-MOST_FOREIGN = 6.0
-"""Beyond this, more foreign says nothing more: it keeps single odd profiles from ruling a student's training."""
-
-
 @dataclass(frozen=True)
 class Foreign:
     """How far a profile's features lie outside those of the measured ones: 1 is usual among the measured ones.
@@ -168,10 +168,6 @@ class Teacher:
 def _distance(z: Array, inverse: Array) -> Array:
     distance: Array = np.sqrt(np.maximum(np.sum((z @ inverse) * z, axis=1), 0))
     return distance
-
-
-STRAY = 0.3
-"""SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,8 @@ from palpate.signals.models.card import Dense
 
 NEGLIGIBLE = 1e-9
 """A component whose singular value is below this share of the greatest force is rounding."""
+FORWARD_COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
+INVERSE_COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 
 
 @dataclass(frozen=True)
@@ -121,8 +123,6 @@ RIDGE = Method(
     "ridge", "Ridge on engineered features", fit_ridge, source="Hoerl and Kennard 1970; features of thesis 5.3.4.1"
 )
 
-FORWARD_COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
-
 
 @on_one_thread
 def fit_pca_ridge(learning: Learning) -> Linear:
@@ -165,8 +165,6 @@ def _size(codes: Array) -> float:
 PCA_RIDGE = Method(
     "pca_ridge", "Ridge on principal components of the profile", fit_pca_ridge, source="Hastie et al. 2009, 3.5"
 )
-
-INVERSE_COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ FILES = {
     **{f"edited_v{number}": Path("measured", "normalised", f"haptune_edited_v{number}.csv") for number in range(1, 5)},
 }
 """The names of the source (HapTune), and each one's 621 points; `actual` is the door BC3_g0 of the study."""
+SPLIT = "without the measured door"
 
 
 def measured_doors() -> dict[str, Array]:
@@ -36,9 +37,6 @@ def measured_doors() -> dict[str, Array]:
     From files of studies/door_ratings, which `palpate doors normalise` made. Raises ModelDataError on a damaged one.
     """
     return {name: read_profile(STUDY / file) for name, file in FILES.items()}
-
-
-SPLIT = "without the measured door"
 
 
 @dataclass(frozen=True)

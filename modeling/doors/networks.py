@@ -24,6 +24,17 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
 
+ATTRIBUTES = 7
+LATENT = (128, 155)
+"""Channels and length of what the encoder hands over (thesis 5.4.1.1: 155 x 128)."""
+RESTORED = (64, 620)
+HIDDEN = 128
+DROPOUT = 0.1
+AT_ONCE = 64
+"""Rows that a network answers at a time: enough for speed, little enough for memory."""
+QUICK_EPOCHS = 4
+Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
+
 
 class ResidualBlock(nn.Module):
     """relu(x + conv(relu(conv(x)))), both of width 3, the length kept (thesis equation 5.2)."""
@@ -42,14 +53,6 @@ class ResidualBlock(nn.Module):
 def conv_relu(inputs: int, outputs: int, width: int = 3, pad: int = 1) -> nn.Sequential:
     """Return a convolution and a ReLU (thesis equation 5.1)."""
     return nn.Sequential(nn.Conv1d(inputs, outputs, width, padding=pad), nn.ReLU())
-
-
-ATTRIBUTES = 7
-LATENT = (128, 155)
-"""Channels and length of what the encoder hands over (thesis 5.4.1.1: 155 x 128)."""
-RESTORED = (64, 620)
-HIDDEN = 128
-DROPOUT = 0.1
 
 
 def encoder() -> nn.Sequential:
@@ -123,11 +126,6 @@ def shapes(force: Tensor, network: ForceToPerception) -> dict[str, tuple[int, ..
     return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
 
 
-AT_ONCE = 64
-"""Rows that a network answers at a time: enough for speed, little enough for memory."""
-QUICK_EPOCHS = 4
-
-
 class Rescale(nn.Module):
     """y = gain * x + offset, by element; fixed, never trained."""
 
@@ -187,9 +185,6 @@ def answers(network: nn.Module, given: Array) -> Array:
     if not np.isfinite(result).all():
         raise ModelDataError("the network's answer is not finite: what it was given is far beyond what it has learned.")
     return result
-
-
-Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 
 
 def exported_network(network: nn.Module, *after: Step) -> Exported:

@@ -16,6 +16,11 @@ from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 
 ROUNDING = 1e-9
 """How far beyond a limit a profile may lie by rounding, as a share of the limit."""
+MIDDLE = TOP / 2
+TOLERANCE = 10.0
+"""A wish can be had where every attribute comes within this of it: what people just notice (thesis 5.5.4.1)."""
+LOW, HIGH = 10.0, 90.0
+"""Where thesis 5.7.1 sets one slider, the others in the middle."""
 
 
 @dataclass(frozen=True)
@@ -99,13 +104,6 @@ def _greatest(profile: Array) -> float:
 
 def _steepest(profile: Array) -> float:
     return float(np.abs(np.diff(profile)).max()) * POINTS_PER_DEG
-
-
-MIDDLE = TOP / 2
-TOLERANCE = 10.0
-"""A wish can be had where every attribute comes within this of it: what people just notice (thesis 5.5.4.1)."""
-LOW, HIGH = 10.0, 90.0
-"""Where thesis 5.7.1 sets one slider, the others in the middle."""
 
 
 @dataclass(frozen=True)

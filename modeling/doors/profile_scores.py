@@ -28,6 +28,8 @@ from palpate.studies.catalogue import SHIPPED, read_study
 PEOPLE = 40
 LETTER = "J"
 """Pseudonyms J001, J002, ...: a simulated study has P001, P002, ..., and every trait is drawn by pseudonym."""
+PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
+Arrays = dict[str, NDArray[Any]]
 
 
 def door_ratings() -> Study:
@@ -94,10 +96,6 @@ class Perceivers:
     def _latents(self, profile: Array) -> list[float]:
         columns = describe(as_profile(profile))
         return [self.persons[0].latent_of(attribute, columns) for attribute in self.attributes]
-
-
-PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
-Arrays = dict[str, NDArray[Any]]
 
 
 def perceivers_for(data: DoorData) -> Perceivers | None:

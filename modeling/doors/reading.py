@@ -31,6 +31,11 @@ PROFILE = profile_file.ProfileFormat(
     end="",
     advice="; a raw recording becomes a profile with `palpate doors normalise`",
 )
+FILE, VARIANT = "file", "variant"
+DOOR = ("door", "car")
+"""The columns of a stimulus table that name its door, the first that is there."""
+LEAST_PEOPLE = 2
+"""A study of two groups shows everybody only its group's doors."""
 
 
 def read_profile(path: Path, sha256: str | None = None) -> Array:
@@ -40,11 +45,6 @@ def read_profile(path: Path, sha256: str | None = None) -> Array:
     number of points, on a value that is no finite number, and where the file is not the one with this `sha256`.
     """
     return np.array(profile_file.read_profile(path, PROFILE, sha256), dtype=np.float64)
-
-
-FILE, VARIANT = "file", "variant"
-DOOR = ("door", "car")
-"""The columns of a stimulus table that name its door, the first that is there."""
 
 
 def read_lab(
@@ -138,10 +138,6 @@ def _digest_line(shown: Sequence[StimulusProfile]) -> str:
     for profile in shown:
         digest.update(profile.id.encode() + b"\0" + profile.force_N.astype("<f8").tobytes())
     return f"{len(shown)} door profiles {digest.hexdigest()}"
-
-
-LEAST_PEOPLE = 2
-"""A study of two groups shows everybody only its group's doors."""
 
 
 def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -> DoorData:

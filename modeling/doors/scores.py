@@ -12,6 +12,9 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import as_rows
 from palpate.signals.arrays import Array
 
+JND = 10.0
+"""The just noticeable difference that the thesis takes from similar studies, on 0..100 (5.5.4.1)."""
+
 
 def mae(actual: Array, predicted: Array) -> float:
     """Return the mean absolute difference (equation 5.5)."""
@@ -37,10 +40,6 @@ def by_level(levels: tuple[str, ...]) -> dict[str, list[int]]:
     for row, level in enumerate(levels):
         rows.setdefault(level, []).append(row)
     return rows
-
-
-JND = 10.0
-"""The just noticeable difference that the thesis takes from similar studies, on 0..100 (5.5.4.1)."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,8 @@ SMOOTHED_DEG = 20.0
 """How long a stretch is smoothed; at its ends, over a quarter of it each, the smoothed turns into the original."""
 SPIKE_DEG = 1.0
 """Width of a spike at its foot."""
+MARK = "~"
+"""Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
 
 
 def noise(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
@@ -88,10 +90,6 @@ def motion_end(force_N: Array) -> int:
     """The last point before the zeros of a door that opens less than 62 degrees; the last of all where all are 0."""
     moving = np.flatnonzero(force_N)
     return int(moving[-1]) if moving.size else len(force_N) - 1
-
-
-MARK = "~"
-"""Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
 
 
 @dataclass(frozen=True)

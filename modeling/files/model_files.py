@@ -21,6 +21,10 @@ from palpate.protocols.canonical import NotCanonical, canonical
 from palpate.protocols.files import staged_files, write_bytes
 from palpate.signals.models.card import Card, Interval, Port, Step, Texture, Weights, complaint, tensors_named
 
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+KINDS = ("float16", "float32", "float64", "int32", "int64")
+NUMBERS = ".safetensors"
+
 
 @dataclass(frozen=True)
 class Exported:
@@ -28,10 +32,6 @@ class Exported:
 
     steps: tuple[Step, ...]
     tensors: Mapping[str, NDArray[Any]]
-
-
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
-KINDS = ("float16", "float32", "float64", "int32", "int64")
 
 
 def write_model(
@@ -130,9 +130,6 @@ def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
 
 def _text(card: Card) -> bytes:
     return (card.model_dump_json(indent=1) + "\n").encode()
-
-
-NUMBERS = ".safetensors"
 
 
 class ModelWritingError(ValueError):

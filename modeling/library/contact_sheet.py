@@ -26,6 +26,20 @@ if TYPE_CHECKING:
 
 FACES = {False: "DejaVuSans.ttf", True: "DejaVuSans-Bold.ttf"}
 MORE = "…"
+KINDS_OF_FILE = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
+HEAD, FOOT, MOST = 62, 34, 100
+NEXT = 17
+"""Pixels of height of each further line below the title."""
+BESIDE = "   "
+WIDE, GAP = 288, 22
+"""Pixels of a tile and of what is between two."""
+FINE = 3
+"""Everything but the pictures is drawn so many times larger, and then made small: lines without steps."""
+NAME, LINE, ROW = 46, 8, 19
+"""Pixels of height: the name with its class, the bar of the fit, a row of an attribute."""
+TRACK = (78, 210)
+"""Where an attribute's scale begins and ends."""
+WISHED, DOT, PREDICTED = "#bfe3d5", "#0072B2", "#D55E00"
 
 
 @cache
@@ -67,13 +81,6 @@ class Pen:
     ) -> None:
         """A line of text; `anchor` as Pillow names it (ls: left, on the baseline)."""
         self.draw.text(place, text, fill=colour, font=self.font(size, bold), anchor=anchor)
-
-
-KINDS_OF_FILE = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
-HEAD, FOOT, MOST = 62, 34, 100
-NEXT = 17
-"""Pixels of height of each further line below the title."""
-BESIDE = "   "
 
 
 def tiles_of(
@@ -204,17 +211,6 @@ def _write_label(pen: Pen, text: str, left: float, middle: float) -> float:
     """Write an entry of the legend at `left`, `middle` (pixels); return where the next one begins."""
     pen.write((left * FINE, middle * FINE), text, 11 * FINE, SOFT, anchor="lm")
     return left + pen.width(text, 11 * FINE) / FINE + 26
-
-
-WIDE, GAP = 288, 22
-"""Pixels of a tile and of what is between two."""
-FINE = 3
-"""Everything but the pictures is drawn so many times larger, and then made small: lines without steps."""
-NAME, LINE, ROW = 46, 8, 19
-"""Pixels of height: the name with its class, the bar of the fit, a row of an attribute."""
-TRACK = (78, 210)
-"""Where an attribute's scale begins and ends."""
-WISHED, DOT, PREDICTED = "#bfe3d5", "#0072B2", "#D55E00"
 
 
 @dataclass(frozen=True)

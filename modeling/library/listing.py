@@ -13,6 +13,7 @@ from palpate.modeling.library.wishes import Wish
 from palpate.protocols.wording import count
 
 SURE = "± holds 90 of 100: the mean of all people where they rated, what they would say where it is predicted."
+LIKE = 3
 
 
 def names_of(library: Library) -> tuple[str, ...]:
@@ -123,9 +124,6 @@ def description(entry: Entry, library: Library, kind: Kind | None = None) -> str
             unsure = Z90 * estimate.sd > abs(estimate.value - 50) and not 45 <= estimate.value <= 55
             words.append(f"{'perhaps ' if unsure else ''}{in_words(known, at, estimate.value)}")
     return ", ".join(words)
-
-
-LIKE = 3
 
 
 def whole_words(

@@ -16,6 +16,9 @@ Knot = tuple[float, float]
 SURE = 1e-9
 """An SD below this is none."""
 ENDS = (0.0, 100.0)
+Phrase = tuple[str, ...]
+TELLING = ("extremely", "very", "", "slightly")
+"""The degrees that a texture is described with, the strongest first."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +103,6 @@ def normal(z: float) -> float:
 
 
 FILE = Path(__file__).resolve().with_name("terms.yaml")
-Phrase = tuple[str, ...]
-TELLING = ("extremely", "very", "", "slightly")
-"""The degrees that a texture is described with, the strongest first."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,10 @@ HALF_MET, ROUNDING = 0.5, 1e-9
 NEAR, EDGE = 5.0, 10.0
 """About a number means half a JND to either side; all edges beside numbers fall within one JND."""
 T = TypeVar("T")
+COMPARING = {"more": "very", "most": "extremely", "less": "not very", "least": "not at all"}
+"""Words that compare, and what says something like it of a texture by itself."""
+LIKENESS = frozenset(("like", "similar", "same", "as", "than"))
+ASK_NEAREST = "What feels like a texture that you know: palpate textures nearest ID."
 
 
 @dataclass(frozen=True)
@@ -273,12 +277,6 @@ def _value(reader: _Reader) -> float:
 
 def _off_scale(reader: _Reader, value: float) -> LibraryError:
     return LibraryError(f"{reader.text!r}: {value:g} is not on the scale, 0 to 100.")
-
-
-COMPARING = {"more": "very", "most": "extremely", "less": "not very", "least": "not at all"}
-"""Words that compare, and what says something like it of a texture by itself."""
-LIKENESS = frozenset(("like", "similar", "same", "as", "than"))
-ASK_NEAREST = "What feels like a texture that you know: palpate textures nearest ID."
 
 
 def not_expected(text: str, words: Sequence[str], known: Vocabulary) -> LibraryError:

@@ -52,6 +52,13 @@ PRIOR = 4.0
 NEWTON_STEPS, SMALLEST_STEP = 50, 1e-9
 LARGEST_STEP = 1.0
 """A Newton step changes no log SD by more."""
+PER = (100.0, 1.0)
+"""mm/s and N that count as equally far."""
+NARROW = 1e-6
+"""Points that differ less than this share of the wider side, or of `PER`, lie on a line."""
+EDGE = -1e-9
+"""A place so little outside a triangle is on its edge."""
+Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -300,15 +307,6 @@ AR = Method(
     name="ar", title="Piecewise autoregression", fit=fit, window=WINDOW, sampled=True,
     source="Culbertson, Unwin and Kuchenbecker 2014; segmentation after Davis, Lee and Rodriguez-Yam 2006",
 )  # fmt: skip
-
-
-PER = (100.0, 1.0)
-"""mm/s and N that count as equally far."""
-NARROW = 1e-6
-"""Points that differ less than this share of the wider side, or of `PER`, lie on a line."""
-EDGE = -1e-9
-"""A place so little outside a triangle is on its edge."""
-Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

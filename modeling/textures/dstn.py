@@ -29,6 +29,8 @@ CHANNELS, HIDDEN, UNITS = 32, 32, 64
 CLIP = 1.0
 LOSS = "mse"
 SETTINGS = Settings(epochs=40, batch=64, learning_rate=1e-3, plateau_patience=2, stop_patience=6, every_epochs=2)
+WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+"""What torch calls them."""
 
 
 class Dstn(nn.Module):
@@ -103,10 +105,6 @@ def _one_way(layer: nn.LSTM, name: str, way: str) -> tuple[Lstm, Mapping[str, Te
     named = {f"{name}weight": weight, f"{name}state": state, f"{name}bias": ours + theirs}
     weight_name, state_name, bias_name = named
     return Lstm(weight=weight_name, state=state_name, bias=bias_name, reverse=way.endswith("reverse")), named
-
-
-WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
-"""What torch calls them."""
 
 
 def _fit(learning: Learning) -> FittedWindows:

@@ -40,6 +40,12 @@ RULE = (
 )
 
 NOWHERE = (math.inf, math.inf)
+LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
+"""Figure 4.5 (the names are those of palpate.modeling.textures.foten_network)."""
+STEPS, QUICK_STEPS = 2000, 200
+SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
+"""What takes minutes to train goes first, so that no core is left with a long one at the end."""
+Steps = Mapping[str, tuple[float, float, float]]
 
 
 def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
@@ -97,14 +103,6 @@ def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
             by_texture.setdefault(row["texture"], {})[row["method"]] = (len(row["beyond"].split()), row["felt_dB"])
     pairs = [[ranks.get(name, NOWHERE) for name in (one, other)] for ranks in by_texture.values()]
     return sum(ours < theirs for ours, theirs in pairs), len(pairs)
-
-
-LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
-"""Figure 4.5 (the names are those of palpate.modeling.textures.foten_network)."""
-STEPS, QUICK_STEPS = 2000, 200
-SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
-"""What takes minutes to train goes first, so that no core is left with a long one at the end."""
-Steps = Mapping[str, tuple[float, float, float]]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,12 @@ from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 
 BEATEN = 4
 """Of six textures: on so many the generative network is to be nearer to the truth than the baseline."""
+_LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
+    ("Level", "level", lambda value: LEVEL[0] <= value <= LEVEL[1], f"{LEVEL[0]:g} to {LEVEL[1]:g}"),
+    ("Smoothed GFC", "smoothed_gfc", lambda value: value >= GFC, f"at least {GFC:g}"),
+    ("Envelope", "envelope", lambda value: value >= ENVELOPE, f"correlation at least {ENVELOPE:g}"),
+    ("No limit cycle", "cycle_excess", lambda value: value <= CYCLE, f"at most {CYCLE:g} above the truth"),
+)
 
 
 def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
@@ -30,14 +36,6 @@ def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
     if plain := _ran(rows, THESIS):
         points.append(("One-step FoTEN", _failure(plain)))
     return points
-
-
-_LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
-    ("Level", "level", lambda value: LEVEL[0] <= value <= LEVEL[1], f"{LEVEL[0]:g} to {LEVEL[1]:g}"),
-    ("Smoothed GFC", "smoothed_gfc", lambda value: value >= GFC, f"at least {GFC:g}"),
-    ("Envelope", "envelope", lambda value: value >= ENVELOPE, f"correlation at least {ENVELOPE:g}"),
-    ("No limit cycle", "cycle_excess", lambda value: value <= CYCLE, f"at most {CYCLE:g} above the truth"),
-)
 
 
 def _within_limits(

@@ -22,6 +22,19 @@ from palpate.signals.arrays import Array
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis"
+Row = dict[str, Any]
+STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")
+FREE = (
+    "level", "smoothed_gfc", "raw_gfc", "envelope", "with_speed", "with_force", "cycle", "cycle_excess", "felt_dB",
+    "greatest", "played_s",
+)  # fmt: skip
+MEAN_ALONE = ", its mean alone"
+TRUTH, CEILING = "truth", "another realisation"
+VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
+"""Table 4.2."""
+PERCENT = 100.0
+WARM_UP, FIRST = 100, 400
+"""Samples after which a model is to be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
 
 
 def _read() -> Mapping[str, Any]:
@@ -47,21 +60,6 @@ def printed_times(method: str) -> Mapping[str, float] | None:
     """Table 4.3: window, inference on GPU and CPU in ms, seconds of one epoch; None where it has none."""
     numbers: Mapping[str, float] | None = _read()["table_4_3"].get(method)
     return numbers
-
-
-Row = dict[str, Any]
-STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")
-FREE = (
-    "level", "smoothed_gfc", "raw_gfc", "envelope", "with_speed", "with_force", "cycle", "cycle_excess", "felt_dB",
-    "greatest", "played_s",
-)  # fmt: skip
-MEAN_ALONE = ", its mean alone"
-TRUTH, CEILING = "truth", "another realisation"
-VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
-"""Table 4.2."""
-PERCENT = 100.0
-WARM_UP, FIRST = 100, 400
-"""Samples after which a model is to be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
 
 
 def texture_rows(evaluation: TextureEvaluation) -> list[Row]:

@@ -20,6 +20,23 @@ from palpate.modeling.training.steps import Loss
 WIDTH, HEADS, HIDDEN, DROPOUT = 64, 4, 128, 0.2
 """Heads, hidden units of the feed-forward network and dropout are those of thesis 4.4.3 and 4.4.5. The width of the
 embedding, d_model, is ours: the thesis gives none."""
+FOURIER_WIDTH, FOURIER_HEADS = 16, 4
+"""Of the encoders of magnitude and phase; the thesis does not say."""
+IMPULSE = 1e-3
+"""Added to every bin, as an impulse of this height on the oldest sample would (in SDs of the acceleration).
+
+At silence the magnitude has then a gradient, and the phase is 0 instead of the phase of a rounding error.
+"""
+ABOVE_THE_CUT = 1e-30
+"""The imaginary part of bins that are real by nature: their phase is 0 or pi everywhere, never -pi."""
+Spectral = Callable[[int, float], nn.Module]
+"""A window's length and a dropout to a block from (batch, window) to the same shape."""
+WINDOW = 20
+LAYERS = 3
+UNITS = (256, 64)
+"""Thesis 4.4.5: the two dense layers before the last one."""
+LEAST_LOG_SD = math.log(0.003)
+"""The log of the least SD that a generative head can give, in SDs of the acceleration."""
 
 
 def positions(length: int, width: int) -> Tensor:
@@ -116,17 +133,6 @@ class Encoder(nn.Sequential):
         super().__init__(*(EncoderLayer(width, heads, hidden, dropout, normalised_first) for _ in range(layers)))
 
 
-FOURIER_WIDTH, FOURIER_HEADS = 16, 4
-"""Of the encoders of magnitude and phase; the thesis does not say."""
-IMPULSE = 1e-3
-"""Added to every bin, as an impulse of this height on the oldest sample would (in SDs of the acceleration).
-
-At silence the magnitude has then a gradient, and the phase is 0 instead of the phase of a rounding error.
-"""
-ABOVE_THE_CUT = 1e-30
-"""The imaginary part of bins that are real by nature: their phase is 0 or pi everywhere, never -pi."""
-
-
 def transform(length: int) -> tuple[Tensor, Tensor]:
     """Equation 4.6 as matrix (2 length, length) and offset (2 length): real parts above, imaginary parts below.
 
@@ -195,12 +201,6 @@ class FourierBlock(nn.Module):
         return torch.cat([magnitude * phase.cos(), magnitude * phase.sin()], dim=1) @ self.back.T
 
 
-Spectral = Callable[[int, float], nn.Module]
-"""A window's length and a dropout to a block from (batch, window) to the same shape."""
-WINDOW = 20
-LAYERS = 3
-
-
 class Foten(nn.Module):
     """(batch, 3, window) normalised to (batch, 1), or (batch, 2) where generative (thesis figure 4.3).
 
@@ -235,12 +235,6 @@ class Foten(nn.Module):
         hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
         result: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
         return result
-
-
-UNITS = (256, 64)
-"""Thesis 4.4.5: the two dense layers before the last one."""
-LEAST_LOG_SD = math.log(0.003)
-"""The log of the least SD that a generative head can give, in SDs of the acceleration."""
 
 
 class Spread(nn.Module):

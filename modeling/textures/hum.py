@@ -28,6 +28,22 @@ CLEAR, BESIDE_HZ = 4.0, 10.0
 """A multiple tells the phase where it has so many times the power so far to either side, step by step."""
 LEAKS = 1e-6
 """Share of all power that may be a stronger line's, far from it."""
+MAINS_HZ = (50.0, 60.0)
+STANDS_OUT, BESIDE = 16.0, 6.0
+"""A line has this many times the power that lies around it; less where another one of the same mains is clear."""
+STEADY = 0.6
+"""Mean agreement of amplitude and phase between neighbouring segments: 1 for a steady line, about 0 for noise."""
+SEGMENTS, SEGMENT_S = 4, 0.4
+"""At most so many segments, none shorter."""
+AROUND_HZ = 8.0
+NOTCH_HZ = 2.0
+"""Width of a notch where it is 3 dB down."""
+SHORTEST_S = 1.0
+"""In less, a line of hum is as wide as what it should be told from."""
+FINER = 2
+"""Spectra are computed at so many points per resolution."""
+TOLD_HZ = 0.05
+"""The mains' frequency counts as wandering where it does by more."""
 
 
 def multiples_of(mains_hz: float, rate_hz: float) -> range:
@@ -121,24 +137,6 @@ def _steps(values: Complex, count: int) -> Complex:
     within = (np.arange(len(values)) - np.repeat(edges[:-1], lengths) + 0.5) / np.repeat(lengths, lengths)
     weighed = values * (2 * np.sin(math.pi * within) ** 2)[:, None]
     return np.asarray(np.add.reduceat(weighed, edges[:-1], axis=0) / lengths[:, None])
-
-
-MAINS_HZ = (50.0, 60.0)
-STANDS_OUT, BESIDE = 16.0, 6.0
-"""A line has this many times the power that lies around it; less where another one of the same mains is clear."""
-STEADY = 0.6
-"""Mean agreement of amplitude and phase between neighbouring segments: 1 for a steady line, about 0 for noise."""
-SEGMENTS, SEGMENT_S = 4, 0.4
-"""At most so many segments, none shorter."""
-AROUND_HZ = 8.0
-NOTCH_HZ = 2.0
-"""Width of a notch where it is 3 dB down."""
-SHORTEST_S = 1.0
-"""In less, a line of hum is as wide as what it should be told from."""
-FINER = 2
-"""Spectra are computed at so many points per resolution."""
-TOLD_HZ = 0.05
-"""The mains' frequency counts as wandering where it does by more."""
 
 
 @dataclass(frozen=True)

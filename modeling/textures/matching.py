@@ -39,6 +39,15 @@ RIDGE = 1e-6
 """White noise, as a share of the power, that keeps the normal equations of a smooth signal solvable."""
 _USE = 72
 """Tells this use of a seed from the others."""
+KEPT = 0.3
+"""How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to
+differ stays as it is."""
+LOWEST_HZ = 20.0
+"""Recordings hold nothing below (thesis 4.3.3)."""
+NEAREST = 1e-6
+"""A predictor's response is never taken to be smaller, so that a pole on the unit circle has a logarithm."""
+ATTEMPTS = 60
+_DB = 10 / np.log(10)
 
 
 class Matched(nn.Module):
@@ -160,17 +169,6 @@ def predictor(stretches: Sequence[Array], order: int) -> Array:
         lags += np.correlate(stretch, stretch, "full")[len(stretch) - 1 :][: order + 1]
     lags[0] *= 1 + RIDGE
     return np.asarray(solve_toeplitz(lags[:-1], lags[1:])[::-1]) if lags[0] > 0 else np.zeros(order)
-
-
-KEPT = 0.3
-"""How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to
-differ stays as it is."""
-LOWEST_HZ = 20.0
-"""Recordings hold nothing below (thesis 4.3.3)."""
-NEAREST = 1e-6
-"""A predictor's response is never taken to be smaller, so that a pole on the unit circle has a logarithm."""
-ATTEMPTS = 60
-_DB = 10 / np.log(10)
 
 
 def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Array, float]:

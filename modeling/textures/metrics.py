@@ -15,6 +15,18 @@ SMOOTHED = 256
 """Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, an equivalent noise bandwidth of 5.9 Hz."""
 BLOCK = 1000
 """Samples of the blocks whose raw spectra are compared one by one."""
+ENVELOPE_MS = 250
+"""RMS in consecutive windows of so many milliseconds."""
+CYCLE, LAGS_MS = 2000, (300, 1000)
+"""Autocorrelation within windows of so many samples (2 s), at lags from 0.3 to 1 s."""
+SHORTEST_MS = 900
+"""A window shorter than this holds no autocorrelation at such lags worth the name."""
+SOUNDS = 0.1
+"""A window below this share of the whole signal's level counts as rest."""
+GREATEST = 2.0
+"""What is made may be at most so many times as great as the truth at its greatest."""
+SAME = 1e-9
+"""What varies by less than this of its size varies by rounding alone."""
 
 
 def demand_alike(one: Array, other: Array) -> None:
@@ -140,18 +152,6 @@ def felt_distance(truth: Array, made: Array) -> float:
     return float(np.sqrt(np.mean(off**2)))
 
 
-ENVELOPE_MS = 250
-"""RMS in consecutive windows of so many milliseconds."""
-CYCLE, LAGS_MS = 2000, (300, 1000)
-"""Autocorrelation within windows of so many samples (2 s), at lags from 0.3 to 1 s."""
-SHORTEST_MS = 900
-"""A window shorter than this holds no autocorrelation at such lags worth the name."""
-SOUNDS = 0.1
-"""A window below this share of the whole signal's level counts as rest."""
-GREATEST = 2.0
-"""What is made may be at most so many times as great as the truth at its greatest."""
-
-
 def envelope(signal: Array) -> Array:
     """RMS of a signal (n,) in consecutive windows of 250 ms; what is left over at the end is none."""
     size = round(ENVELOPE_MS * RATE_HZ / 1000)
@@ -176,10 +176,6 @@ def correlation(one: Array, other: Array) -> float | None:
     if any(size <= SAME * float(np.linalg.norm(signal)) for size, signal in zip(sizes, (one, other), strict=True)):
         return None
     return float(np.clip(off[0] @ off[1] / (sizes[0] * sizes[1]), -1.0, 1.0))
-
-
-SAME = 1e-9
-"""What varies by less than this of its size varies by rounding alone."""
 
 
 def cycle(signal: Array, window: int = CYCLE) -> float | None:

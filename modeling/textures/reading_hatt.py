@@ -38,6 +38,11 @@ RATES = ("samplerate", "samplingrate")
 APART = 2.0
 """Speed and positions of one recording tell speeds that are so many times apart at most."""
 MOVES_MM_S = 5.0
+LARGEST = 256 * 1024**2
+"""Bytes of a file; ten seconds of every signal at 10 kHz take some 30 million."""
+BETWEEN = re.compile(r"[\s,;]+")
+AXES = ("x", "y", "z")
+VALUE = "value"
 
 
 @dataclass(frozen=True)
@@ -194,13 +199,6 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
             f"{speed.where}: the median is {recorded:.3g} mm/s, and the positions tell {derived:.3g} mm/s: is "
             f"SampleRate ({position.rate_hz:g} Hz) right, and are SpeedUnits and PositionUnits?"
         )
-
-
-LARGEST = 256 * 1024**2
-"""Bytes of a file; ten seconds of every signal at 10 kHz take some 30 million."""
-BETWEEN = re.compile(r"[\s,;]+")
-AXES = ("x", "y", "z")
-VALUE = "value"
 
 
 @dataclass(frozen=True)

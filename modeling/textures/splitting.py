@@ -29,6 +29,10 @@ SAMPLED = 25
 """Samples of a frame that stand for its speeds and forces."""
 STARTS = 12
 """Random assignments that the search starts from, beside one that spreads each part over time."""
+TOLERATED = 0.015
+"""Shares are named where whole frames miss them by more."""
+SAME = 1e-12
+"""A gain below this is rounding."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +88,6 @@ def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tup
     if any(abs(reached - share) > TOLERATED for reached, share in zip(fit.shares, SHARES, strict=True)):
         notes.append("parts of {:.0%} / {:.0%} / {:.0%}: whole frames give no nearer ones".format(*fit.shares))
     return tuple(notes)
-
-
-TOLERATED = 0.015
-"""Shares are named where whole frames miss them by more."""
 
 
 def fit_of(recording: Recording, parts: Parts) -> Fit:
@@ -168,7 +168,3 @@ def _descended(apart: Array, labels: Labels) -> Labels:
             return labels
         labels = labels.copy()
         labels[[one, other]] = labels[[other, one]]
-
-
-SAME = 1e-12
-"""A gain below this is rounding."""

@@ -37,6 +37,18 @@ FORMAT = TableFormat(
     error=TextureDataError,
     encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
 )
+G_M_S2 = 9.80665
+UNITS: dict[str, dict[str, float]] = {
+    "acceleration": {"m/s^2": 1.0, "g": G_M_S2, "mg": 1e-3 * G_M_S2, "mm/s^2": 1e-3},
+    "speed": {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0},
+    "position": {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+}
+PLAIN = {"acceleration": "m/s^2", "speed": "mm/s", "position": "mm", "force": "N", "time": "s"}
+"""What a number without a unit is taken to be in."""
+OTHERWISE = {"²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "_": "/", "per": "/"}
+ALSO = {"m/s/s": "m/s2", "m/s/2": "m/s2", "sec": "s", "seconds": "s"}
 
 
 @dataclass(frozen=True)
@@ -255,20 +267,6 @@ def _named(text: str) -> tuple[str, str] | None:
         if match:
             return name + "".join(match.groups()), what
     return None
-
-
-G_M_S2 = 9.80665
-UNITS: dict[str, dict[str, float]] = {
-    "acceleration": {"m/s^2": 1.0, "g": G_M_S2, "mg": 1e-3 * G_M_S2, "mm/s^2": 1e-3},
-    "speed": {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0},
-    "position": {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-}
-PLAIN = {"acceleration": "m/s^2", "speed": "mm/s", "position": "mm", "force": "N", "time": "s"}
-"""What a number without a unit is taken to be in."""
-OTHERWISE = {"²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "_": "/", "per": "/"}
-ALSO = {"m/s/s": "m/s2", "m/s/2": "m/s2", "sec": "s", "seconds": "s"}
 
 
 def scale_of_unit(what: str, unit: str, where: str) -> float:

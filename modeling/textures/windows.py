@@ -14,6 +14,8 @@ LENGTHS = (10, 15, 20, 25, 30)
 """Window lengths that are compared (thesis 4.6.2; 4.4.5 says 14 and 26 instead of 15 and 25)."""
 
 Stretches = Sequence[tuple[int, int]]
+SAME = 1e-12
+"""A channel that varies by less than this of its size varies by rounding alone."""
 
 
 def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
@@ -54,10 +56,6 @@ def scale_of(recording: Recording, parts: Parts) -> Scale:
     sd = offsets.std(axis=1)
     still = sd <= np.abs(trained).max(axis=1) * SAME
     return Scale(first[:, 0] + offsets.mean(axis=1), np.where(still, 1.0, sd))
-
-
-SAME = 1e-12
-"""A channel that varies by less than this of its size varies by rounding alone."""
 
 
 def _pieces(recording: Recording, stretches: Stretches, m: int) -> Iterator[tuple[int, int]]:

@@ -15,6 +15,9 @@ from palpate.protocols.files import write_text
 from palpate.protocols.tables import TableFormat, read_table, table_text
 from palpate.protocols.undefined import nan_to_none
 
+PREFIX = "curve_"
+HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
+
 
 @dataclass(frozen=True)
 class Epoch:
@@ -41,8 +44,6 @@ class Epoch:
 
 
 COLUMNS = tuple(field.name for field in fields(Epoch))
-PREFIX = "curve_"
-HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
 
 
 def history_of(model: object) -> tuple[Epoch, ...]:

@@ -14,6 +14,8 @@ from palpate.modeling.training.refusals import TrainingError
 
 _NOT_OF_THE_RESULT = ("epochs", "checkpoint", "every_epochs", "stop_patience")
 """Where a training ends and how often it is saved decide nothing about an epoch that both have."""
+THRESHOLD = 1e-4
+"""The share by which a loss must fall to count as an improvement of the plateau, as torch's schedule has it."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,6 @@ class Settings:
 def _whole(name: str, value: object, least: int) -> None:
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
         raise TrainingError(f"{name} is {value!r}: expected a whole number, {least} or more.")
-
-
-THRESHOLD = 1e-4
-"""The share by which a loss must fall to count as an improvement of the plateau, as torch's schedule has it."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from palpate.modeling.training.sources import Source, answer_of
 
 Loss: TypeAlias = Callable[[Any, Any], Tensor]
 """The network's answer and the target to one number, the mean over the rows of a batch."""
+Weights = Mapping[str, Tensor]
 
 
 def train_epoch(
@@ -96,9 +97,6 @@ def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray
         raw = torch.cat([network(part) for part in torch.split(rows, at_once)])
     answers: NDArray[np.float64] = raw.numpy().astype(np.float64)
     return answers
-
-
-Weights = Mapping[str, Tensor]
 
 
 def copied(network: nn.Module) -> dict[str, Tensor]:
