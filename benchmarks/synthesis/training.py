@@ -60,7 +60,7 @@ WAYS = (
 
 
 @dataclass(frozen=True)
-class Came:
+class Outcome:
     """The outcome of a way to train: epochs, CPU seconds of them all, and the validation MAE."""
 
     epochs: int
@@ -84,12 +84,12 @@ def cases(
         yield _case("equal CPU time", way, given, len(rows.train), SAME, trained(way, rows, epochs, clock))
 
 
-def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Came:
+def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
     """Train one way for so many epochs, validated after each."""
     if way.stock:
         with training_state(seed, 1):
             course = train_plainly(rows.train, rows.held, WINDOW, epochs, seed, clock)
-        return Came(epochs, course.seconds[-1], course.mae[-1])
+        return Outcome(epochs, course.seconds[-1], course.mae[-1])
     steps = epochs * math.ceil(len(rows.train) / way.batch)
     optimiser: Optimise = cosine(steps) if way.falling else adam
     how = Settings(epochs=epochs, batch=way.batch, learning_rate=way.rate, plateau_patience=None, seed=seed)
@@ -97,7 +97,7 @@ def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> C
     began = clock()
     train(network, rows.train, rows.held, huber(DELTA), how, optimiser=optimiser)
     seconds = clock() - began
-    return Came(epochs, seconds, _mae(network, rows))
+    return Outcome(epochs, seconds, _mae(network, rows))
 
 
 def _mae(network: Foten, rows: Rows) -> float:
@@ -105,19 +105,19 @@ def _mae(network: Foten, rows: Rows) -> float:
     return float(np.abs(found - torch.as_tensor(rows.held.targets).numpy()).mean())
 
 
-def _case(what: str, way: Way, given: str, n: int, kind: str, came: Came) -> Case:
+def _case(what: str, way: Way, given: str, n: int, kind: str, outcome: Outcome) -> Case:
     case = f"training FoTEN, {what}"
-    name = way.name if came.epochs == 1 else f"{way.name}, {came.epochs} epochs"
-    return Case(AREA, case, name, given, n, kind, _nothing, partial(_error, came), 1, partial(_seconds, came))
+    name = way.name if outcome.epochs == 1 else f"{way.name}, {outcome.epochs} epochs"
+    return Case(AREA, case, name, given, n, kind, _nothing, partial(_error, outcome), 1, partial(_seconds, outcome))
 
 
 def _nothing() -> None:
     """Do nothing: the training was already timed."""
 
 
-def _error(came: Came, _found: object) -> float:
-    return came.mae
+def _error(outcome: Outcome, _found: object) -> float:
+    return outcome.mae
 
 
-def _seconds(came: Came, _found: object) -> float:
-    return came.seconds
+def _seconds(outcome: Outcome, _found: object) -> float:
+    return outcome.seconds
