@@ -227,7 +227,7 @@ def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str
 
 
 def arranged(rows: Tensor, look: Look) -> Tensor:
-    """Return rows of touch (n, features) to (n, steps, channels, places), as HT-Net takes them.
+    """Lay out rows of touch (n, features) as (n, steps, channels, places), as HT-Net takes them.
 
     The numbers of a kind are dealt out to 40 frames in their order: 520 cepstral coefficients are 13 a frame, in time;
     of a spectrum a step is a band. Where they do not divide by 40, zeros fill up the end.

@@ -178,7 +178,7 @@ def with_below(job: FoldJob, domain: DoorDomain) -> tuple[FoldJob, ...]:
 def trained(
     job: FoldJob, domain: DoorDomain, known: Mapping[FoldJob, tuple[Fitted, dict[str, float]]] = MappingProxyType({})
 ) -> tuple[Fitted, dict[str, float]]:
-    """Return the fitted method, and the seconds of its training and of the forward model that it builds on.
+    """Fit the method; return it with the seconds of its training and of the forward model that it builds on.
 
     A forward network that its own job has trained is taken from its checkpoint, so it is trained once; `known` are
     answers of this function that it need not find again.

@@ -171,7 +171,7 @@ def result_of(job: JobT, domain: Domain[JobT]) -> Result[JobT]:
 def evaluate(
     domain: Domain[JobT], waves: Sequence[Sequence[JobT]], options: EvaluateOptions, report: Report = silent
 ) -> Results[JobT]:
-    """Return the results of all jobs; a job may build on those of earlier waves.
+    """Run all jobs and return their results; a job may build on those of earlier waves.
 
     What an earlier, equal evaluation finished is loaded from `domain.work`. Raises JobBroken for a job that fails
     otherwise than by refusing, and JobError for a refusal where the domain raises these.

@@ -62,7 +62,7 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
 
 
 def draw_map(data: FigureData, marked: Collection[str] = ()) -> DrawnFigure:
-    """Return the plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
+    """Draw the plane: `marked` textures in full colour with a red edge, others faded (call it within `drawing`)."""
     from matplotlib.patheffects import withStroke
 
     drawn = draw(data)

@@ -64,7 +64,7 @@ class _Reader:
         return None
 
     def take(self, phrases: Mapping[Phrase, T]) -> T | None:
-        """Return what the longest phrase that stands here means; it is passed."""
+        """Read past the longest phrase that stands here, and return its meaning; None where none stands."""
         phrase = self.match(phrases)
         self.at += len(phrase or ())
         return None if phrase is None else phrases[phrase]

@@ -157,7 +157,7 @@ class Critic(nn.Module):
         self.third, self.last = nn.Linear(2 * CHANNELS * places, WIDE), nn.Linear(WIDE, 1)
 
     def forward(self, condition: Tensor, spectrogram: Tensor) -> Tensor:
-        """Return how real it looks for that hand."""
+        """Return a number for each row: the more real the spectrogram looks for its speed and force, the higher."""
         shaped(spectrogram, self.frames.count, self.frames.bins)
         beside = condition[:, :, None].expand(-1, -1, self.frames.bins)
         x = leaky(self.second(leaky(self.first(torch.cat([spectrogram, beside], dim=1)))))

@@ -121,7 +121,7 @@ class _Run:
         return values if self.train_one is train_epoch else {**values, "steps": repr(self.train_one)}
 
     def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
-        """Return all epochs from where the last checkpoint ends."""
+        """Train from the end of the last checkpoint until the course ends; return the whole training."""
         history = self.state.history
         continued = self._continue(identity)
         course = course_of((epoch.watched for epoch in history), self.settings)
