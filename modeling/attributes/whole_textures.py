@@ -77,7 +77,7 @@ class Whole:
         return self.scaled(_row(self.parts, texture)[None])
 
     def scaled(self, rows: Array) -> Array:
-        """Standardise rows (n, columns)."""
+        """Standardise rows (n, columns): missing values become 0, values beyond LIMIT the limit."""
         return np.clip(np.nan_to_num(self.standard(rows), nan=0.0), -LIMIT, LIMIT)
 
     def metadata(self) -> dict[str, Any]:

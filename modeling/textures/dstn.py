@@ -52,7 +52,7 @@ class Dstn(nn.Module):
         self.decoder, self.last = nn.Linear(4 * HIDDEN, UNITS), nn.Linear(UNITS, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the local part, the part that changes, and the part that matters now."""
+        """(batch, 3, window) to (batch, 1): by what is local, what changes, and what of it matters now."""
         seen = torch.relu(self.second(torch.relu(self.first(shaped(x, 3, self.window))))).transpose(1, 2)
         seen = self.norm(seen + self.local(seen))
         encoded = shaped(self.encoder(shaped(seen, self.window, CHANNELS))[0], self.window, 2 * HIDDEN)
