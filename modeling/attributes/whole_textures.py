@@ -230,8 +230,8 @@ def _best(
         best, penalty = np.unravel_index(int(np.argmin(errors[:, :, attribute])), errors.shape[:2])
         share = shares[int(best)]
         path = path_of(_joined([code for code, _ in codes], share), ratings[:, attribute : attribute + 1])
-        weights = path.weights(float(PENALTIES[penalty]))[:, 0]
-        parts = np.split(weights, np.cumsum([len(axes) for _, axes in codes])[:-1])
+        best_weights = path.weights(float(PENALTIES[penalty]))[:, 0]
+        parts = np.split(best_weights, np.cumsum([len(axes) for _, axes in codes])[:-1])
         rotated = zip(parts, codes, _roots(share), strict=False)
         weights.append(np.concatenate([part @ axes * root for part, (_, axes), root in rotated]) * _evened(front))
         chosen.append((share, float(PENALTIES[penalty])))
