@@ -1,4 +1,4 @@
-"""What the way from a stylus' reports to 1 kHz costs: its error beside its time."""
+"""Error and time of the conversion of a stylus' reports to 1 kHz."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the way from reports to 1 kHz costs: its delay, and the error that is left once the delay is taken off."""
+"""Errors of the conversion of reports to 1 kHz: its delay, and the error that remains without the delay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the speed from a tracker costs: its error beside its time, by window and by where in the window it is taken."""
+"""Error and time of the speed from a tracker, by window and by the place in the window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every device is: named signals, a way to open it, to make it safe and to close it, and what it can do.
+"""The interface of every device: named signals, opening, making safe, closing, and its abilities.
 
 A device is a small dataclass that keeps to `Device`; one that records also keeps to `Sensor`, one that lets a hand feel
 something to `Presents`, one that records a whole act to `Records`.

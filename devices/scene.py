@@ -1,4 +1,4 @@
-"""What the twins of sensors are exposed to: the truth of one act, before any sensor has seen it."""
+"""The scene of the twins of sensors: the truth of one act, before any sensor has measured it."""
 
 from __future__ import annotations
 

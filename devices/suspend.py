@@ -1,4 +1,4 @@
-"""Whether the computer was suspended: a clock that goes on meanwhile, against one that stops.
+"""Detection of a suspended computer: a clock that goes on meanwhile, against one that stops.
 
 Session time stops while a computer is suspended (Linux, macOS), so nothing else would show it.
 """

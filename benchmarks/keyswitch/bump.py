@@ -1,4 +1,4 @@
-"""What is felt of a switch on its way down: how far and how steeply the force falls (linear, tactile, clicky)."""
+"""The bump of a switch on its way down: how far and how steeply the force falls (linear, tactile, clicky)."""
 
 from __future__ import annotations
 

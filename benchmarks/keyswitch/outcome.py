@@ -1,4 +1,4 @@
-"""What a method gives for the held-out switches of one fold, and its times."""
+"""The answers and times of a method for the held-out switches of one fold."""
 
 from __future__ import annotations
 

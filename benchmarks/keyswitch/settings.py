@@ -1,4 +1,4 @@
-"""How large a comparison is."""
+"""The sizes of a comparison."""
 
 from __future__ import annotations
 

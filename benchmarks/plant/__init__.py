@@ -1,1 +1,1 @@
-"""How well the door's simulated plant computes and renders: problems, other methods, a reference, pictures."""
+"""The accuracy of the door's simulated plant and its rendering: problems, other methods, a reference, pictures."""

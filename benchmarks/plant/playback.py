@@ -1,4 +1,4 @@
-"""How well the machine renders a door: what the handle feels against what the profile asks, along a pull."""
+"""The accuracy of a rendered door: torque at the handle against that of the profile, along a pull."""
 
 from __future__ import annotations
 

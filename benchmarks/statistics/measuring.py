@@ -1,4 +1,4 @@
-"""How the cases of the statistics are measured: errors against a right answer, warnings kept silent."""
+"""Measurement of the statistics' cases: errors against a right answer, warnings kept silent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long a whole study takes, from its session files to the report, and whether the next run gives the same bytes."""
+"""The time of a whole study from session files to report, and whether the next run gives the same bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a voice coil can be driven by: a DAQ card, a sound card, its twin.
+"""Outputs that drive a voice coil: a DAQ card, a sound card, its twin.
 
 A sound card gets samples at its own rate, without the images of the signal above 600 Hz. The twin is a mass on a spring
 that is shaken through a delay, with a noisy sensor on it.

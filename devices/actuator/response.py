@@ -1,4 +1,4 @@
-"""What an actuator is shaken with, and its frequency response from what was recorded, and when it cannot be had."""
+"""The excitation of an actuator, and its frequency response from a recording, with the errors where there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a rig file says of a voice coil."""
+"""The settings of a voice coil in a rig file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only the designer's window is made of: upright sliders, the plot, its lines and bands, and the hand's place."""
+"""Elements of the designer's window alone: upright sliders, the plot, its lines and bands, and the hand's place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the window shows of the work: every element as it looks now, in the words of its language."""
+"""The view of the work: every element as it looks now, in the words of its language."""
 
 from __future__ import annotations
 

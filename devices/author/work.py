@@ -1,4 +1,4 @@
-"""What is being made, as it was and as it is: nothing here knows of a window or a file."""
+"""The work and its history, without a window or a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What no live sensor's volts do: be no number, stand still to the last bit, stand at the end of the range."""
+"""Checks for volts that no live sensor gives: not a number, constant to the last bit, at the end of the range."""
 
 from __future__ import annotations
 

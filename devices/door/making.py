@@ -1,4 +1,4 @@
-"""What makes a door from wishes, as the window, the studies and the stimulus files need it; and which one they get."""
+"""Makers of doors from wishes, for the window, the studies and the stimulus files, and the choice of one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a kind's settings take and mean, in the words of who writes a rig file."""
+"""Types and meanings of a kind's settings, in the words of an author of rig files."""
 
 from __future__ import annotations
 

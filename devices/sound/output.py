@@ -1,4 +1,4 @@
-"""What turns samples into something felt or heard: a sound card, a DAQ card, or a twin that keeps what it was given."""
+"""Outputs that turn samples into something felt or heard: a sound card, a DAQ card, or a recording twin."""
 
 from __future__ import annotations
 

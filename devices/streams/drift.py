@@ -1,4 +1,4 @@
-"""How a device's clock runs against the host's, from when its samples arrived: late at times, never early.
+"""The drift of a device's clock against the host's, from arrivals of its samples: late at times, never early.
 
 The earliest arrivals lie along a line, all others above it. Memory is bounded however long it runs: the device's time
 is cut into at most 32 bins, each keeping its earliest arrival; where they are used up, every two become one. The line

@@ -1,4 +1,4 @@
-"""What a tablet reports, and which reports are not to be believed."""
+"""Reports of a tablet, and the refusal of implausible ones."""
 
 from __future__ import annotations
 

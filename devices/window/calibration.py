@@ -1,4 +1,4 @@
-"""How many pixels a millimetre is on a station's screen: measured with a ruler, and kept in the lab by host name."""
+"""The pixels per millimetre of a station's screen: measured with a ruler, and kept in the lab by host name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a participant's window can be opened on this station, and what it can say there."""
+"""A check of whether a participant's window can be opened on this station, and of what it can show there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a participant does with mouse and keyboard, as a screen hears of it.
+"""A participant's inputs by mouse and keyboard, as a screen gets them.
 
 Pixels count from the top left, y down. t_s are seconds since the screen was shown, pauses excluded.
 """

@@ -1,4 +1,4 @@
-"""What every screen of a session shares, made and checked before any window is opened."""
+"""The common page of every screen of a session, made and checked before any window is opened."""
 
 from __future__ import annotations
 

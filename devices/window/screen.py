@@ -1,4 +1,4 @@
-"""What a screen is to those who show it, and the page that it is made for."""
+"""The interface of a screen, and the page that it is made for."""
 
 from __future__ import annotations
 

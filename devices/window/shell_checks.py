@@ -1,4 +1,4 @@
-"""What must hold before a window is opened; each failure says what was found and what to do."""
+"""Checks before a window is opened; each failure says what was wrong and what to do."""
 
 from __future__ import annotations
 

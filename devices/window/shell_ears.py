@@ -1,4 +1,4 @@
-"""What the window system reports, noted at once with its time: nothing is polled, so no tap is too short.
+"""The window system's events, noted at once with their times: nothing is polled, so no tap is too short.
 
 pyglet's keys are named by ours once a window is open.
 """

@@ -1,4 +1,4 @@
-"""What stands out in a door profile: peaks, valleys, cycles, the plateau, and the numbers of the stimulus table."""
+"""Features of a door profile: peaks, valleys, cycles, the plateau, and the numbers of the stimulus table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a model's files, and with what it is given."""
+"""Errors of a model's files, and of its inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every step is built from: the shape of what comes to it, the model's numbers, and words for a misfit."""
+"""The parts of every step: the shape of its input, the model's numbers, and words for a mismatch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a texture's model may be given, and what of its answers may be played."""
+"""The allowed range of a texture model's inputs, and of its outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one step of a model costs here, by runtime, on windows as they occur while it runs; each with its error."""
+"""The time of one step of a model on this machine, by runtime, on windows as they occur, with its error."""
 
 from __future__ import annotations
 

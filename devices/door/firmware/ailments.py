@@ -1,4 +1,4 @@
-"""What can befall the door's sensors, for drills: a plant that falls ill at a given millisecond."""
+"""Sensor faults of the door, for drills: a plant whose sensors fail at a given millisecond."""
 
 from __future__ import annotations
 

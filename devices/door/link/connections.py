@@ -1,4 +1,4 @@
-"""How the door is reached: over a serial port, or through the pseudo-terminal of its twin's process.
+"""Connections to the door: a serial port, or the pseudo-terminal of its twin's process.
 
 In real time a link has two threads: one reads the port, one beats the heart.
 """

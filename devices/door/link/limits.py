@@ -1,4 +1,4 @@
-"""What may be sent to the door simulator: torque, slope and reach of a profile, checked before anything is sent."""
+"""Limits of what is sent to the door simulator: torque, slope and reach of a profile, checked before sending."""
 
 from __future__ import annotations
 

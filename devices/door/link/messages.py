@@ -1,4 +1,4 @@
-"""What the host and the door simulator say to each other: one frozen dataclass a message, packed by struct."""
+"""Messages between the host and the door simulator: one frozen dataclass a message, packed by struct."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What acts on the arm from outside during one control period: motor, brake, hand and detents."""
+"""External torques on the arm during one control period: motor, brake, hand and detents."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the simulated door machine is made of: every number with its unit and the range in which it means something."""
+"""Parameters of the simulated door machine, each with its unit and the range in which it is meaningful."""
 
 from __future__ import annotations
 

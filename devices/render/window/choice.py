@@ -1,4 +1,4 @@
-"""What is chosen in the window: a texture, the method of its model, volume, a mouse's force; and the words for it."""
+"""The choices in the window: a texture, the method of its model, volume, a mouse's force; and their words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only this window is made of: the picture, gauges, and of the last second the output's course and spectrum."""
+"""Elements of this window alone: the picture, gauges, and the last second of output with its spectrum."""
 
 from __future__ import annotations
 

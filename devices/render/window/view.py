@@ -1,4 +1,4 @@
-"""What the window shows: every element as it looks now."""
+"""The view of the window: every element as it looks now."""
 
 from __future__ import annotations
 

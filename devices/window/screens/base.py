@@ -1,4 +1,4 @@
-"""How every screen behaves: one owner per press, a focus for the keyboard, sheets to turn, and Next and Back.
+"""The common behaviour of screens: one owner per press, a focus for the keyboard, sheets, Next and Back.
 
 Of a screen only what changed is painted: its elements are compared with those painted last.
 """

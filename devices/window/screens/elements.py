@@ -1,4 +1,4 @@
-"""What screens are made of: each element knows where it stands, how it looks now, and how to paint itself.
+"""Elements of screens: each one has its place and its present look, and paints itself.
 
 Elements are equal when they look the same, so a screen repaints what differs from the last time.
 """

@@ -1,4 +1,4 @@
-"""What all screens share: the heading, the room for the body, and the foot with its buttons and hint."""
+"""The common frame of screens: the heading, the room for the body, and the foot with its buttons and hint."""
 
 from __future__ import annotations
 

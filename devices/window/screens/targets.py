@@ -1,4 +1,4 @@
-"""What can be pressed: buttons, rating lines, ticks, round buttons and fields."""
+"""Elements that can be pressed: buttons, rating lines, ticks, round buttons and fields."""
 
 from __future__ import annotations
 
