@@ -135,7 +135,7 @@ class Camera:
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
-        """Return whether the folder can be read."""
+        """Return as health whether the folder can be read."""
         from palpate.devices.device import DeviceError
 
         pictures = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)

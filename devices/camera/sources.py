@@ -134,7 +134,7 @@ class Simulated:
         return (Arrived(f"simulated-{self.count:02d}{self.suffix}", data),)
 
     def refuse(self, name: str, why: str) -> None:
-        """Do nothing: a simulated picture does not get better."""
+        """Raise DeviceFault, because a simulated picture does not get better."""
         raise DeviceFault(self.device, "refused", f"{self.device}: {name} is no picture: {why}")
 
     def broken(self) -> Sequence[str]:

@@ -58,7 +58,7 @@ class TwinDaq:
         return {"card": f"twin of a {BITS}-bit card", "rate_hz": f"{self.wiring.rate_hz:.9g}"}
 
     def open(self) -> None:
-        """Do nothing: a twin is always available."""
+        """Reset the twin and open it; it is always available."""
         self.close()
         self.is_open = True
 

@@ -143,7 +143,7 @@ class Stage:
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
-        """Return whether the scanner answers; a code that is scanned meanwhile is dropped."""
+        """Return as health whether the scanner answers; drop a code that is scanned meanwhile."""
         by = {"hand": "a key confirms", "twin": "simulated"}
         told = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
         try:

@@ -43,7 +43,7 @@ class TwinTablet(TimedSource):
     ahead: tuple[float, Report | None] | None = None
 
     def open(self) -> Mapping[str, str]:
-        """Do nothing: there is no device to open."""
+        """Return the twin's description; there is no device to open."""
         return {"twin": f"{self.report_hz:g} reports a second, {self.levels} pressures, seed {self.seed}"}
 
     def expect(self, scene: Scene | None) -> None:
