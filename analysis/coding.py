@@ -158,7 +158,7 @@ def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
     for where, answer, own_codes in _rows(sheet, answers):
         if answer in codes:
             raise TableRefused(
-                f"{where}: {_described(answer)} stands twice; put all its codes into one row, apart by ;"
+                f"{where}: {_described(answer)} appears twice; put all its codes into one row, separated by ;"
             )
         codes[answer] = own_codes
     return Coder(name, sheet.sha256, codes)
@@ -187,7 +187,7 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
             people = sorted({other.participant for other in answers})
             items = sorted({other.item for other in answers if other.participant == answer.participant})
             near = nearest(answer.item, items) if items else nearest(answer.participant, people)
-            raise TableRefused(f"{where}: {_described(answer)} is no answer in free text; {near}")
+            raise TableRefused(f"{where}: {_described(answer)} is not an answer in free text; {near}")
         yield where, answer, codes
 
 

@@ -33,7 +33,7 @@ SIMULATED = click.option(
 )
 MISSING = click.option(
     "--missing", type=click.Choice(["refuse", "listwise"]), default="refuse", show_default=True,
-    help="A participant who lacks a cell: refuse the tests that need it, or leave the participant out.",
+    help="A participant with a missing cell: refuse the tests that need it, or leave the participant out.",
 )  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     """Read a foreign table of ratings into LAB by the column map MAP, all of it or nothing.
 
     MAP is a YAML file, or the name of a shipped map: sk2011, psychopy_hussey2018. DATA is the table or its folder,
-    if it does not lie beside the map. What is left out is listed.
+    if it is not in the map's folder. What is left out is listed.
 
     Example: palpate import sk2011 --lab LAB; palpate samples; palpate import samples/chairs.yaml --lab LAB
     """
@@ -326,7 +326,7 @@ def sample_files() -> dict[str, bytes]:
 def samples(folder: Path) -> None:
     """Write sample files into FOLDER (default: samples): a table of ratings with its column map, a door's profile.
 
-    README.md beside them says which commands to try. A file of yours by the same name is never replaced.
+    Their README.md lists commands to try. A file of yours by the same name is never replaced.
 
     Example: palpate samples samples; palpate import samples/chairs.yaml --lab LAB
     """
@@ -336,7 +336,7 @@ def samples(folder: Path) -> None:
     for name, content in files.items():
         path = folder / name
         if path.exists() and path.read_bytes() != content:
-            raise click.UsageError(f"{path} is there already and is no sample file; give another folder")
+            raise click.UsageError(f"{path} exists and is not a sample file; give another folder")
     with staged_files(folder) as draft:
         for name, content in files.items():
             write_bytes(draft / name, content)

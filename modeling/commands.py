@@ -125,7 +125,7 @@ def evaluate_doors(
     asked: DataOptions, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
     cluster: str | None, figures: bool | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Judge every method of both directions on the same folds, and write tables, figures and a report.
+    """Evaluate every method of both directions on the same folds, and write tables, figures and a report.
 
     Folds are grouped by source: no stimulus is tested by a model that saw it or what was made from it. Writes
     evaluation.json, tables, figures and report.html to LAB/evaluated/doors. Finished trainings are kept there: stopped,
@@ -176,7 +176,7 @@ def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     for entry in entries:
         way, _, name = entry.rpartition(":")
         if way not in ("", *chosen):
-            raise ModelDataError(f"--methods {entry}: {way!r} is no direction; {nearest(way, chosen)}")
+            raise ModelDataError(f"--methods {entry}: {way!r} is not a direction; {nearest(way, chosen)}")
         fitting: list[Direction] = [one for one in chosen if way in ("", one) and name in methods_of(one)]
         if not fitting:
             known = {"forward": tuple(FORWARD), "inverse": tuple(INVERSE), "": (*FORWARD, *INVERSE)}[way]

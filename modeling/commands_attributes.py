@@ -205,7 +205,7 @@ def train_attributes(
 @click.option(
     "--folds",
     type=click.IntRange(1),
-    help="Leave only so many textures out, in turn from each class: sooner, and less sure.  [default: each one]",
+    help="Leave only this many textures out, in turn from each class: faster, and less certain.  [default: each one]",
 )
 @click.option(
     "--ablations/--no-ablations", default=True, help="Whether Tables 3.4 and 3.5 are made too: features apart."
@@ -222,7 +222,7 @@ def evaluate_attributes(
     to: Path | None,
     as_json: bool,
 ) -> None:
-    """Judge every method that predicts how textures feel, by leaving each texture out once.
+    """Evaluate every method that predicts how textures feel, by leaving each texture out once.
 
     Tables 3.2 to 3.5 and Figures 3.8 and 3.9 of the thesis, on this lab's textures and the same folds for all. Writes
     evaluation.json, tables, figures and report.html to LAB/evaluated/attributes. Finished trainings are kept there:

@@ -126,7 +126,9 @@ def going_on(what: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        click.echo(f"Stopped. What is finished is kept: the same command goes on with {what}.", err=True)
+        click.echo(
+            f"Stopped. Finished results are saved: run the same command again to continue with {what}.", err=True
+        )
         raise click.exceptions.Exit(130) from None
 
 
@@ -150,7 +152,9 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
     """Return what tables do not say, taken out of what was given. Raises UsageError where there is no table."""
     rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
     if any(value is not None for value in held) and not tables:
-        raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
+        raise click.UsageError(
+            "--rate-hz, --speed-mm-s and --force-n give what is missing in tables: --tables is expected"
+        )
     if not tables:
         return None
     from palpate.modeling.textures.reading_tables import Held

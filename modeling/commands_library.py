@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 COUNT = click.option(
-    "-n", "count", type=click.IntRange(1, 9999), default=10, show_default=True, help="At most so many."
+    "-n", "count", type=click.IntRange(1, 9999), default=10, show_default=True, help="At most this many."
 )
 SHEET = click.option("--sheet", type=FILE, help="Write a contact sheet of them: FILE.png or FILE.jpg.")
 AT = click.option(

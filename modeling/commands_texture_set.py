@@ -65,10 +65,13 @@ def _show(made: Sequence[SetSession], lab: Path) -> None:
         if whole:
             click.echo(f"{study}: {len(whole)} session{'s' if len(whole) > 1 else ''} complete ({done})")
     if made and not made[-1].complete:
-        click.echo(f"{made[-1].study}: {made[-1].ended}. What is finished is kept: the same command goes on.", err=True)
+        click.echo(
+            f"{made[-1].study}: {made[-1].ended}. Finished parts are saved: run the same command again to continue.",
+            err=True,
+        )
         return
     if {session.done for session in made} == {"kept"}:
-        click.echo("All of it was there already: nothing was made, and nothing was changed.")
+        click.echo("Everything exists already: nothing was changed.")
     click.echo("Simulated: no measurement of a material or of a person.")
     click.echo(
         f"Then: {shell_command('textures', 'index', '--lab', lab)}, or "

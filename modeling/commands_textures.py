@@ -220,7 +220,7 @@ def evaluate_textures(
     to: Path | None,
     as_json: bool,
 ) -> None:
-    """Judge every method on every texture, running free and one step ahead, and write tables, figures and a report.
+    """Evaluate every method on every texture, running free and one step ahead, and write tables, figures and a report.
 
     Each model runs on its own output for a minute under a hand that it did not see, through the renderer's player,
     and is compared with the truth. Writes evaluation.json, tables, figures and report.html to LAB/evaluated/textures.

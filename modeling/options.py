@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 SEED = click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn.")
-EPOCHS = click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]")
+EPOCHS = click.option("--epochs", type=click.IntRange(1), help="At most this many.  [default: each method's own]")
 WORKERS = click.option(
     "--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"
 )

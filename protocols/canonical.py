@@ -126,7 +126,7 @@ def _refuse_constant(name: str) -> Json:
 def _without_repeats(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
     unique = dict(pairs)
     if len(unique) != len(pairs):
-        raise NotCanonical("a key stands twice in one object")
+        raise NotCanonical("a key appears twice in one object")
     return unique
 
 

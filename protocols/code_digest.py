@@ -38,7 +38,7 @@ def files_digest(paths: Iterable[Path]) -> str:
     digest = hashlib.sha256()
     for path in paths:
         if not path.is_file():
-            raise LookupError(f"{path}: no such file; a digest of the program's code wants it. Was it renamed?")
+            raise LookupError(f"{path}: no such file; a digest of the program's code needs it. Was it renamed?")
         name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
         digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
@@ -48,7 +48,7 @@ def sources_in(folder: Path) -> list[Path]:
     """Return all Python files in a folder and below. Raises LookupError where there are none."""
     if sources := sorted(folder.rglob("*.py")):
         return sources
-    raise LookupError(f"{folder}: no such folder of sources; a digest of the program's code wants it. Was it renamed?")
+    raise LookupError(f"{folder}: no such folder of sources; a digest of the program's code needs it. Was it renamed?")
 
 
 def module_of(call: Any) -> str:

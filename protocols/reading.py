@@ -95,7 +95,7 @@ def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
     for path, word in words:
         key = " ".join(word.casefold().split())
         if key in seen:
-            yield Problem(path, f"the adjective {word!r} stands twice")
+            yield Problem(path, f"the adjective {word!r} appears twice")
         seen.add(key)
 
 
@@ -128,7 +128,7 @@ def _anchors(study: Study) -> Iterator[Problem]:
             if study.scale is not None and not study.scale.holds(value):
                 yield Problem(path, f"{name}: {value:g} is not on the study's scale")
     if not study.anchors.rated and task.makes:
-        yield Problem(("anchors", "rated"), "anchors made from wishes are no trials; leave rated out")
+        yield Problem(("anchors", "rated"), "anchors made from wishes are not trials; leave rated out")
     elif not study.anchors.rated and not study.stimuli_of(None):
         yield Problem(("anchors", "rated"), "every stimulus is an anchor that is not rated; nothing is left for trials")
 
@@ -220,7 +220,7 @@ def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            yield Problem(path, f"{what} {name!r} stands twice")
+            yield Problem(path, f"{what} {name!r} appears twice")
         seen.add(name)
 
 
@@ -228,7 +228,7 @@ def _repeated_at(names: Sequence[str], path: Path, what: str) -> Iterator[Proble
     """Yield a problem at the place of each name that stands before it already."""
     for index, name in enumerate(names):
         if name in names[:index]:
-            yield Problem((*path, index), f"{what} {name!r} stands twice")
+            yield Problem((*path, index), f"{what} {name!r} appears twice")
 
 
 def parts_of_task(study: Study) -> Iterator[Problem]:
@@ -264,7 +264,7 @@ def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
     for index, need in enumerate(study.needs):
         place = ("needs", index)
         if need in study.needs[:index]:
-            yield Problem(place, f"{need} stands twice")
+            yield Problem(place, f"{need} appears twice")
         elif NEEDS[need].role == "records" and need != (study.capture and study.capture.device):
             recording = f", which records with {study.capture.device}" if study.capture is not None else ""
             yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
@@ -278,7 +278,7 @@ def _of_ends(study: Study) -> Iterator[Problem]:
     for key in ("opening", "closing"):
         names = getattr(study, key)
         if len(set(names)) < len(names):
-            yield Problem((key,), f"a form stands twice in {', '.join(names)}")
+            yield Problem((key,), f"a form appears twice in {', '.join(names)}")
     if ("eligibility" in study.opening) != bool(study.eligible):
         yield Problem(("eligible",), "opening: [eligibility] and eligible: [{name, text, answer}, ...] go together")
     yield from _repeated_at([criterion.name for criterion in study.eligible], ("eligible",), "the question")

@@ -122,7 +122,7 @@ def _pairs_of_labels(value: Any) -> Any:
     if not isinstance(value, dict):
         return value
     if bad := [key for key in value if not is_number(str(key))]:
-        raise ValueError(f"labels: {bad[0]!r} is no value of the scale")
+        raise ValueError(f"labels: {bad[0]!r} is not a value of the scale")
     return [(float(key), text) for key, text in value.items()]
 
 
@@ -171,7 +171,7 @@ class Scale(Strict):
     def _on_the_line(self) -> Self:
         for value, text in self.labels:
             if not self.holds(value):
-                raise ValueError(f"labels: {text!r} stands at {value:g}, which is no value of the scale")
+                raise ValueError(f"labels: {text!r} stands at {value:g}, which is not a value of the scale")
         if len({value for value, _ in self.labels}) < len(self.labels):
             raise ValueError("labels: two labels stand at one value")
         if self.ticks == "labels" and not self.labels:

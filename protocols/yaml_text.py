@@ -118,6 +118,6 @@ def _survey_mapping(node: yaml.MappingNode, path: Path, lines: dict[Path, int], 
         whole = key.tag == _PREFIX + "int" and len(key.value) <= LONGEST_NUMBER
         plain = str(int(key.value)) if whole else str(key.value)
         if plain in seen:
-            raise YamlError(f"{name}: line {line}: the key {key.value!r} stands twice")
+            raise YamlError(f"{name}: line {line}: the key {key.value!r} appears twice")
         seen.add(plain)
         _survey(value, (*path, key.value), lines, name)

@@ -109,7 +109,7 @@ def stimulus_rows(path: Path) -> Iterator[Row]:
     if "id" not in table.header:
         raise StudyError(f"{path}: line 1: no column 'id'; found {some(table.header) or 'nothing'}")
     if len(set(table.header)) != len(table.header) or "" in table.header:
-        raise StudyError(f"{path}: line 1: every column needs a name of its own; found {some(table.header)}")
+        raise StudyError(f"{path}: line 1: every column needs its own name; found {some(table.header)}")
     for number, row in enumerate(table.rows(), 1):
         if number > LARGEST_STUDY:
             raise StudyError(f"{path}: more than {LARGEST_STUDY} stimuli")
@@ -125,7 +125,7 @@ def _file_digest(folder: Path, name: str, where: str) -> str:
 
 def _inside(folder: Path, name: str, where: str) -> Path:
     if "\0" in name:
-        raise StudyError(f"{where}: {name!r} is no file name")
+        raise StudyError(f"{where}: {name!r} is not a file name")
     file = folder / name
     if not file.resolve().is_relative_to(folder.resolve()):
         raise StudyError(f"{where}: {name!r} leads out of the study's folder; put the file into it")

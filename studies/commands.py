@@ -167,9 +167,9 @@ def plan(
     study: str, participant: str, group: str | None, row: int | None, seed: int, number: int, people: int | None,
     lab: Path, as_json: bool,
 ) -> None:  # fmt: skip
-    """Show the trials that a participant will meet, in order; or, with --balance N, how balanced N orders are.
+    """Show the trials of a participant, in order; or, with --balance N, how balanced N orders are.
 
-    What the study declares of its sample, sessions and minutes stands above.
+    What the study declares of its sample, sessions and minutes comes first.
 
     \b
     Example:

@@ -23,7 +23,7 @@ from palpate.studies.workers import WORKERS, map_in_order, workers_for
 def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bool) -> None:
     """Replay recorded sessions and compare every event byte for byte; without LEDGER, all of the lab's.
 
-    The stored study is compiled anew, must give the plan that was recorded, and its tasks must do what they did.
+    The stored study is compiled again, must give the recorded plan, and its tasks must do what they did.
     Exit code 1 if a session is refused or differs; the message says which event and how.
 
     \b
@@ -85,7 +85,9 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
     if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
-        raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
+        raise CollectError(
+            f"{url}: a database in memory is lost when the command ends; name a file, as sqlite:///lab.sqlite"
+        )
     engine = open_database(url or URL.create("sqlite", database=str(lab / DATABASE)), rebuild, lab)
     collector = Collector(engine, withdrawn(lab), verify)
     try:

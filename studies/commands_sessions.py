@@ -51,7 +51,7 @@ def session_options(verb: Callable[..., Any]) -> Callable[..., Any]:
 def run(study: str, as_json: bool, **options: Any) -> None:
     """Run a session of STUDY; every event is on disk before the next thing happens.
 
-    A real participant is known to the lab (palpate participants add) and gets a row of the square once and for all.
+    A real participant is known to the lab (palpate participants add) and gets a row of the square once.
     Simulated ones go round the study's groups in turn and take the next row with every round, by their numbers.
     Ctrl-C ends a session safely; go on with palpate resume.
 
@@ -184,10 +184,10 @@ def _before(
 @resume_options
 @JSON
 def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, live: LiveOptions) -> None:
-    """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
+    """Resume an interrupted session: what is recorded is replayed, then the session continues at the exact act.
 
-    It goes on with the study as it was recorded. If the study's file or a model that it plays has changed since,
-    --accept-change is needed, and goes on record.
+    It continues with the study as it was recorded. If the study's file or a model that it plays has changed since,
+    --accept-change is needed, and is recorded.
 
     \b
     Example:
@@ -203,7 +203,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     if record.lacks_wal and not without_wal:
         raise LedgerError(
             f"{ledger}: its -wal file, which may hold the session's last events, is not there; copy both files, "
-            "or add --without-wal to go on from what is left"
+            "or add --without-wal to continue from what is left"
         )
     lab = ledger.resolve().parent.parent
     study_files, rig, accepted = _resumed(record, lab, study, live)
@@ -302,20 +302,20 @@ def _outcome_lines(results: list[SessionResult], study: str | None, rig: Path | 
         yield f"complete: {count(done[0].events, 'event')} in {done[0].path}"
     for result in results:
         if result.status in {"aborted", "declined", "ineligible"}:
-            yield f"{result.status}: the session is over; kept: {count(result.events, 'event')} in {result.path}"
+            yield f"{result.status}: the session is over; recorded: {count(result.events, 'event')} in {result.path}"
         elif result.path.parent.parent.name == REHEARSALS and not result.complete:
-            yield f"{result.reason}; a rehearsal is not gone on with: rehearse again"
+            yield f"{result.reason}; a rehearsal cannot be resumed: rehearse again"
         elif not result.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             by_rig = [] if rig is None else ["--rig", str(rig)]
             command = shell_command("resume", result.path, *by_path, *by_rig)
-            yield f"{result.reason}; kept: {count(result.events, 'event')}. Go on with: {command}"
+            yield f"{result.reason}; recorded: {count(result.events, 'event')}. Resume with: {command}"
 
 
 @click.command()
 @session_options
 def record(study: str, as_json: bool, **options: Any) -> None:
-    """Record the stimuli of a capture STUDY with the station's sensors, and say what every stream came to.
+    """Record the stimuli of a capture STUDY with the station's sensors, and print what was recorded of every stream.
 
     The devices are those of LAB/stations/HOST/rig.yaml (palpate rig simulate writes one of twins). What the sensors
     give is on disk while it is recorded; what is lost is counted; a recording that a fault breaks off is made again.
@@ -331,7 +331,7 @@ def record(study: str, as_json: bool, **options: Any) -> None:
     study_files = read_study(find(study, options["lab"]))
     if TASKS[study_files.study.task].asks:
         raise click.UsageError(
-            f"{study_files.study.study} is no capture study: it asks, and no sensor records. "
+            f"{study_files.study.study} is not a capture study: it asks, and no sensor records. "
             f"{shell_command('run', study)}"
         )
     results = run_sessions(study_files, **options)

@@ -65,7 +65,7 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
             waiting.extend(pool.submit(work, item) for item in islice(coming, 1))
             yield result
     except BrokenProcessPool:
-        raise WorkerDied("a process that computed died, likely for want of memory; go on with --workers 1") from None
+        raise WorkerDied("a worker process died, probably out of memory; continue with --workers 1") from None
     finally:
         pool.shutdown(cancel_futures=True)
 

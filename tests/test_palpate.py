@@ -83,7 +83,7 @@ def test_ctrl_c_ends_with_one_word(monkeypatch, capsys):
 def test_a_demo_clears_only_a_demos_lab(tmp_path, capsys):
     (tmp_path / "year_of_data.sqlite").touch()
     assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
-    assert "exists and is no demo lab" in capsys.readouterr().err
+    assert "exists and is not a demo lab" in capsys.readouterr().err
     assert (tmp_path / "year_of_data.sqlite").exists()
 
 
@@ -103,4 +103,4 @@ def test_a_demo_of_an_older_version_is_named_as_one(tmp_path, capsys):
     for name in (".palpate-demo", "lab.sqlite"):
         (tmp_path / name).touch()
     assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
-    assert "was made by a demo of an older version" in capsys.readouterr().err and (tmp_path / "lab.sqlite").exists()
+    assert "was written by a demo of an older version" in capsys.readouterr().err and (tmp_path / "lab.sqlite").exists()

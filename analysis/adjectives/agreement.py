@@ -50,7 +50,7 @@ def word_agreement(
     demand_confidence(confidence)
     refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     if not ((selections.presented > 0).sum(axis=0) >= 2).any() or not selections.words:
-        raise TooFew("no stimulus was met by two participants with words to tick: nothing to agree on")
+        raise TooFew("no stimulus was presented to two participants with words to tick: there is nothing to agree on")
     rng = generator(seed, "word_agreement")
     blocks = list(weights(rng, len(selections.stimuli), draws)) if len(selections.stimuli) > 1 else []
     drawn = np.concatenate(blocks) if blocks else np.empty((0, len(selections.stimuli)))
@@ -89,7 +89,7 @@ def _by_word(selections: Selections, drawn: Floats, confidence: float) -> Iterat
         elif len(m) < 2:
             notes.append("no interval: it needs two stimuli or more")
         elif math.isnan(low):
-            notes.append("no interval: most draws are undefined or none were asked for")
+            notes.append("no interval: most draws are undefined, or no draws were requested")
         try:
             kappa = fleiss_kappa(np.concatenate((own, raters_of - own), axis=1)).kappa
         except StatisticsError:

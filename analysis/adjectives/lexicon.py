@@ -170,7 +170,7 @@ def synonym_table(table: pd.DataFrame) -> dict[str, str]:
         if not word or not counts_as:
             raise SynonymTableError(f"line {line}: a word and what it counts as are expected, found {raw!r}")
         if word in synonyms:
-            raise SynonymTableError(f"line {line}: {word!r} stands twice; keep one line")
+            raise SynonymTableError(f"line {line}: {word!r} appears twice; keep one line")
         synonyms[word] = counts_as
     return synonyms
 

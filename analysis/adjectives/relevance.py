@@ -89,7 +89,7 @@ def _share_of_trials(selections: Selections) -> Scored:
 def _share_of_maximum(selections: Selections) -> Scored:
     ticks = selections.ticked.sum(axis=1).astype(np.float64)
     if not ticks.any():
-        raise TooFew("no word was ticked at all, so there is no largest number of ticks to take a share of")
+        raise TooFew("no word was ticked, so there is no largest number of ticks to divide by")
 
     def scored(w: Floats) -> Floats:
         total = w @ ticks
@@ -121,7 +121,7 @@ def _rows(
         ticked, (low, high), note = selections.ticked[:, :, i], limits[i], ""
         if not len(drawn):
             alone = len(selections.participants) < 2
-            note = "no interval: it needs two participants or more" if alone else "no interval was asked for"
+            note = "no interval: it needs two participants or more" if alone else "no interval was requested"
         elif not ticked.any():
             note = "never ticked: every draw gives 0"
         elif math.isnan(low):

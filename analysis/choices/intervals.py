@@ -65,7 +65,7 @@ def profile_interval(
     if draws:
         check_draws(draws)
     else:
-        refuse_idle("seed", seed, 0, "with draws=0: nothing is simulated")
+        refuse_idle("seed", seed, 0, "with draws=0, nothing is simulated")
     spec, answers = fit.spec, fit.levels
     ends = profile_ends(problem_of(answers, spec), fit.maximum, spec, answers, which, confidence, draws, (seed,))
     low, high = (float(end) for end in ends[0])

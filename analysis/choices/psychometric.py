@@ -122,7 +122,7 @@ def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     constant = float((gammaln(answers.trials + 1) - gammaln(answers.hits + 1) - gammaln(misses + 1)).sum())
     notes = []
     if not answers.levels[0] <= at <= answers.levels[-1]:
-        notes.append(f"the threshold lies outside the levels tested ({answers.levels[0]:g} to {answers.levels[-1]:g})")
+        notes.append(f"the threshold is outside the tested levels ({answers.levels[0]:g} to {answers.levels[-1]:g})")
     for place, name in ((2, "guess"), (3, "lapse")):
         value, high = float(fits.parameters[0, place]), float(problem.high[place])
         if problem.free[place] and value >= high:

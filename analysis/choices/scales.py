@@ -82,7 +82,7 @@ def constraint_matrix(items: tuple[Hashable, ...], constraint: Hashable) -> Floa
     if constraint == SUM_ZERO:
         return np.eye(size) - 1 / size
     if constraint not in items:
-        raise UnknownColumn(f"reference {constraint!r} is none of the items {', '.join(map(repr, items[:12]))}")
+        raise UnknownColumn(f"reference {constraint!r} is not one of the items {', '.join(map(repr, items[:12]))}")
     turned = np.eye(size)
     turned[:, items.index(constraint)] -= 1
     return turned

@@ -71,11 +71,11 @@ def staircase(
     if order is not None:
         numbers = numbers_of(data[order], order)
         if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
-            raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
+            raise BadValue(f"column {order!r} does not give each trial its own position; is this one staircase?")
         sorting = np.argsort(numbers)
         levels, hits = levels[sorting], hits[sorting]
     if not np.diff(levels).any():
-        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
+        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is not a staircase")
     # Where the direction of the moves turns: the last trial at the turning level.
     moves = np.diff(levels)
     steps = np.flatnonzero(moves)
@@ -89,7 +89,7 @@ def staircase(
     table["used"] = np.arange(len(table)) >= len(table) - used
     chosen = table.loc[table["used"], "level"]
     rule = explaining_rule(levels, hits)
-    notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
+    notes = [] if used == last else [f"{used} of the {last} reversals requested: there were {len(table)}"]
     # A note on a move more than twice every move before it, the first reversal past: another staircase?
     sizes = np.abs(np.diff(levels))
     most = np.maximum.accumulate(sizes)
@@ -97,7 +97,7 @@ def staircase(
     leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
     notes += [
         f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
-        "staircases stand in one table, name the column that tells them apart"
+        "staircases are in one table, name the column that identifies them"
         for i in leaps[:1].tolist()
     ]
     if rule is None:

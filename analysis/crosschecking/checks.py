@@ -392,7 +392,7 @@ def disagreements(checks: Sequence[CrossCheck] | None) -> list[CrossCheck]:
 def sentence(checks: Sequence[CrossCheck] | None) -> str:
     """Return how many answers were checked with what, how well they agree, and why others were not checked."""
     if checks is None:
-        return "No second opinion was asked for."
+        return "No second opinion was requested."
     if not checks:
         return "No test of the plan has a counterpart in pingouin, statsmodels or SciPy."
     compared = [check for check in checks if check.difference is not None]

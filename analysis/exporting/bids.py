@@ -233,7 +233,10 @@ def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
         Column("number", "The word's place among those of the answer, from 1.", "whole"),
         Column("word", "The word.", free_answer=True),
     )
-    about = {"TaskName": f"{data_set.source.study.study} suggestions", "TaskDescription": "Words that the list lacks."}
+    about = {
+        "TaskName": f"{data_set.source.study.study} suggestions",
+        "TaskDescription": "Words that are missing from the list.",
+    }
 
     def rows(session: SharedSession) -> Iterator[Row]:
         return (row for row in data_set.rows_of("words", session) if row["trial"] is None)

@@ -39,7 +39,7 @@ EVENTS = {
                                                             "gap": "samples were lost: they read n/a"}},
     "session_onset": {"Description": "Since the session began, as onset in the table of its trials.", "Units": "s"},
     "trial": {"Description": "Number of the trial in the session, from 1."},
-    "attempt": {"Description": "The how-manieth time the trial was met."},
+    "attempt": {"Description": "Which attempt at the trial."},
     "reason": {"Description": "Why samples were lost, or how many values of the recording were not finite."},
 }  # fmt: skip
 LENGTHS = frozenset({"m", "cm", "mm", "um"})

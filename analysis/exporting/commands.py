@@ -26,7 +26,7 @@ FORMATS = ("bids", "psych-ds", "csv", "parquet")
 @click.option("--csv", is_flag=True, help="As tidy CSV files with a codebook.")
 @click.option("--parquet", is_flag=True, help='As Parquet files; needs pip install "palpate[export]".')
 @click.option("--without", multiple=True, metavar="COLUMN", help="Leave out this column or question. Repeatable.")
-@click.option("--redact", is_flag=True, help="Blacken texts that look as if they said who somebody is.")
+@click.option("--redact", is_flag=True, help="Blacken texts that look as if they identify a person.")
 @click.option("--free-text", is_flag=True, help="Also what people wrote in an interview: read it first.")
 @click.option("--least-people", type=click.IntRange(1), default=3, show_default=True,
               help="Withhold answers about themselves that fewer participants share; 1 shows all.")  # fmt: skip
@@ -39,7 +39,7 @@ def export(request: DataRequest, folder: Path, as_json: bool, without: tuple[str
     """Write the data of the study NAME to a folder that can be shared.
 
     Participants appear by pseudonym; people who withdrew, declined or were not eligible do not appear. Columns
-    and texts that look as if they told names, addresses, numbers or dates of birth are refused, with file, column and
+    and texts that look like names, addresses, numbers or dates of birth are refused, with file, column and
     row. All of it is written, or nothing. Equal data give equal bytes.
 
     \b

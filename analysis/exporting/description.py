@@ -75,7 +75,7 @@ def readme_text(description: Description, source: Source, holds: Sequence[str]) 
     left_out = lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
     return "\n".join([
         f"# {description.name}", "",
-        *(["**Simulated data: no person gave these answers.** They show the data's form and are no finding.", ""]
+        *(["**Simulated data: no person gave these answers.** They show the data's form and are not a finding.", ""]
           if description.simulated else []),
         description.description, "",
         f"Licence: {description.licence}. Exported by Palpate {palpate_version()}; study definition"
@@ -84,7 +84,7 @@ def readme_text(description: Description, source: Source, holds: Sequence[str]) 
         "## Who is here", "",
         "Participants appear by pseudonym. Names and contacts are in no file that this data set was made from. The",
         "experimenter's notes and the consent form are not included. Times are seconds since the session began;",
-        "when that was, the table of sessions tells." if description.dated else "when that was, is not included.",
+        "the table of sessions says when." if description.dated else "when that was, is not included.",
         "Ages above 89 read 89. People who withdrew, declined or were not eligible are not included.",
         "", *left_out, "",
     ])  # fmt: skip
@@ -107,7 +107,7 @@ def _read_lab_description(file: Path) -> dict[str, Any]:
     try:
         data = json.loads(file.read_text("utf-8-sig"))
     except ValueError as error:
-        raise ExportRefused(f"{file}: this is no JSON ({error})") from None
+        raise ExportRefused(f"{file}: this is not JSON ({error})") from None
     if not isinstance(data, dict):
         raise ExportRefused(f'{file}: an object is expected, as {{"Authors": ["A. Author"], "License": "CC-BY-4.0"}}')
     for key, value in data.items():
@@ -128,4 +128,4 @@ def withheld_lines(data_set: DataSet) -> list[str]:
 
 def redacted_lines(guard: Guard) -> list[str]:
     """Return a line about what was blackened, where anything was."""
-    return [f"Blackened, because it looked as if it said who somebody is: {place}." for place in guard.redacted]
+    return [f"Blackened, because it looked as if it identifies a person: {place}." for place in guard.redacted]

@@ -37,7 +37,7 @@ def demand_place(folder: Path, replace: bool) -> None:
     if not any(folder.iterdir()):
         return
     if not (folder / MARK).is_file():
-        raise ExportRefused(f"{folder}: holds files that no export made; give a new folder with --to")
+        raise ExportRefused(f"{folder}: holds files that no export wrote; give a new folder with --to")
     if not replace:
         raise ExportRefused(f"{folder}: holds an export already; replace it with --replace, or give another folder")
     if added := sorted(_files(folder).difference(map(str, read_mark(folder)["files"]))):

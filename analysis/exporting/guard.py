@@ -69,7 +69,7 @@ class Guard:
         for name in columns:
             if word := identifying_word(name):
                 raise ExportRefused(
-                    f"{file}: column {name!r} is about {word!r}, which says who somebody is;"
+                    f"{file}: column {name!r} is about {word!r}, which identifies a person;"
                     f" leave it out with --without {name}"
                 )
 
@@ -106,7 +106,7 @@ class Guard:
             telling = {"".join(words), *(word for word in words if len(word) > 2)} - {""}
             if re.search(rf"\d{{{_FEWEST},}}", pseudonym) or pseudonym.casefold().rstrip("0123456789") in telling:
                 raise ExportRefused(
-                    f"participant {place} of the export: the pseudonym itself says who somebody is (their name, or"
+                    f"participant {place} of the export: the pseudonym itself identifies a person (their name, or"
                     f" {_FEWEST} digits or more); such sessions cannot be shared"
                 )
 
@@ -118,7 +118,7 @@ class Guard:
         if kind is None and any(_FEWEST <= sum(map(str.isdigit, number)) <= _MOST for number in numbers):
             kind = "a telephone or identity number"
         if kind is None and any(_mentions(plain, known) for known in self._known()):
-            kind = "the name or the contact of somebody whom the lab knows"
+            kind = "the name or the contact of a person in the lab's registry"
         return kind
 
     def _known(self) -> Iterator[str]:

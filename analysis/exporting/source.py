@@ -125,7 +125,7 @@ def _source(request: DataRequest, connection: Connection) -> Source:
     real = not all(session.simulated for session in rows_of_choice)
     if request.url is not None and real and find_registry(request.lab) is None:
         raise ExportRefused(
-            f"{request.lab}: holds no registry of participants, which tells who withdrew since the database was"
+            f"{request.lab}: holds no registry of participants, which says who withdrew since the database was"
             " collected; name the lab with --lab"
         )
     choice = choose_sessions(

@@ -78,7 +78,7 @@ def stimulus_files(source: Source, without: Collection[str] = ()) -> StimulusFil
     files = {name: folder / name for name in digests}
     changed = [name for name, path in files.items() if not path.is_file() or file_sha256(path) != digests[name]]
     if changed:
-        return _no_files(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
+        return _no_files(f"{changed[0]} in the study's folder is not the file that was presented ({len(changed)} such)")
     return StimulusFiles(files, notices, ours, f"{count(len(files), 'file')} of stimuli, with the licence.")
 
 

@@ -22,11 +22,11 @@ SESSION_COLUMNS = (
     Column("session", "Number of the session among the participant's.", "whole", key=True),
 )
 TRIAL = Column("trial", "Number of the trial in the session, from 1.", "whole", key=True)
-ATTEMPT = Column("attempt", "The how-manieth time the trial was met: a participant may go back, a trial be repeated.",
+ATTEMPT = Column("attempt", "Which attempt at the trial: a participant may go back, and a trial may be repeated.",
                  "whole", key=True)  # fmt: skip
 TRIAL_COLUMNS = (
     TRIAL,
-    Column("block", "Block of the session that the trial stands in."),
+    Column("block", "Block of the session that the trial belongs to."),
     Column("practice", "Whether it was a practice trial, whose answers do not count.", "truth", key=True),
     Column("stimulus", "The stimulus, as in the table of stimuli.", key=True),
 )
@@ -37,22 +37,22 @@ ANCHOR_COLUMNS = (
     Column("number", "The reference's place among those before the block, from 1.", "whole", key=True),
     Column("stimulus", "The stimulus, as in the table of stimuli.", key=True),
     Column("label", "What the participant read of it."),
-    Column("attribute", "The attribute that it stands for, where the study says so."),
-    Column("value", "Where on that attribute's scale it stands.", "number"),
+    Column("attribute", "The attribute that the word expresses, where the study declares one."),
+    Column("value", "Its place on that attribute's scale.", "number"),
     Column("felt", "How often it was felt.", "whole"),
     Column("onset_s", "When the participant was last asked to feel it or to go on, since the session began.", "number",
            "s"),
 )  # fmt: skip
-COUNTS = Column("counts", "Whether this is the answer as it stands: false where a later one took its place.", "truth",
+COUNTS = Column("counts", "Whether this is the final answer: false where a later one replaced it.", "truth",
                 key=True)  # fmt: skip
 TRIAL_STATUS = {
-    "answered": "has an answer that stands", "captured": "was recorded", "left": "was left by going back",
-    "repeated": "was to be met again, and was not", "started": "was begun, and not ended", "not met": "was not met",
+    "answered": "has a final answer", "captured": "was recorded", "left": "was left by going back",
+    "repeated": "was to be repeated, was not", "started": "was started, not finished", "not met": "was not met",
     "faulted": "a device failed",
 }  # fmt: skip
 PLANNED_TRIAL_COLUMNS = (
     *TRIAL_COLUMNS,
-    Column("attempts", "How often it was met.", "whole"),
+    Column("attempts", "How often it was presented.", "whole"),
     Column("status", "What became of it.", levels=TRIAL_STATUS),
     replace(ONSET, description="When the last attempt at the trial began, since the session did."),
 )
@@ -64,8 +64,8 @@ STREAM_COLUMNS = (
     Column("units", "Their units, divided by commas."),
     Column("rate_hz", "Nominal rate; 0 where things were noted as they happened.", "number", "Hz"),
     Column("start_s", "When its first sample was taken, since the session began.", "number", "s"),
-    Column("samples", "Samples that are there.", "whole"),
-    Column("lost", "Samples that are missing before the last that is there.", "whole"),
+    Column("samples", "Samples that were recorded.", "whole"),
+    Column("lost", "Samples that are missing before the last recorded one.", "whole"),
     Column("gaps", "Places where samples are missing.", "whole"),
 )  # fmt: skip
 ROWS: dict[str, PerSession] = {
@@ -201,7 +201,7 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
         )
         yield _table(source, "switches", description, columns)
     if study.anchors is not None:
-        description = "One row for each reference that was felt before a block; references are no trials."
+        description = "One row for each reference that was felt before a block; references are not trials."
         yield _table(source, "anchors", description, ANCHOR_COLUMNS)
     if any(True for session in source.sessions for _ in SessionRows(source, session).streams()):
         yield _table(source, "streams", "One row for each recording of a stream; samples not included.", STREAM_COLUMNS)
@@ -221,7 +221,7 @@ def _rows_of(name: str, session: SessionRows) -> Iterable[Row]:
 
 def _session_columns(dates: bool) -> tuple[Column, ...]:
     status = {
-        "complete": "came to its regular end", "interrupted": "not gone on with", "aborted": "by the experimenter",
+        "complete": "came to its regular end", "interrupted": "not resumed", "aborted": "by the experimenter",
     }  # fmt: skip
     when = (Column("started_at", "When the session began, by the station's clock (UTC)."),) if dates else ()
     return (
@@ -232,10 +232,12 @@ def _session_columns(dates: bool) -> tuple[Column, ...]:
         Column("seed", "Seed of the session's random orders.", "whole"),
         Column("trials_planned", "Trials that were planned.", "whole"),
         Column("trials_answered", "Trials that were answered or recorded.", "whole"),
-        Column("sittings", "How often the session was taken up: more than 1 where it was interrupted.", "whole"),
+        Column("sittings", "How many runs the session had: more than 1 where it was interrupted.", "whole"),
         Column("duration_s", "From the session's first event to its last.", "number", "s"),
         Column("study_digest", "SHA-256 of the study's definition."),
-        Column("head_hash", "Last link of the hash chain over the session's events: proves what it was made from."),
+        Column(
+            "head_hash", "Last hash of the chain over the session's events: proves which record this row comes from."
+        ),
         Column("palpate_version", "Palpate's version that recorded the session."),
         *when,
     )

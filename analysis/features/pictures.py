@@ -47,7 +47,7 @@ class Looking:
             raise PictureError(f"{sizes}: patches of 1 pixel or more that fit into the side, 1 or more apart")
         most = len(self._all())
         if self.grid is not None and not 1 <= self.grid <= most:
-            raise PictureError(f"grid {self.grid}: from 1 to {most} patches along each side are there")
+            raise PictureError(f"grid {self.grid}: from 1 to {most} patches along each side exist")
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -120,7 +120,7 @@ def _cut(data: bytes, where: str) -> Image:
                 if side < LEAST:
                     size = f"{turned.width} x {turned.height} pixels"
                     raise PictureError(
-                        f"{where}: {size}: {LEAST} on the shorter side are the least, {SIDE} or more are wanted"
+                        f"{where}: {size}: {LEAST} on the shorter side are the least, {SIDE} or more are expected"
                     )
                 left, top = (turned.width - side) // 2, (turned.height - side) // 2
                 return turned.crop((left, top, left + side, top + side))

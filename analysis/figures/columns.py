@@ -106,7 +106,7 @@ def finite_or_nan(value: Value, where: str) -> float:
     if value is None:
         return math.nan
     if isinstance(value, bool) or not isinstance(value, int | float) or math.isinf(value):
-        raise DataRefused(f"{where}: {value!r} is no finite number")
+        raise DataRefused(f"{where}: {value!r} is not a finite number")
     return float(value)
 
 

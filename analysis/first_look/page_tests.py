@@ -26,7 +26,7 @@ CROSS = " × "
 ALPHA = 0.05
 MOST_LEVELS = 8
 GROUPS_APART = "Groups are not a factor of these tests."
-NOT_TESTED = "not tested; the reason stands below"
+NOT_TESTED = "not tested; the reason is given below"
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def read_sheet(
         for row in rows if not column and place > 0 else ():
             if row.cells[place]:
                 raise TableRefused(
-                    f"{name}: line {row.line}: {row.cells[place]!r} stands in column {place + 1}, which has no name"
+                    f"{name}: line {row.line}: {row.cells[place]!r} is in column {place + 1}, which has no name"
                 )
     filled = tuple(row for row in rows if any(row.cells))
     digest = hashlib.sha256(data).hexdigest()

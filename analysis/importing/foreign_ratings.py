@@ -139,7 +139,7 @@ def _level(column_map: ColumnMap, line: Line, factor: str, source: Source) -> st
     if source.levels is None:
         return text
     if text not in source.levels:
-        raise TableRefused(f"{line.where}: {text!r} is no level of {factor!r}; {nearest(text, source.levels)}")
+        raise TableRefused(f"{line.where}: {text!r} is not a level of {factor!r}; {nearest(text, source.levels)}")
     return source.levels[text]
 
 
@@ -281,7 +281,7 @@ def settle_duplicates(
             cell_text = ", ".join([f"participant {own[0].participant}", own[0].attribute, *levels, *stimulus])
             places = ", ".join(f"{rating.where} ({rating.value:g})" for rating in own[:MOST_SHOWN])
             cells_text.append(f"{cell_text}: {places}{', ...' if len(own) > MOST_SHOWN else ''}")
-        advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
+        advice = "set duplicates: mean or first, or name the column that distinguishes them under within or stimulus"
         held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
         lines = (f"  {line}" for line in some_lines(cells_text, MOST_SHOWN))
         raise TableRefused("\n".join([f"{column_map.name}: {held}; {advice}:", *lines]))

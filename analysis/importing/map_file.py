@@ -39,7 +39,7 @@ def _known_encoding(value: str) -> str:
     except UnicodeError:
         return value  # a known one, of which one byte is no text
     except LookupError:
-        raise ValueError(f"{value!r} is no encoding; e.g. utf-8-sig, cp1252, latin-1, mac-roman, utf-16") from None
+        raise ValueError(f"{value!r} is not an encoding; e.g. utf-8-sig, cp1252, latin-1, mac-roman, utf-16") from None
     return value
 
 
@@ -88,7 +88,7 @@ class Source(_Strict):
                         " no list, what the table's texts mean, as {l: low, h: high}"
                     )
                 if level in listed[:place]:
-                    raise ValueError(f"the level {level!r} stands twice; each is named once")
+                    raise ValueError(f"the level {level!r} appears twice; name each once")
             return {**value, "levels": {level: level for level in listed}}
         return value
 
@@ -122,7 +122,7 @@ class Columns(_Strict):
             raise ValueError("either attribute (a column) or attribute_is (one text for all rows) is expected")
         per_row = [*self.within.values(), *([self.attribute] if self.attribute else [])]
         if any(source.contains is not None for source in per_row):
-            raise ValueError("contains tells a participant's level: it belongs under between")
+            raise ValueError("contains gives a participant's level: it belongs under between")
         return self
 
 
@@ -195,7 +195,7 @@ class ColumnMap(_Strict):
         for role, name in taken_names(roles):
             advice = "rename the column or leave it out" if role == "keep" else "give the factor another name"
             raise ValueError(
-                f"{role}: the name {name!r} has a meaning of its own in the analysis; {advice}"
+                f"{role}: the name {name!r} has a special meaning in the analysis; {advice}"
                 f" (names that are taken: {', '.join(sorted(RESERVED))})"
             )
         return self

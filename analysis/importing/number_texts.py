@@ -29,12 +29,15 @@ _OTHER_FORMS = (
     (re.compile(r"=.+"), "a formula; save the table with the formula's value in its place"),
     (
         re.compile(r"#[A-Z0-9/!?]+!?"),
-        "an error of a spreadsheet's formula; mend it there or, only if nothing was rated, list the text under missing",
+        "a spreadsheet's formula error; correct it there or, only if nothing was rated, list the text under missing",
     ),
     (re.compile(r"[0-9]{1,3}:[0-9]{2}(?::[0-9]{2})?(?:[.,][0-9]+)?"), "a time; write it as a number of one unit"),
     (re.compile(r"[<>≤≥~≈=]+\s*[0-9.,]+|[0-9.,]+\s*[?+]"), "a bound or a guess; write the number that counts, alone"),
     (re.compile(r"[$€£¥₩]\s*[0-9.,]+|[0-9.,]+\s*[$€£¥₩°]"), "a number with a unit; write the number alone"),
-    (re.compile(r"[0-9]*\s*[¼-¾⅐-⅞]|[0-9]+\s*/\s*[0-9]+"), "a fraction, or a date made of one; write a decimal number"),
+    (
+        re.compile(r"[0-9]*\s*[¼-¾⅐-⅞]|[0-9]+\s*/\s*[0-9]+"),
+        "a fraction, or a date that a spreadsheet turned it into; write a decimal number",
+    ),
     (re.compile(r"[0-9.,]+\s*[-–—]\s*[0-9.,]+"), "a range; write the number that counts, alone"),
     (re.compile(r"true|false|yes|no", re.I), "a word for yes or no; write the numbers that stand for them, as 1 and 0"),
     (re.compile(r"[+-]?0x[0-9a-f]+", re.I), "a hexadecimal number; write it with the digits 0 to 9"),
@@ -63,7 +66,7 @@ def decimal_mark(texts: Sequence[str], delimiter: str) -> Decimal:
     points = [text for text in texts if _FRACTION["."].fullmatch(text)]
     commas = [text for text in texts if _FRACTION[","].fullmatch(text)]
     if points and commas:
-        raise NoNumber(f"{points[0]!r} and {commas[0]!r} stand in one column; say decimal: '.' or ','")
+        raise NoNumber(f"{points[0]!r} and {commas[0]!r} are in one column; say decimal: '.' or ','")
     if commas:
         return _decided(",", commas)
     if points and delimiter != ",":
@@ -92,7 +95,7 @@ def number(text: str, decimal: Decimal) -> float:
 def _why_not(text: str, decimal: Decimal) -> str:
     other = "," if decimal == "." else "."
     if not text.strip():
-        return "nothing stands there; if that means a missing rating, list it under missing"
+        return "the cell is empty; if that means a missing rating, list it under missing"
     if text != text.strip():
         return "blanks around it; say trim: true"
     if _NOT_FINITE.fullmatch(text):

@@ -51,7 +51,9 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     for key in ("antonyms", "categories"):
         for attribute in getattr(column_map, key):
             if attribute not in attributes:
-                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
+                raise MapRefused(
+                    f"{key}: {attribute!r} is not an attribute of the table; {nearest(attribute, attributes)}"
+                )
     notes = [f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}" for sheet in sheets]
     return Ratings(
         name=column_map.name,

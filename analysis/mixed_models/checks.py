@@ -48,7 +48,7 @@ def check_call(
     if not isinstance(reml, bool):
         raise BadOption(f"reml={shown(reml)} is unknown: True or False")
     if not 0 < confidence < 1:
-        raise BadOption(f"confidence={shown(confidence)} is no share; give a number between 0 and 1, such as 0.95")
+        raise BadOption(f"confidence={shown(confidence)} is not a share; give a number between 0 and 1, such as 0.95")
     if strange := [name for name in uncorrelated if name not in random]:
         raise UnknownColumn(f"uncorrelated names {listed(map(repr, strange), len(strange))}, no grouping factor")
     if alone := [name for name in uncorrelated if not random[name]]:
@@ -89,8 +89,8 @@ def refuse_indistinguishable(problem: Problem) -> None:
         both = np.unique(a.codes * len(b.levels) + b.codes).size
         if both == len(a.levels) == len(b.levels):
             raise NotIdentified(
-                f"grouping factors {a.name!r} and {b.name!r} have the same groups, so their variances cannot be told "
-                "apart; take one of them out"
+                f"grouping factors {a.name!r} and {b.name!r} have the same groups, so their variances cannot be "
+                "separated; remove one of them"
             )
     few = [term for term in problem.random if len(term.levels) <= problem.columns]
     basis = np.linalg.qr(problem.fixed.columns(slice(None), len(problem.y)))[0] if few else np.empty((0, 0))

@@ -99,7 +99,7 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
         if missing or len(set(effect)) < len(effect):
             raise BadOption(
                 f"the interaction {':'.join(effect)!r} needs {', '.join(missing) or 'two different columns'} "
-                "among the effects; an interaction without its parts has no meaning of its own"
+                "among the effects; an interaction without its parts has no meaning"
             )
     return tuple(effects)
 
@@ -313,7 +313,7 @@ def random_effects_of(
         for slope in mains
     }
     if name in mains or set(name.split(":")) & set(mains):
-        raise UnknownColumn(f"{name!r} is a grouping factor and one of its own slopes; name another column")
+        raise UnknownColumn(f"{name!r} is both a grouping factor and one of its slopes; name another column")
     design = Design(variables, effects_of(mains, crossed))
     random = Random(name, groups.codes, tuple(map(str, groups.labels)), design, design.back(), correlated)
     rows = len(frame)
@@ -321,7 +321,7 @@ def random_effects_of(
     if count >= rows:
         raise NotIdentified(
             f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
-            f"{random.size}) for {rows:,} values; the residual cannot be told from them: take slopes or the factor out"
+            f"{random.size}) for {rows:,} values; the residual cannot be separated from them: drop slopes or the factor"
         )
     # Slopes that vary within no level cannot be told from the intercept's variance.
     rows = len(frame)
@@ -338,6 +338,6 @@ def random_effects_of(
         if effect and still:
             raise NotIdentified(
                 f"the random slope of {listed(map(repr, still), len(still))} varies within no level of "
-                f"{random.name!r}, so it cannot be told from the intercept; take the slope out"
+                f"{random.name!r}, so it cannot be separated from the intercept; remove the slope"
             )
     return random

@@ -94,7 +94,7 @@ def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFra
     Raises BadOption or NotConverged.
     """
     if not 0 < confidence < 1:
-        raise BadOption(f"confidence={confidence} is no share; give a number between 0 and 1, such as 0.95")
+        raise BadOption(f"confidence={confidence} is not a share; give a number between 0 and 1, such as 0.95")
     allowed = 2 * float(gammaincinv(0.5, confidence))
     fit = model.fit
     with one_thread():

@@ -64,7 +64,7 @@ def access_for(host: str, token: str | None) -> Access:
     """
     if token is not None and len(token) < SHORTEST_TOKEN:
         raise MonitorError(
-            f"--token: {len(token)} characters, at least {SHORTEST_TOKEN} are expected; leave it out and one is made"
+            f"--token: {len(token)} characters, at least {SHORTEST_TOKEN} are expected; without it one is generated"
         )
     loopback = is_loopback(host)
     return Access(loopback, token if token is not None or loopback else secrets.token_urlsafe(24))

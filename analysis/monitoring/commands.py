@@ -29,7 +29,7 @@ SERVER: dict[str, Any] = {
 @LAB
 @click.option("--port", type=click.IntRange(0, 65535), default=8321, show_default=True, help="0 finds a free one.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Any but this machine alone needs a token.")
-@click.option("--token", help="At least 16 characters; made and printed where one is needed and none is given.")
+@click.option("--token", help="At least 16 characters; generated and printed where one is needed and none is given.")
 @click.option(
     "--once", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
     help="Write the page to a file that needs nothing else, and end.",

@@ -58,7 +58,7 @@ def _summary(answers: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
         off = sorted(set(answers[~on].tolist()))
         points = ", ".join(f"{point:g}" for point in scale.tolist())
         raise BadValue(
-            f"item {label!r} has answers that are no point of the scale {points}: "
+            f"item {label!r} has answers that are not on the scale {points}: "
             f"{listed(map(repr, off), len(off))}; correct them or give the scale's own points"
         )
     counts = np.bincount(place, minlength=len(scale)).tolist()

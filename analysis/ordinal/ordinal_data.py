@@ -122,10 +122,7 @@ def refuse_aliased(terms: Sequence[Term]) -> None:
         left = left - basis @ (basis.T @ left)
         norm, whole = float(np.linalg.norm(left)), float(np.linalg.norm(column))
         if norm <= ALIASED * whole or whole <= 1e-14 * size * len(x) ** 0.5:
-            raise BadOption(
-                f"predictor {name!r} says nothing that the ones before it do not say already (or never varies); "
-                "leave it out"
-            )
+            raise BadOption(f"predictor {name!r} adds nothing to the ones before it (or never varies); leave it out")
         basis = np.concatenate((basis, (left / norm)[:, None]), axis=1)
 
 
@@ -173,7 +170,7 @@ def terms_of(data: pd.DataFrame, predictors: Predictors, orders: Orders) -> list
         parts = name.split(":")
         if strange := [part for part in parts if part not in built]:
             raise UnknownColumn(
-                f"the interaction {name!r} names {strange[0]!r}, which is no predictor: {', '.join(built)}"
+                f"the interaction {name!r} names {strange[0]!r}, which is not a predictor: {', '.join(built)}"
             )
         if len(parts) < 2 or len(set(parts)) < len(parts):
             raise BadOption(f"interaction {name!r}: two or more different predictors are expected, as in 'a:b'")

@@ -98,7 +98,7 @@ def wilcoxon_tests(
     if (within is None) == (between is None):
         raise BadOption("give one factor: either `within` (with `subject`) or `between`")
     if within is not None and subject is None:
-        raise BadOption("within needs `subject`, the column that says who gave each value")
+        raise BadOption("within needs `subject`, the column of participants")
     if within is not None:
         factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
         compared_pairs = _pairs(cells.levels[0], list(cells.values.T))

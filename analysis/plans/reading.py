@@ -128,7 +128,7 @@ def read_plan(path: Path) -> Plan:
     for name, file in declared.tables.items():
         target = path.parent / file
         if not target.resolve().is_relative_to(path.parent.resolve()):
-            message = f"{file!r} leads out of the plan's folder; put the file beside the plan"
+            message = f"{file!r} leads out of the plan's folder; put the file into that folder"
             problems.append(Problem(("tables", name), message))
         elif not target.is_file():
             files = sorted(file.name for file in path.parent.glob("*.csv"))
@@ -162,7 +162,7 @@ def _names(settings: Sequence[StatisticSettings | FigureSettings], section: str)
         if not test.name.replace("_", "").replace("-", "").isalnum() or not test.name.isascii():
             yield Problem((section, place, "name"), f"{test.name!r}: letters, digits, _ and - are expected")
         if test.name.casefold() in seen:
-            yield Problem((section, place, "name"), f"the name {test.name!r} stands twice")
+            yield Problem((section, place, "name"), f"the name {test.name!r} appears twice")
         seen.add(test.name.casefold())
 
 

@@ -97,7 +97,7 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     if rule.fewer_than is not None:
         # Those with too few answered trials, also somebody who answered a form and no trial at all.
         if "session" not in material.trials.columns:
-            raise DataRefused(f"{material.name!r}: no session is on record, which `fewer_than` counts; leave it out")
+            raise DataRefused(f"{material.name!r}: no session is recorded, which `fewer_than` counts; leave it out")
         answered = material.trials["session"].value_counts()
         whose = pd.concat([table[["session", "participant"]] for table in (material.trials, material.forms)])
         return sorted(
@@ -114,7 +114,7 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     if ratings is None or ratings.scale is None:
         raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
     if "session" not in ratings.table.columns:
-        raise DataRefused(f"{material.name!r}: no session is on record, which `flagged` looks at; leave it out")
+        raise DataRefused(f"{material.name!r}: no session is recorded, which `flagged` looks at; leave it out")
     bad = []
     for who, rows in ratings.table.groupby("participant", sort=True):
         sessions = [answered_trials(own) for _, own in rows.groupby("session", sort=True)]
@@ -129,7 +129,7 @@ def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
     if rule.where is not None:
         return material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
     if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
-        raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
+        raise DataRefused(f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out")
     seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
     if rule.faster_than_s is not None:
         bad = seconds["response_time_s"] < rule.faster_than_s

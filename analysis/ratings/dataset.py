@@ -167,7 +167,7 @@ class Ratings:
             if (role, name) == ("within", "stimulus"):
                 continue  # the factor of a study whose stimuli nothing crosses
             raise DataRefused(
-                f"data set {self.name!r}: the {role} factor {name!r} has a name with a meaning of its own;"
+                f"data set {self.name!r}: the {role} factor {name!r} has a name with a special meaning;"
                 f" give it another one than {', '.join(sorted(RESERVED))}"
             )
 

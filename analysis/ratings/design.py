@@ -366,7 +366,7 @@ def without_incomplete(ratings: Ratings) -> Ratings:
     if len(gone) == len(ratings.participants):
         raise DataRefused(
             f"data set {ratings.name!r}: nobody is left without incomplete participants: each of"
-            f" {count(len(gone), 'participant')} lacks a cell; the design check of a run without --missing names them"
+            f" {count(len(gone), 'participant')} lacks a cell; the design check without --missing names them"
         )
     whose = ratings.table["participant"]
     lines = [

@@ -26,14 +26,14 @@ _TITLES: Mapping[ProblemKind, tuple[str, str]] = {
     "undeclared": ("cell", "that the design does not have"),
     "missing": ("missing cell", ""),
     "duplicate": ("cell", "filled more often than planned"),
-    "non_finite": ("value", "that is no finite number"),
+    "non_finite": ("value", "that is not a finite number"),
     "out_of_scale": ("value", "outside the scale"),
     "off_step": ("value", "between the steps of the scale"),
     "constant_rater": ("participant", "who gave one value throughout"),
     "constant_attribute": ("attribute", "on which a participant gave one value throughout"),
     "lookalike": ("set", "of labels that look alike and count as different"),
 }
-_MANY: Mapping[ProblemKind, str] = {"non_finite": "that are no finite numbers"}
+_MANY: Mapping[ProblemKind, str] = {"non_finite": "that are not finite numbers"}
 
 
 @dataclass(frozen=True)

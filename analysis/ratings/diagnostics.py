@@ -168,7 +168,7 @@ def too_fast(rater: Rater) -> Diagnostic:
     per_item = _per_item(rater)
     limits = rater.limits
     if not per_item:
-        return none("too fast", "share", "no response time is on record")
+        return none("too fast", "share", "no response time is recorded")
     fast = sum(seconds < limits.seconds_per_item for seconds in per_item)
     what = f"trials took less than {limits.seconds_per_item:g} s an item"
     return of_share("too fast", fast, len(per_item), limits.fast_share, rater.enough, what, above=True)
@@ -178,7 +178,7 @@ def seconds_per_item(rater: Rater) -> Diagnostic:
     """Return the median over trials of the seconds an item took."""
     per_item, limit = _per_item(rater), rater.limits.seconds_per_item
     if not per_item:
-        return none("time per item", "s", "no response time is on record")
+        return none("time per item", "s", "no response time is recorded")
     return of_seconds("time per item", per_item, limit, rater.enough, "an item")
 
 
@@ -216,7 +216,7 @@ def missing(rater: Rater) -> Diagnostic:
     expected, items = max(rater.expected, len(rater.trials)), max(rater.items, 1)
     given = sum(len(trial.values) for trial in rater.trials)
     if not expected:
-        return none("missing", "share", "no trial is owed yet")
+        return none("missing", "share", "no trial is due yet")
     share = 1 - given / (expected * items)
     sentence = (
         f"{expected * items - given} of {count(expected * items, 'rating')} owed are missing; flagged from the first."
@@ -240,7 +240,7 @@ def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits
         return none(name, "r", f"{count(n, 'pair')} of ratings: {why}", n)
     few = n < limits.least_pairs
     rule = f"too few to judge (from {limits.least_pairs})" if few else f"flagged below {limits.retest_r:g}"
-    sentence = f"Ratings of stimuli met again correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
+    sentence = f"Ratings of repeated stimuli correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
     return Diagnostic(name, r, "r", n, limits.retest_r, not few and r < limits.retest_r, sentence)
 
 

@@ -150,8 +150,8 @@ def _adjusted(trials: _Trials) -> tuple[Floats, Floats]:
     around = trials.position - trials.position.mean()
     if math.fsum(free * free) <= 1e-9 * math.fsum(around * around):
         raise DataRefused(
-            "every participant met the stimuli in one order: what the position does cannot be told from what the"
-            " stimuli do; show it with adjust: none"
+            "all participants had the stimuli in the same order: effects of the position cannot be separated from"
+            " those of the stimuli; show it with adjust: none"
         )
     rest, effects = _two_way(trials.y, trials.people, trials.stimuli)
     slope = math.fsum(free * rest) / math.fsum(free * free)

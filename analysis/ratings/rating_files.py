@@ -40,7 +40,7 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
     own = {TABLE, DESCRIPTION}
     there = (path.name for path in folder.iterdir()) if folder.exists() else ()
     if others := sorted(name for name in there if name not in own and not name.startswith(UNFINISHED)):
-        raise DataRefused(f"{folder}: holds {others[0]}, which no import made; move it away, or give another name")
+        raise DataRefused(f"{folder}: holds {others[0]}, which no import wrote; move it away, or give another name")
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
     # Texts quoted, numbers not; a float by its shortest text that reads back as the same float.
     text = io.StringIO(newline="")
@@ -110,7 +110,7 @@ def _kind(column: pd.Series[Any], name: str) -> str:
         return "number"
     for row, value in enumerate(column.tolist()):
         if not isinstance(value, str):
-            raise DataRefused(f"column {name!r}, row {row + 1}: {value!r} is no text; a text is expected")
+            raise DataRefused(f"column {name!r}, row {row + 1}: {value!r} is not a text; a text is expected")
     return "text"
 
 

@@ -51,7 +51,7 @@ _RATINGS = text(
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
 """States of sessions that never count, and what is said of their participants."""
-OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were asked for"}
+OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were requested"}
 """Sessions that no analysis may hold, whatever was asked for."""
 
 
@@ -163,7 +163,7 @@ def choose_sessions(
         left_out.extend((session, why(session)) for session in sessions if not counts(session))
         return [session for session in sessions if counts(session)]
 
-    other = "made with another version of the study"
+    other = "recorded with another version of the study"
     sessions = keep(rows, lambda s: s.study_digest == chosen, lambda s: f"{other} ({s.study_digest[:12]})")
     made_up = sum(bool(session.simulated) for session in sessions)
     if simulated is None and 0 < made_up < len(sessions):
@@ -245,7 +245,7 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         own = own_tables().get(TASKS[study.task].answers)
         where = "tables words, answers and streams" if own is None else f"table {own.name}"
         raise DataRefused(
-            f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
+            f"study {study.study!r}: its task is {study.task}, which gives no ratings; its answers are in the"
             f" {where} of the collected database"
         )
     sessions = {session.session for session in choice.kept}
@@ -343,7 +343,7 @@ def _number(rating: Rating) -> float:
     if isinstance(rating.value, bool) or not isinstance(rating.value, int | float):
         raise DataRefused(
             f"session {rating.session}, trial {rating.trial}: {rating.attribute} was answered with"
-            f" {rating.value!r}, a number is expected: these answers are no ratings"
+            f" {rating.value!r}, a number is expected: these answers are not ratings"
         )
     return float(rating.value)
 

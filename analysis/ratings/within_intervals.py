@@ -78,7 +78,9 @@ def mean_intervals(
     if method == "none":
         refuse_idle("confidence", confidence, 0.95, "with method='none': there is no interval")
     if method not in WITHIN:
-        refuse_idle("missing", missing, "raise", f"with method={method!r}: a participant lacks nothing but the cell")
+        refuse_idle(
+            "missing", missing, "raise", f"with method={method!r}: a participant's only missing value is the cell"
+        )
     refuse_idle_levels(levels, by)
     if unknown := [name for name in between if name not in by]:
         raise BadOption(f"between {unknown!r}: these columns are not among by={list(by)!r}")
@@ -117,7 +119,7 @@ def _group_rows(
     if method in WITHIN:
         people = complete_people(group, missing)
         if not people:
-            raise TooFew("no participant has a value in every cell; nothing is left listwise")
+            raise TooFew("no participant has a value in every cell; nobody is left listwise")
         group = group.only(range(len(group.cells)), people)
     halves = _halves(group.values, method, confidence)
     rows = []

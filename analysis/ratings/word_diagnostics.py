@@ -74,8 +74,8 @@ def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:
 def _times(trials: list[Worded], enough: bool, limits: Limits) -> Iterator[Diagnostic]:
     seconds = [trial.seconds for trial in trials if trial.seconds is not None]
     if not seconds:
-        yield none("too fast", "share", "no response time is on record")
-        yield none("time per trial", "s", "no response time is on record")
+        yield none("too fast", "share", "no response time is recorded")
+        yield none("time per trial", "s", "no response time is recorded")
         return
     fast, what = (
         sum(second < limits.seconds_per_trial for second in seconds),
@@ -88,7 +88,7 @@ def _times(trials: list[Worded], enough: bool, limits: Limits) -> Iterator[Diagn
 def _missing(given: int, expected: int) -> Diagnostic:
     expected = max(expected, given)
     if not expected:
-        return none("missing", "share", "no trial is owed yet")
+        return none("missing", "share", "no trial is due yet")
     share = 1 - given / expected
-    sentence = f"{expected - given} of {expected} trials owed are missing; flagged from the first."
+    sentence = f"{expected - given} of {expected} trials due are missing; flagged from the first."
     return Diagnostic("missing", share, "share", expected, 0.0, share > 0, sentence)

@@ -62,7 +62,9 @@ def differences(texts: Mapping[str, str], folder: Path) -> list[Difference]:
     committed = {name for name in there if name.startswith(OWN) and (name in promised or not promised)} | {STATISTICS}
     gone = sorted(name for name in promised - set(texts) if not (folder / name).is_file())
     differing = [Difference(name, "the file", "listed", "not there") for name in gone]
-    differing += [Difference(name, "the file", "present", "no longer made") for name in sorted(committed - set(texts))]
+    differing += [
+        Difference(name, "the file", "present", "no longer written") for name in sorted(committed - set(texts))
+    ]
     differing += [Difference(name, "the file", "absent", "made now") for name in sorted(set(texts) - committed)]
     for name in sorted(committed & set(texts)):
         # Bytes, so that a line ending that was changed on the way is seen as such.

@@ -248,7 +248,7 @@ def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
         earlier = listed(folder)
         if foreign := [name for name in names if name not in earlier and (folder / name).exists()]:
             raise PlaceRefused(
-                f"{folder}: {foreign[0]} is there already and no run of regenerate made it (none is listed in {MARK});"
+                f"{folder}: {foreign[0]} exists and was not written by regenerate (it is not listed in {MARK});"
                 " nothing was written: give another folder with --to, or move that file away"
             )
         obsolete += sorted(earlier - set(names))

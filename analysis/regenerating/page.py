@@ -260,9 +260,7 @@ def parts_of(headline: str) -> tuple[str, ...]:
 
 def _tests(study: RegeneratedStudy, known: Collection[str]) -> Iterator[Block]:
     """Yield every test: its method, what it rests on, its table; `known` are the keys of the figures' marks."""
-    yield Words(
-        "Every number stands unrounded in statistics.json, each test in a table of its own in the folder tests."
-    )
+    yield Words("Every number is unrounded in statistics.json, and each test has its own table in the folder tests.")
     for test in by_test(study.answered):
         name = test[0].settings.name
         yield Heading(test_name(test), f"test-{name}", test_kind(test))

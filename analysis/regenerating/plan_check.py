@@ -263,9 +263,9 @@ class StudyColumns:
         if kind == "number":
             return f"{name!r} is a number with many levels; a model takes it in `numeric`"
         if kind == "participant":
-            return f"{name!r} tells participants apart and is no factor"
+            return f"{name!r} identifies participants and is not a factor"
         other = "it is the same in all answers of a participant" if kind == "between" else "a participant meets several"
-        return f"{name!r} is no factor {place} participants: {other}" + (f"; name it in `{kind}`" * (place != "any"))
+        return f"{name!r} is not a factor {place} participants: {other}" + (f"; name it in `{kind}`" * (place != "any"))
 
     def _varies(self, name: str, groups: Mapping[str, Rows], where: Where) -> str:
         if name == "participant":

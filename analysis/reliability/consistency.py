@@ -77,7 +77,7 @@ def cronbach_alpha(
     refuse_few(table, "cases", f"items ({items})")
     for name in reverse:
         if name not in table.columns:
-            raise UnknownColumn(f"reverse names {name!r}, which is no item; the items are {table.columns}")
+            raise UnknownColumn(f"reverse names {name!r}, which is not an item; the items are {table.columns}")
     signs = np.array([-1.0 if name in reverse else 1.0 for name in table.columns])
     values = table.values
     keyed = values * signs

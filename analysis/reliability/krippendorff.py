@@ -204,7 +204,7 @@ def _ordinal(counts: Floats) -> Weighted:
 
 def _ratio(counts: Floats, levels: Floats) -> Weighted:
     if levels[0] < 0:
-        raise BadValue(f"the value {levels[0]:g} lies below 0; a ratio scale begins at 0: use level 'interval'")
+        raise BadValue(f"the value {levels[0]:g} is below 0; a ratio scale begins at 0: use level 'interval'")
     levels, _ = scaled(levels)  # so that no sum of two overflows
     m = counts.sum(axis=1)
     across = np.zeros((len(counts), len(counts)))

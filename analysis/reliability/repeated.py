@@ -91,7 +91,7 @@ def retest(
     if len(pairs) < 2:
         raise TooFew(
             f"{count(len(pairs), 'pair')} of answers to the same {' and '.join(map(str, names))} by one {subject}; "
-            "two or more are needed: let stimuli be met again"
+            "two or more are needed: repeat stimuli"
         )
     measures = pd.DataFrame(_measures(pairs["first"].to_numpy(), pairs["second"].to_numpy(), confidence))
     people = []

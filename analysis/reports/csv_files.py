@@ -66,7 +66,7 @@ def _cell(name: str, value: Any) -> str:
 def demand_not_infinite(name: str, value: float) -> float:
     """Return the number, which may be NaN where it is missing. Raises NotFinite with the column's name."""
     if math.isinf(value):
-        raise NotFinite(f"column {name}: a number is infinite, so it is no result; nothing was written")
+        raise NotFinite(f"column {name}: a number is infinite, so it is not a result; nothing was written")
     return value
 
 

@@ -181,7 +181,7 @@ def _checked(result: Dissimilarities) -> Dissimilarities:
     if len(result.labels) < LEAST:
         raise TooFew(f"{len(result.labels)} objects; a space needs {LEAST} or more")
     if len(set(result.labels)) != len(result.labels):
-        raise DuplicatedCells("an object's label stands twice")
+        raise DuplicatedCells("an object's label appears twice")
     if not result.values.any():
         raise BadValue("all objects are the same: every dissimilarity is 0, there is no space")
     same = np.argwhere(np.triu(result.values == 0, 1)).tolist()

@@ -54,7 +54,7 @@ def _sorted_labels(index: pd.Index[Any], what: str) -> tuple[tuple[Hashable, ...
     twice = np.flatnonzero(np.bincount(labels.codes) > 1).tolist()
     if twice:
         names = listed((repr(labels.labels[i]) for i in twice), len(twice))
-        raise DuplicatedCells(f"{what} label {names} stands more than once; every {what} needs a label of its own")
+        raise DuplicatedCells(f"{what} label {names} appears more than once; every {what} needs its own label")
     return tuple(labels.labels), np.argsort(labels.codes)
 
 

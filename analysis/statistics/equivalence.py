@@ -65,7 +65,7 @@ def equivalence_tests(
         raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")
     ends = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
     if not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 2:
-        raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are no two numbers")
+        raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are not two numbers")
     low, high = ends
     if not all(_is_number(end) and math.isfinite(end) for end in (low, high)) or not low < high:
         raise BadOption(f"bounds ({low}, {high}) cannot be: the lower one must be a finite number below the upper")

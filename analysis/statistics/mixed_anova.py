@@ -138,7 +138,7 @@ def gather_design(
     if subject is None:
         refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
         if own:
-            raise BadOption("within needs `subject`, the column that says who gave each value")
+            raise BadOption("within needs `subject`, the column of participants")
         check_columns(data, others)
         name = "row"
         while name in data.columns:

@@ -134,7 +134,7 @@ def _within(
             "aggregate='mean' to average over the others"
         )
     if subject is None:
-        raise BadOption("within needs `subject`, the column that says who gave each value")
+        raise BadOption("within needs `subject`, the column of participants")
     cells = gather(data, dv, factors, subject, missing, aggregate)
     refuse_too_few(cells)
     return factors[0], cells

@@ -89,7 +89,7 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
 @click.option("--speed", multiple=True, help="STREAM of positions: adds STREAM_vx.. and _speed in mm/s. Repeatable.")
 @click.option("--speed-window", type=int, help="Over how many samples a speed is taken.  [default: 7]")
 @click.option("--causal", is_flag=True, help="Speeds take nothing from the future, at the cost of error and delay.")
-@click.option("--raw", is_flag=True, help="Each stream as recorded, in a file of its own; --out is a folder.")
+@click.option("--raw", is_flag=True, help="Each stream as recorded, in its own file; --out is a folder.")
 @JSON
 def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_json: bool, **how: Any) -> None:
     """Write streams of LEDGER as CSV, on one grid of session time or as recorded, and a JSON file that explains them.

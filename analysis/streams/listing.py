@@ -27,7 +27,7 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
     """
     attempts = [attempt for attempt in attempts_of(record) if trial in (None, attempt.trial)]
     if trial is not None and not attempts:
-        raise StreamError(f"{record.path}: trial {trial} was not met in this session")
+        raise StreamError(f"{record.path}: trial {trial} was not presented in this session")
     used = counting_attempts(attempts)
     streams: list[Row] = []
     for attempt in used.values():

@@ -213,7 +213,7 @@ def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[
         chosen = next((one for one in attempts if one.number == attempt), None)
     if chosen is None or not chosen.acts:
         if not attempts:
-            raise StreamError(f"{record.path}: trial {trial} was not met in this session")
+            raise StreamError(f"{record.path}: trial {trial} was not presented in this session")
         how = ", ".join(f"attempt {one.number} {one.ending}{'' if one.acts else ', no streams'}" for one in attempts)
         missing = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
         raise StreamError(f"{record.path}: trial {trial}: {missing} ({how})")
@@ -281,7 +281,7 @@ def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str
     expected = 0
     for block in blocks:
         if block.first < expected:
-            raise StreamError(f"{where}: sample {block.first} stands twice, or the blocks are out of order")
+            raise StreamError(f"{where}: sample {block.first} appears twice, or the blocks are out of order")
         yield from _missing_samples(expected, block.first, named)
         expected = block.first + block.count
     yield from (gap for gap in named if gap.first >= expected)

@@ -108,7 +108,7 @@ def _extremes(card: Path, minutes: float) -> Iterator[Case]:
     looks: tuple[tuple[str, Callable[[Extremes], float]], ...] = (
         ("m/s^2 beyond the peak", lambda found: max(0.0, found.beyond)),
         ("m/s^2 at rest", lambda found: found.at_rest),
-        ("samples that are no numbers", lambda found: float(found.not_numbers)),
+        ("samples that are not numbers", lambda found: float(found.not_numbers)),
         ("level 100 ms after spoiling, dB apart", lambda found: 20 * float(np.log10(found.apart))),
     )
     told = f"{card.stem}, {minutes:g} min: extremes, steps, lifting off, NaN, 1e6, spoilt windows"

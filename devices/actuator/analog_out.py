@@ -207,7 +207,7 @@ def _failed(name: str, error: Exception) -> DeviceFault:
         return DeviceFault(name, "underrun", f"{name}: the output ran out of samples; raise `ahead_ms`. {message}")
     if code_of(error) in GONE | PULLED:
         return DeviceFault(name, "link_lost", f"{name}: the card is gone: see its cable and power. {message}")
-    return DeviceFault(name, "refused", f"{name}: the card refused to go on. {message}")
+    return DeviceFault(name, "refused", f"{name}: the card refused to continue. {message}")
 
 
 def _line(error: Exception) -> str:

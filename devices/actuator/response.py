@@ -50,7 +50,9 @@ def demand_signal(recorded: Array) -> None:
     """Raise ResponseError where a recording is empty, not finite, silent or clipped."""
     if not np.all(np.isfinite(recorded)):
         where = int(np.flatnonzero(~np.isfinite(recorded))[0])
-        raise ResponseError(f"the recording holds what is no number, first at sample {where}: check the sensor's cable")
+        raise ResponseError(
+            f"the recording holds a value that is not a number, first at sample {where}: check the sensor's cable"
+        )
     if len(recorded) == 0 or float(np.ptp(recorded)) <= AT_REST:
         raise ResponseError("the recording is silent: is the sensor on the actuator, and the amplifier on?")
     ends = (recorded >= recorded.max() - AT_REST) | (recorded <= recorded.min() + AT_REST)

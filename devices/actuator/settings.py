@@ -51,5 +51,5 @@ MEANINGS: Mapping[str, str] = {
     "rms_V": "largest RMS voltage that it bears over thermal_s, V",
     "thermal_s": "how long the coil takes to warm up, s",
     "peak_m_s2": "largest acceleration that is played, m/s^2; holds with a calibration",
-    "calibration": "file beside the rig file that identifying the coil wrote; without one samples are volts",
+    "calibration": "file in the rig file's folder, written by identifying the coil; without one samples are volts",
 }

@@ -51,7 +51,7 @@ class Settings(Strict):
         if self.driver == "folder" and self.folder is None:
             raise ValueError("folder is missing: the one that the camera's program puts its pictures into")
         if self.driver == "twin" and self.count > TWIN_LIGHTS:
-            raise ValueError(f"lights: a twin has {TWIN_LIGHTS}, and {self.count} are asked for")
+            raise ValueError(f"lights: a twin has {TWIN_LIGHTS}, and {self.count} are requested")
         return self
 
     @property
@@ -67,7 +67,7 @@ class Settings(Strict):
 
 MEANINGS: Mapping[str, str] = {
     "folder": "where the camera's own program puts its files; needed by `folder`",
-    "pictures": "where they are kept, beside the rig file; none is LAB/pictures",
+    "pictures": "folder for pictures, in the rig file's folder; none is LAB/pictures",
     "lights": "pictures of each sample, or the names of the lights in their order; a twin has 10",
     "suffixes": "endings of the files that are pictures",
     "order": "how files that come at once are put in order",

@@ -119,7 +119,7 @@ def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, na
     try:
         write_bytes(path, data)
     except OSError as error:
-        message = f"{device}: {name} cannot be kept in {path.parent}: {reason(error)}"
+        message = f"{device}: {name} cannot be stored in {path.parent}: {reason(error)}"
         raise DeviceFault(device, "refused", message) from None
     return path.relative_to(pictures).as_posix()
 

@@ -135,7 +135,7 @@ class Simulated:
 
     def refuse(self, name: str, why: str) -> None:
         """Raise DeviceFault, because a simulated picture does not get better."""
-        raise DeviceFault(self.device, "refused", f"{self.device}: {name} is no picture: {why}")
+        raise DeviceFault(self.device, "refused", f"{self.device}: {name} is not a picture: {why}")
 
     def broken(self) -> Sequence[str]:
         """Return nothing."""

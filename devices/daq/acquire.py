@@ -107,13 +107,13 @@ def channel_names(spelled: str, where: str) -> tuple[str, ...]:
         match = _RANGE.match(part.strip())
         device = (match["device"] or device) if match else ""
         if not match or not device:
-            raise DeviceError(f"{where}: channels {spelled!r}: {part.strip()!r} is no input; write as Dev1/ai0:5")
+            raise DeviceError(f"{where}: channels {spelled!r}: {part.strip()!r} is not an input; write as Dev1/ai0:5")
         first = int(match["first"])
         last = int(match["last"] or first)
         step = 1 if last >= first else -1
         names += [f"{device}/{match['line']}{n}" for n in range(first, last + step, step)]
     if len(set(names)) < len(names):
-        raise DeviceError(f"{where}: channels {spelled!r} name an input twice; each sensor wire has one of its own")
+        raise DeviceError(f"{where}: channels {spelled!r} name an input twice; each sensor wire has its own")
     return tuple(names)
 
 

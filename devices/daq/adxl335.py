@@ -88,7 +88,7 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
         if volts.ndim != 2 or volts.shape[1] != 3 or not volts.size:
             raise DeviceError(f"six positions: {position} has volts of shape {volts.shape}; (n, 3) is expected")
         if not np.isfinite(volts).all():
-            raise DeviceError(f"six positions: {position} holds what is no number; measure it again")
+            raise DeviceError(f"six positions: {position} holds a value that is not a number; measure it again")
         means[row] = volts.mean(axis=0)
     felt = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, np.newaxis]
     zero, sensitivity = means.mean(axis=0), (means * felt).sum(axis=0) / 2

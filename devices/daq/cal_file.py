@@ -97,7 +97,7 @@ class _Reader:
         # The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so.
         width = self._number(calibration, "OutputRange", 20.0)
         if not 0 < width <= 100:
-            raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
+            raise self._wrong("<Calibration OutputRange>", f"{width:g} V is not a range of a gauge")
         bipolar = calibration.get("OutputBipolar", "True").strip().lower() == "true"
         low, high = (-width / 2, width / 2) if bipolar else (0.0, width)
         transform = calibration.find("BasicTransform")
@@ -139,7 +139,7 @@ class _Reader:
     def _rated(self, axis: Element) -> float:
         rated = self._number(axis, "max", None)
         if rated <= 0:
-            raise self._wrong(_called(axis, "max"), f"{rated:g} is no rated load; more than 0 is expected")
+            raise self._wrong(_called(axis, "max"), f"{rated:g} is not a rated load; more than 0 is expected")
         return rated
 
     def _slopes(self, calibration: Element) -> tuple[Row, Row, float] | None:
@@ -168,9 +168,9 @@ class _Reader:
         try:
             value = float(text)
         except ValueError:
-            raise self._wrong(called, f"{text!r} is no number") from None
+            raise self._wrong(called, f"{text!r} is not a number") from None
         if not math.isfinite(value):
-            raise self._wrong(called, f"{text!r} is no finite number")
+            raise self._wrong(called, f"{text!r} is not a finite number")
         return value
 
     def _text(self, element: Element, name: str) -> str:

@@ -69,10 +69,10 @@ class Settings(Strict):
 MEANINGS: Mapping[str, str] = {
     "channels": "the card's inputs of the six gauges, in the order of the calibration file",
     "rate_hz": "samples per second, Hz",
-    "calibration": "the maker's .cal file, beside the rig file; needed by `nidaqmx`",
+    "calibration": "the maker's .cal file, in the rig file's folder; needed by `nidaqmx`",
     "terminals": "how the inputs are wired",
     "buffer_s": "how much the card keeps until it is read, s",
-    "frame": "where the wrench is told; the origin is moved first, then turned about x, y and z",
+    "frame": "point for which the wrench is given; the origin is moved first, then turned about x, y and z",
     "frame.dx_mm": "moved along the sensor's x, mm",
     "frame.dy_mm": "moved along the sensor's y, mm",
     "frame.dz_mm": "moved along the sensor's z, mm",
@@ -86,7 +86,7 @@ MEANINGS: Mapping[str, str] = {
     "thermistor.reference_V": "the thermistor's voltage at calibration, V",
     "zero_s": "how long the unloaded sensor is read for its zero when it is opened, s; 0 takes none",
     "still": "how far a reading may wander meanwhile, as a share of the rated load",
-    "overload": "a load beyond so many times the rated one is a fault",
+    "overload": "a load beyond this many times the rated one is a fault",
     "stuck_s": "a gauge that does not change by one bit for so long is a fault, s; 0 looks for none",
     "noise_V": "the twin's noise at each input (SD), V",
 }

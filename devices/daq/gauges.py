@@ -242,7 +242,7 @@ def calibration(file: CalFile, where: str) -> Calibration:
     ways = [way for way in (user, _basic(file, units, where)) if way is not None]
     _demand_agreement(ways, where)
     if np.linalg.cond(ways[0] / rated[:, np.newaxis]) > CONDITION:
-        raise DeviceError(f"{where}: its rows do not tell six loads apart; ask the maker for the sensor's .cal file")
+        raise DeviceError(f"{where}: its rows do not separate six loads; ask the maker for the sensor's .cal file")
     return Calibration(ways[0], rated)
 
 

@@ -76,7 +76,7 @@ _REFUSED = (
         RESERVED,
         "another program samples on this card, which has one converter for all its inputs; end that program",
     ),
-    (RATE, "the card cannot sample so many inputs so fast; lower `rate_hz`"),
+    (RATE, "the card cannot sample this many inputs at this rate; lower `rate_hz`"),
     (VALUE, "the card cannot do that rate, range or wiring; see `rate_hz`, `range_V` and `terminals`"),
 )
 
@@ -246,11 +246,11 @@ def failed(name: str, code: int, text: str) -> DeviceFault:
     """Return the fault of a card that failed while it sampled."""
     told = f"NI-DAQmx {code}: {first_line(text)}"
     if code in STOPPED or code == OVERWRITTEN:
-        why = "samples came faster than they were stored, and how many are missing cannot be said"
+        why = "samples came faster than they were stored, and how many are missing is unknown"
         return DeviceFault(name, "overrun", f"{name}: {why}; lower `rate_hz` or raise `buffer_s`. {told}")
     if code in GONE:
         return DeviceFault(name, "link_lost", f"{name}: the card is gone; see its cable and power. {told}")
-    return DeviceFault(name, "refused", f"{name}: the card refused to go on. {told}")
+    return DeviceFault(name, "refused", f"{name}: the card refused to continue. {told}")
 
 
 def first_line(message: str, otherwise: str = "no message") -> str:

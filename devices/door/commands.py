@@ -261,7 +261,7 @@ def draw_command(
             raise click.UsageError(f"--opening {text!r}: DOOR=FILE.csv is expected, as K8=k8.csv")
         recordings[name] = Path(file)
     if len(recordings) < len(openings):
-        raise click.UsageError("--opening: a door stands twice; one recording a door is drawn")
+        raise click.UsageError("--opening: a door is named twice; one recording a door is drawn")
     if recordings:
         files = draw_openings(_stimulus_folder(folder), recordings, out, time_column, angle_column)
     else:

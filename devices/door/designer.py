@@ -107,7 +107,7 @@ class Designer:
         if not within:
             named = zip(self.attributes, wished, predicted, strict=True)
             missed = [f"{name} {had:.0f} (wished {w:.0f})" for name, w, had in named if abs(had - w) > self.tolerance]
-            words = f"These wishes cannot be had together. The nearest door found: {', '.join(missed)}."
+            words = f"These wishes cannot be met together. The nearest door found: {', '.join(missed)}."
         return Designed(shown, predicted, off, within, words)
 
     def checked(self, wish: Wish) -> Array:

@@ -11,7 +11,7 @@ from palpate.signals.doors.grid import DoorDataError
 
 
 def _lacking(wrong: Mistake) -> str:
-    problem = "stands more than once" if wrong.column in wrong.header else "is missing"
+    problem = "appears more than once" if wrong.column in wrong.header else "is missing"
     return (
         f"{wrong.path}: column {wrong.column!r} {problem}; found: {', '.join(wrong.header) or 'an empty file'}. "
         "Name the columns with --angle-column, --force-column and --time-column."

@@ -82,7 +82,7 @@ MEANINGS: Mapping[str, str] = {
     "input": "which of its inputs is read, as (@101) or A; none is its only one, of `lakeshore` 1",
     "rate_hz": "readings per second, Hz",
     "timeout_s": "how long an answer is waited for, s",
-    "most_missed": "so many readings in a row without an answer that can be read are a fault",
+    "most_missed": "this many readings in a row without a readable answer are a fault",
     "lowest_degC": "a reading below this is a fault, degrees Celsius",
     "highest_degC": "a reading above this is a fault, degrees Celsius",
     "place": "what the twin measures",
@@ -295,11 +295,11 @@ class Thermometer:
         commands = COMMANDS[self.settings.commands]
         if commands.status and (status := self._answer(commands.status)).lstrip("0"):
             if not status.isdigit():
-                raise NoReading("not_a_number", f"{status!r:.40} is no status")
-            raise self._unsound("over_range", f"it says that its reading is not sound (status {status})")
+                raise NoReading("not_a_number", f"{status!r:.40} is not a status")
+            raise self._unsound("over_range", f"it reports that its reading is not valid (status {status})")
         text = self._answer(commands.read)
         if (number := READING.fullmatch(text.upper())) is None:
-            raise NoReading("not_a_number", f"{text!r:.40} is no temperature in degrees Celsius")
+            raise NoReading("not_a_number", f"{text!r:.40} is not a temperature in degrees Celsius")
         degC = float(number[1])
         if isnan(degC) or degC == SCPI_NAN:
             raise self._unsound("not_a_number", "it measures nothing")

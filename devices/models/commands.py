@@ -152,11 +152,11 @@ def predict(
         return
     if wishes or to is not None:
         raise click.UsageError(
-            f"{loaded.card.name} tells how profiles feel: it is given FILEs; --wish and --to are for a model that makes"
+            f"{loaded.card.name} predicts how profiles feel: it takes FILEs; --wish and --to are for a model that makes"
             " profiles"
         )
     if zero and not recording:
-        raise click.UsageError("--zero counts a recording's angle anew: it goes with --recording")
+        raise click.UsageError("--zero counts a recording's angle from its start: it goes with --recording")
     if not given:
         raise click.UsageError("which profile? Give a profile FILE, as studies/door_ratings/profiles/K8_g0.csv")
     _print_ratings(loaded, [Path(path) for path in given], recording, zero, as_json)

@@ -112,7 +112,7 @@ class Pushed:
 
 
 def _unreadable(wrong: Mistake) -> str:
-    why = getattr(wrong.problem, "strerror", None) or "it is no table in UTF-8"
+    why = getattr(wrong.problem, "strerror", None) or "it is not a table in UTF-8"
     return f"{wrong.path}: cannot be read as a hand's recording: {why}."
 
 
@@ -170,7 +170,7 @@ def _stroked(path: Path, shape: Shape) -> Scripted:
         del refused["clock_reset"]
         why, count = refused.most_common(1)[0]
         message = f"{REFUSED[why][1]}, in {count} of {len(reports)} rows"
-        raise RenderError(f"{path}: {message}. Mend these rows or leave them out.")
+        raise RenderError(f"{path}: {message}. Correct these rows or leave them out.")
     return Scripted([speed for speed, _ in felt], [force for _, force in felt])
 
 

@@ -26,8 +26,8 @@ SIMULATED = "simulated"
 OVERTIME_S = 30.0
 OUT = (".csv", ".npz")
 WORDS = {
-    "held": "sensor values that none could be: the last good ones stood in",
-    "restarts": "times the model left its bounds and was begun anew",
+    "held": "impossible sensor values: the last good ones were used",
+    "restarts": "times the model left its bounds and was restarted",
     "quiet": "steps at under 1 % of the texture's level",
     "muted": "steps of silence, since the model would not stay within its bounds",
 }
@@ -88,7 +88,7 @@ def paced(job: Job, hand: Scripted) -> Played:
     signals = np.hstack(kept)
     if lost := record["made"] - signals.shape[1]:
         raise RenderError(
-            f"{count(lost, 'sample')} played and not kept, since this process was held up: play them again."
+            f"{count(lost, 'sample')} played and not recorded, since this process was held up: play them again."
         )
     return Played(signals[:, : len(hand)], {"paced": True, **record})
 

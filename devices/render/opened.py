@@ -125,7 +125,7 @@ def _devices(job: Job) -> Iterator[tuple[VoiceCoil, Tablet | None]]:
 def _of(kinds: Mapping[str, Any]) -> tuple[VoiceCoil, Tablet | None]:
     coil, tablet = kinds["voice_coil"], kinds.get("tablet")
     if not isinstance(coil, VoiceCoil) or not (tablet is None or isinstance(tablet, Tablet)):
-        raise RenderError("the rig's texture_renderer is no tablet and voice coil")
+        raise RenderError("the rig's texture_renderer is not a tablet and voice coil")
     return coil, tablet
 
 

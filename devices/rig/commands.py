@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @click.group()
 def rig() -> None:
-    """A lab's devices: what the rig file names, opened, read and told.
+    """A lab's devices: open, read and describe what the rig file names.
 
     \b
     Example:
@@ -106,7 +106,7 @@ def _echo_json(data: Any) -> None:
 @LAB
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
               help="The file to write.")  # fmt: skip
-@click.option("--force", is_flag=True, help="Write over a file that is there.")
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def simulate(lab: Path, out: Path | None, force: bool) -> None:
     """Write a rig of twins: every device simulated behind the code that drives the real one.
 
@@ -120,7 +120,7 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
 
     file = out or rig_path(lab)
     if file.exists() and not force:
-        raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
+        raise click.UsageError(f"{file} exists; give another --out, or --force to overwrite it")
     write_bytes(file, Path(__file__).resolve().with_name("twins.yaml").read_bytes())
     named = read_rig(file)
     check = shell_command("rig", "check", "--rig", file)

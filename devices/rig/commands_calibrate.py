@@ -37,7 +37,7 @@ SPELLED = {"sensor": "--with", "level_V": "--level"}
 @click.option("--date", "on", type=click.DateTime(["%Y-%m-%d"]), metavar="DATE", show_default="today",
               help="When it was measured.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the settings into the rig file.")
-@click.option("--force", is_flag=True, help="Write over a voice coil's file of the same day.")
+@click.option("--force", is_flag=True, help="Overwrite a voice coil's file of the same day.")
 @click.option("--yes", is_flag=True, help="Do not ask for an Enter: a voice coil, or a twin.")
 @JSON
 def calibrate(
@@ -150,6 +150,6 @@ def _make_ask(yes: bool, may_skip: bool) -> Callable[[str], None]:
         if not sys.stdin.readline():
             _say("")
             other = ", or give --yes" if may_skip else ""
-            raise click.UsageError(f"nobody answered: call this at a terminal{other}")
+            raise click.UsageError(f"nobody answered: run this at a terminal{other}")
 
     return ask

@@ -111,7 +111,7 @@ class _Reading:
         for name, given in devices.items():
             path = ("devices", name)
             if not isinstance(name, str) or not name.replace("_", "").replace("-", "").isalnum():
-                self.problems.append(Problem(path, f"{name!r:.40} is no name: letters, digits, _ and -"))
+                self.problems.append(Problem(path, f"{name!r:.40} is not a name: letters, digits, _ and -"))
             elif not isinstance(given, dict):
                 self.problems.append(Problem(path, "settings are expected: {kind: ..., driver: ...}"))
             elif str(given.get("kind")) not in KINDS:

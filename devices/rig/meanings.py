@@ -13,7 +13,7 @@ from palpate.devices.kinds import Date, DeviceKind, Strict
 EVERY = {
     "kind": "which kind of device it is",
     "driver": "what it is driven by; `twin` is simulated",
-    "calibrated": "when it was last calibrated; told by `palpate rig check` and kept on record",
+    "calibrated": "when it was last calibrated; shown by `palpate rig check` and recorded",
     "seed": "the twin's; the same seed gives the same samples",
 }
 """What settings mean that several kinds have."""

@@ -89,6 +89,6 @@ def describe_health(health: Health) -> Iterator[str]:
         if signal.calibration:
             yield f"  by {signal.calibration}"
     if health.readings or health.calibrated:
-        yield f"calibrated {health.calibrated or 'never, as far as the rig file says'}"
+        yield f"calibrated {health.calibrated or 'never, according to the rig file'}"
     for name, value in health.facts.items():
         yield f"{name}: {value}"

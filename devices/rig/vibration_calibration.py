@@ -173,7 +173,7 @@ def _misplacement(position: str, g: Array) -> str | None:
         return None
     nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _expected_g(position)).max()))
     seems = f"{nearest} seems to be up" if nearest != position else "no axis is up"
-    return f"{position} is asked for and {seems}: {_format_g(g)}"
+    return f"{position} is requested and {seems}: {_format_g(g)}"
 
 
 def _expected_g(position: str) -> Array:
@@ -223,7 +223,7 @@ def calibrate_coil(
     shaking = Shaking(level_V=min(LOUDEST_V, settings.peak_V / 2, most) if level_V is None else level_V, measured=whole)
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
-        raise DeviceError(f"{path} is there already, and records may name it; give --force to write over it")
+        raise DeviceError(f"{path} exists, and records may name it; give --force to overwrite it")
     result = _identify(job, chosen, shaking)
     save(result.calibration(job.date), path)
     inverse = result.inverse

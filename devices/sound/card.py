@@ -85,7 +85,7 @@ class Card:
         try:
             part: Array | None = None if fill is None else fill(frames)
         except Exception as error:
-            self._failed, part = f"its samples could not be had: {error}", None
+            self._failed, part = f"its samples could not be read: {error}", None
             self._fill = None
         out[:] = 0.0 if part is None else part[:, None]
 
@@ -118,7 +118,7 @@ class Card:
                 self.name, "link_lost", f"{self.name}: the sound output {self.output_name!r} failed: {self._failed}"
             )
         if self._stream is not None and self.clock_s() - self._called_s > SILENT_S:
-            message = f"the sound output {self.output_name!r} has asked for no samples for {SILENT_S:g} s"
+            message = f"the sound output {self.output_name!r} has requested no samples for {SILENT_S:g} s"
             return DeviceFault(self.name, "silent", f"{self.name}: {message}")
         return None
 

@@ -213,5 +213,5 @@ def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 
     return Stage(name, settings, Scanner(name, settings.port, settings.baud))
 
 
-NOTHING_TO_CALIBRATE = "has nothing to calibrate: it only says which sample lies on it"
+NOTHING_TO_CALIBRATE = "has nothing to calibrate: it only reports which sample is on it"
 KIND = DeviceKind(Settings, make, MEANINGS, NOTHING_TO_CALIBRATE)

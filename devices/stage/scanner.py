@@ -126,4 +126,4 @@ def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
 def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:
     """Describe why a code does not confirm this sample: T07 is expected, T12 was scanned."""
     name = known.get(plain(code), plain(code) or "an empty code")
-    return f"{stimulus.id} is asked for, {name} was scanned"
+    return f"{stimulus.id} is requested, {name} was scanned"

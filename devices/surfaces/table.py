@@ -139,7 +139,7 @@ def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
     for row in table.rows():
         surface = _surface(row)
         if surface.id in surfaces:
-            raise SurfaceDataError(f"{row.where}, column 'id': {surface.id!r} stands twice")
+            raise SurfaceDataError(f"{row.where}, column 'id': {surface.id!r} appears twice")
         surfaces[surface.id] = surface
     if not surfaces:
         raise SurfaceDataError(f"{path}: no surface found; one a line is expected")
@@ -149,7 +149,7 @@ def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
 def _demand_columns(path: Path, header: Sequence[str]) -> None:
     for name in COLUMNS:
         if header.count(name) != 1:
-            problem = "stands more than once" if name in header else "is missing"
+            problem = "appears more than once" if name in header else "is missing"
             raise SurfaceDataError(f"{path}, line 1: column {name!r} {problem}; expected {','.join(COLUMNS)}")
     if tuple(header) != COLUMNS:
         others = some(name for name in header if name not in COLUMNS) or "another order"

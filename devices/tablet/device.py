@@ -124,7 +124,7 @@ MEANINGS: Mapping[str, str] = {
     "screen.middle_mm": (
         "where the middle of the picture lies, mm from the left and from the top; none is the middle of the screen"
     ),
-    "recording": "CSV file beside the rig file, with t_s,x_mm,y_mm,pressure; needed by `recording`",
+    "recording": "CSV file in the rig file's folder, with t_s,x_mm,y_mm,pressure; needed by `recording`",
     "jitter_ms": "of the twin's report times (SD), ms",
     "step_mm": "the twin's resolution of position, mm",
     "levels": "the twin's levels of pressure",

@@ -19,7 +19,7 @@ ANEW = 3
 TOO_MANY = 50
 """So many reports in a row that cannot be believed are a broken tablet."""
 REFUSED = {
-    "not_a_number": ("not_a_number", "positions or pressures that are no numbers"),
+    "not_a_number": ("not_a_number", "positions or pressures that are not numbers"),
     "pressure_out_of_range": ("over_range", "pressures outside 0 to 1; see the pressure axis in the rig file"),
     "time_backwards": ("firmware", "time stamps that run backwards"),
     "time_ahead": ("firmware", "time stamps from the future"),

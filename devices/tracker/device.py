@@ -62,7 +62,7 @@ MEANINGS: Mapping[str, str] = {
     "rate_hz": "frames per second, Hz",
     "silent_s": "nothing for so long is a fault, s",
     "reach_mm": "a position farther away is a fault, since its unit is wrong, mm",
-    "repeats": "whether equal consecutive positions pass for seen",
+    "repeats": "whether equal consecutive positions count as seen",
     "unit": "of what comes; none is the stream's or file's own word, and mm for a plain CSV",
     "stream": "name of the Lab Streaming Layer stream, or its type",
     "by": "whether `stream` is a name or a type",
@@ -71,7 +71,7 @@ MEANINGS: Mapping[str, str] = {
     "seen": "label or place of the channel that says whether the marker is seen; none finds it by its label",
     "seen_above": "the marker is seen where that channel is above this",
     "recover": "whether a stream that ended is waited for (a gap), or is a fault",
-    "recording": "CSV file beside the rig file; needed by `recording`",
+    "recording": "CSV file in the rig file's folder; needed by `recording`",
     "marker": "which of several markers in the recording",
     "noise_mm": "the twin's noise of each axis (SD), mm",
     "occlusions_per_s": "how often the twin's marker is covered, per s",
@@ -221,7 +221,7 @@ class Tracker:
         declared, wanted = opened.declared_hz, self.settings.rate_hz
         if not declared or abs(declared / wanted - 1) <= Tally.TOLERANCE:
             return None
-        return f"{self.name}: it says that it has {declared:g} Hz, the rig file says {wanted:g} Hz: correct rate_hz."
+        return f"{self.name}: it reports {declared:g} Hz, the rig file says {wanted:g} Hz: correct rate_hz."
 
     def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
         reach = self.settings.reach_mm

@@ -21,8 +21,8 @@ Row = tuple[float, float, float, bool]
 """Where the marker is said to be in mm, and whether the tracker itself says that it saw it."""
 NAN = math.nan
 HIDDEN = {
-    "not_seen": "the tracker says that it does not see it",
-    "not_a_number": "positions that are no numbers",
+    "not_seen": "the tracker reports that it does not see it",
+    "not_a_number": "positions that are not numbers",
     "zeros": "all zeros, which Motive sends for a marker it lost",
     "frozen": "the position before, repeated to the last bit",
 }

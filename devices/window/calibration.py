@@ -52,9 +52,11 @@ class Calibration:
                 raise WindowError(f"{where}: unknown key {key!r}, {nearest(str(key), KEYS)}")
         for key, (right, expected) in KEYS.items():
             if key not in data:
-                raise WindowError(f"{where}: {key} is missing: {expected}; make it anew: {AGAIN}")
+                raise WindowError(f"{where}: {key} is missing: {expected}; write it again: {AGAIN}")
             if not right(data[key]):
-                raise WindowError(f"{where}: {key} = {data[key]!r:.60}: {expected} is expected; make it anew: {AGAIN}")
+                raise WindowError(
+                    f"{where}: {key} = {data[key]!r:.60}: {expected} is expected; write it again: {AGAIN}"
+                )
         width, height = data["size_px"]
         numbers = float(data["px_per_mm"]), data["screen"], data["confirmed_at"], float(data["nominal_mm"])
         return cls((width, height), *numbers)
@@ -63,7 +65,7 @@ class Calibration:
         """Raise WindowError unless the window is as large as the screen that was calibrated."""
         if found != self.size_px:
             now, then = f"{found[0]}x{found[1]}", f"{self.size_px[0]}x{self.size_px[1]}"
-            raise WindowError(f"calibrated at {then} px, the screen has {now}: set it back, or measure anew: {AGAIN}")
+            raise WindowError(f"calibrated at {then} px, the screen has {now}: set it back, or measure again: {AGAIN}")
 
 
 def demand_reading(read_mm: float, nominal_mm: float) -> None:
@@ -71,7 +73,7 @@ def demand_reading(read_mm: float, nominal_mm: float) -> None:
     if not abs(read_mm - nominal_mm) <= TOLERANCE_MM:
         raise WindowError(
             f"the bar of {nominal_mm:g} mm measures {read_mm:g} mm on the screen; at most {TOLERANCE_MM:g} mm off is "
-            f"allowed: lay the ruler on once more, or measure the screen anew: {AGAIN}"
+            f"allowed: measure the line once more, or measure the screen again: {AGAIN}"
         )
 
 
@@ -98,7 +100,7 @@ def read_calibration(lab: Path, host: str | None = None) -> Calibration:
         raise WindowError(f"{file}: this station's screen is not calibrated; do it first: {_command(lab)}")
     document = load(file.read_bytes(), str(file))
     if not isinstance(document.data, dict):
-        raise WindowError(f"{file}: keys with values are expected; make it anew: {_command(lab)}")
+        raise WindowError(f"{file}: keys with values are expected; write it again: {_command(lab)}")
     wrong = [key for key, value in document.data.items() if key not in KEYS or not KEYS[key][0](value)]
     return Calibration.from_definition(
         document.data, f"{file}: line {document.lines[(wrong[0],)]}" if wrong else str(file)

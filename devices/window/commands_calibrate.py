@@ -66,7 +66,7 @@ def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibr
             return guess
         try:
             guess = replace(guess, px_per_mm=density_from(guess.metrics.mm(NOMINAL_MM), read_mm))
-            click.echo(f"corrected to {guess.px_per_mm:.4f} px per mm; the line is drawn anew: measure it again")
+            click.echo(f"corrected to {guess.px_per_mm:.4f} px per mm; the line is redrawn: measure it again")
         except WindowError as error:
             click.echo(str(error))
     raise WindowError(f"{MOST_READINGS} readings and none of {NOMINAL_MM:g} mm: check the ruler, its unit and its zero")
@@ -93,7 +93,7 @@ def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines
         try:
             return float(line.strip().replace(",", ".") or NOMINAL_MM)
         except ValueError:
-            click.echo(f"{line.strip()!r} is no number; millimetres are expected, as 126.5")
+            click.echo(f"{line.strip()!r} is not a number; millimetres are expected, as 126.5")
 
 
 @dataclass

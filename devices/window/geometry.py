@@ -167,7 +167,7 @@ def _alone(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
         if element.ink is not None and not element.box.grown(1).contains(element.ink):
             yield f"{element.name}: the text {element.text!r:.60} needs {element.ink} and has {element.box}"
         if element.within and not boxes[element.within].contains(element.box):
-            yield f"{element.name}: lies partly outside of {element.within}"
+            yield f"{element.name}: is partly outside of {element.within}"
         if element.kind == "target" and min(element.box.width, element.box.height) + ROUNDING_PX < metrics.mm(
             SMALLEST_TARGET_MM
         ):

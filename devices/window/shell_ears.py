@@ -155,7 +155,7 @@ class Ears:
             then, now = f"{self.size[0]}x{self.size[1]}", f"{width}x{height}"
             self.trouble = (
                 f"the window was opened at {then} px and now has {now}: the lengths on it would be wrong. Set the "
-                "screen back and go on with the session (palpate resume), or measure it anew (palpate window calibrate)"
+                "screen back and resume the session (palpate resume), or measure it again (palpate window calibrate)"
             )
         return True
 

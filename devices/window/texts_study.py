@@ -77,7 +77,7 @@ def _faults(study: Study, file: Path, words: Mapping[str, str]) -> Iterator[str]
             yield f"{file}: no translation of {source!r:.90}"
     for key in words:
         if plain(key) not in sources and key not in NAMED:
-            yield f"{file}: {key!r:.90} is no text of the study; {nearest(plain(key), sources)}"
+            yield f"{file}: {key!r:.90} is not a text of the study; {nearest(plain(key), sources)}"
 
 
 def _by_source(study: Study, words: Mapping[str, str]) -> dict[str, str]:

@@ -75,7 +75,7 @@ def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
         chance = " (a difference that may be chance)" if row["ours_chance"] else ""
         parts.append(f"{row['title']} {row['mae']:.2f}{chance}")
     is_reached = all(ours < row["mae"] for row in branches)
-    sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
+    sentence = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; aim: less than each branch by itself)"
     return "Fusion", f"{sentence}: {'reached' if is_reached else 'not reached'}."
 
 

@@ -15,8 +15,8 @@ QUICK = (
     "A quick run, to see that everything works: {count} textures were left out, and networks learned for few epochs. "
     "Its numbers, and the default that they lead to, are nothing to go by."
 )
-FEW_EPOCHS = "Networks learned for at most {epochs} epochs, as it was asked for."
-EARLY = "The thesis' network and its halves watched a tenth of the textures to stop early, as it was asked for."
+FEW_EPOCHS = "Networks learned for at most {epochs} epochs, as requested."
+EARLY = "The thesis' network and its halves watched a tenth of the textures to stop early, as requested."
 FEW_FOLDS = (
     "{count} of {textures} textures were left out, in turn from each class, as it was asked for; each was predicted "
     "from all others. `palpate train attributes` does not go by the default that this leads to."
@@ -73,7 +73,7 @@ CURVES = (
     "that was kept."
 )
 UNROUNDED = (
-    "Every number stands unrounded in evaluation.json and in the folder tables; every prediction is in predictions.csv."
+    "Every number is unrounded in evaluation.json and in the folder tables; every prediction is in predictions.csv."
 )
 BRANCHES = (
     "What each sense is worth here is told by the branches, each by itself, beside both together. In the simulated "

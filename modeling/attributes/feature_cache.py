@@ -39,5 +39,5 @@ def save_features(folder: Path | None, key: str, rows: Mapping[str, Rows], metad
         ResultStore(folder).save(key, rows, metadata)
     except OSError as error:
         raise MaterialError(
-            f"{folder}: features cannot be kept there ({error.strerror}); make room, or let it be written to"
+            f"{folder}: features cannot be stored there ({error.strerror}); make room, or let it be written to"
         ) from None

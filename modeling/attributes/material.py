@@ -30,7 +30,7 @@ NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
 RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
 """How a texture's notes begin that say why it lacks what others have."""
 FEW_READ = "only some of the lab's textures were read"
-HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
+HURRIED = "quick look: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
 """What a material's notes say of a quick reading."""
 FOLDER = "material"
 """Of the folder of finished jobs."""
@@ -122,7 +122,7 @@ class Material:
         names = [texture.id for texture in self.textures]
         if len(set(names)) != len(names):
             twice = next(name for name in names if names.count(name) > 1)
-            raise MaterialError(f"texture {twice!r} stands twice: its recordings and pictures belong to one.")
+            raise MaterialError(f"texture {twice!r} appears twice: its recordings and pictures belong to one.")
 
     @property
     def ids(self) -> tuple[str, ...]:

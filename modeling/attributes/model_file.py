@@ -24,7 +24,7 @@ from palpate.signals.models.card import Interval, Weights, complaint
 
 FORMAT = "palpate-attributes/1"
 NAME = "texture-attributes"
-AGAIN = "`palpate train attributes` makes it anew."
+AGAIN = "`palpate train attributes` makes it again."
 Arrays = Mapping[str, NDArray[Any]]
 
 
@@ -145,9 +145,7 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
         path = path / f"{NAME}.json"
     card = read_card(path)
     if Path(card.tensors.file).name != card.tensors.file:
-        raise ModelFileError(
-            f"{path}: its numbers are said to lie at {card.tensors.file!r}; a bare file name expected."
-        )
+        raise ModelFileError(f"{path}: its numbers are declared at {card.tensors.file!r}; a bare file name expected.")
     file = path.with_name(card.tensors.file)
     try:
         content = file.read_bytes()
@@ -176,14 +174,14 @@ def read_card(path: Path) -> Card:
         raise ModelFileError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
     named = content.get("format") if isinstance(content, dict) else None
     if not isinstance(content, dict) or not isinstance(named, str):
-        raise ModelFileError(f"{path}: this is no model of attributes ({FORMAT} is expected).")
+        raise ModelFileError(f"{path}: this is not a model of attributes ({FORMAT} is expected).")
     if named != FORMAT:
         later = named.startswith(FORMAT.rpartition("/")[0] + "/")
         hint = "a later version wrote it: update palpate to use it." if later else f"{FORMAT!r} is expected."
         raise ModelFileError(f"{path}: format {named[:40]!r}; {hint}")
     if content.pop("digest", None) != digest(content):
         raise ModelFileError(
-            f"{path}: its content is not what was written (a digest tells): edited or damaged. {AGAIN}"
+            f"{path}: its content is not what was written (its digest differs): edited or damaged. {AGAIN}"
         )
     try:
         return Card.model_validate_json(json.dumps(content), strict=True)
@@ -197,7 +195,7 @@ def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Meth
         raise ModelFileError(f"{path}: method {card.method!r} is not known here: {', '.join(methods)}.")
     restore = methods[card.method].restore
     if restore is None:
-        raise ModelFileError(f"{path}: method {card.method!r} cannot be kept as a file. Train another one.")
+        raise ModelFileError(f"{path}: method {card.method!r} cannot be saved as a file. Train another one.")
     try:
         return restore(arrays, card.told)
     except Exception as error:  # numbers that do not fit come out of NumPy's and torch's own checks as anything
@@ -213,7 +211,7 @@ def _loaded(content: bytes) -> dict[str, NDArray[Any]]:
     try:
         result: dict[str, NDArray[Any]] = load(content)
     except SafetensorError as error:
-        raise ModelFileError(f"these are no tensors: {error}. {AGAIN}") from None
+        raise ModelFileError(f"these are not tensors: {error}. {AGAIN}") from None
     return result
 
 

@@ -50,7 +50,7 @@ def read_material(
     if not lab.is_dir():
         raise MaterialError(f"{lab}: no such lab; the folder of a lab is expected")
     if not (touch or sight):
-        raise MaterialError("neither touch nor sight is asked for: there is nothing to learn from")
+        raise MaterialError("neither touch nor sight is requested: there is nothing to learn from")
     run = _Run(lab / FOLDER if keep else None, workers, report)
     how = sight_with(weights_from(weights, sha256), variants, quick)
     rated = read_ratings(lab, study_ratings, simulated)

@@ -145,7 +145,7 @@ def rated_lines(
     decimal = columns.of_numbers if opened.delimiter != "," else frozenset[str]()
     lines = [_line(row, decimal) for row in opened.rows()]
     if not lines:
-        raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
+        raise MaterialError(f"{table}: no texture under the header; one a line is expected")
     seen_before: dict[str, str] = {}
     for line in lines:
         if not line.id:
@@ -288,7 +288,7 @@ def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Colu
     """Return which attribute each column is. Raises MaterialError on an unknown, missing or twofold column."""
     for name in header:
         if header.count(name) > 1:
-            raise MaterialError(f"{place}: the column {name!r} stands there twice")
+            raise MaterialError(f"{place}: the column {name!r} appears there twice")
     if "id" not in header:
         raise MaterialError(f"{place}: a column 'id' is expected; found {some(header) or 'nothing'}")
     meanings = {name: _meant(name, pairs) for name in header if name not in KNOWN and not name.endswith(SD)}

@@ -79,7 +79,7 @@ def _photographed(lab: Path, texture: str, trials: Sequence[PicturedTrial], note
     pictures = {picture.sha256: picture for trial in trials for picture in _pictures(lab, trial)}
     without = sum("file" not in picture for trial in trials for picture in trial.pictures)
     if without:
-        notes = (*notes, f"{without} simulated pictures were not kept as files: they show nothing here")
+        notes = (*notes, f"{without} simulated pictures were not saved as files: they show nothing here")
     label, category = columns.get("label") or texture, columns.get("class") or ""
     return Photographed(texture, label, category, tuple(pictures.values()), trials[0].simulated, notes)
 
@@ -112,7 +112,7 @@ def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Pi
             return Picture(path, sha256, name)
     if there:
         raise MaterialError(
-            f"{name}: {there[0]} is not the picture that is on record (its SHA-256 differs); restore it from a copy"
+            f"{name}: {there[0]} is not the recorded picture (its SHA-256 differs); restore it from a copy"
         )
     raise MaterialError(f"{name}: no picture {folders[0] / file}; copy the pictures of the lab there")
 

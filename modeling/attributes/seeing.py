@@ -199,7 +199,7 @@ def _bytes(picture: Picture) -> bytes:
         raise MaterialError(f"{picture.name}: {picture.path} cannot be read ({error.strerror})") from None
     if hashlib.sha256(data).hexdigest() != picture.sha256:
         raise MaterialError(
-            f"{picture.name}: {picture.path} is not the picture that is on record (its SHA-256 differs); restore it"
+            f"{picture.name}: {picture.path} is not the recorded picture (its SHA-256 differs); restore it"
         )
     return data
 

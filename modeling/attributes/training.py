@@ -131,10 +131,10 @@ def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, second
 def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tuple[str, ...]:
     notes = [f"Fitted to {_size_of(given)}; the metrics are those of leaving one out."]
     if resnet_of(evaluation.material, entry) == RANDOM:
-        notes.append("ResNet-50 had random weights: the metrics and the interval rest on features that nobody trained.")
+        notes.append("ResNet-50 had random weights: the metrics and the interval come from untrained features.")
     notes += [f"Not used: {line}." for line in evaluation.unused()]
     if evaluation.material.simulated:
-        notes.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
+        notes.append("Simulated raters: this model says nothing about how a texture feels to people.")
     if evaluation.options.quick:
         notes.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
         notes += [f"Learned from: {note}" for note in evaluation.material.notes if note in (HURRIED, FEW_READ)]

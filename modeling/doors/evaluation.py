@@ -71,7 +71,7 @@ def inverse_choice(rows: Sequence[MethodRow]) -> Choice:
     The loop is closed by perceivers who never saw the training data where there are any, else by the forward model.
     """
     fresh = any(row["loop_fresh"] is not None for row in rows)
-    by, whose = ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "judged by the forward model")
+    by, whose = ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "by the forward model")
     possible = [row for row in rows if ("inverse", row["method"]) not in NO_FILE] or rows
     able = [row for row in possible if not row["unplayable"] and not row["corners_unplayable"]]
     if not able:
@@ -154,7 +154,7 @@ def evaluate_doors(
 
 def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple[tuple[Ceiling, ...], str]:
     if individual is None:
-        return (), "A table of means holds no single ratings: nothing can be said of their noise."
+        return (), "A table of means holds no single ratings: their noise is unknown."
     try:
         rated = Rated(data, individual)
         return tuple(noise_ceiling(rated, of=of, seed=seed) for of in ("other_people", "same_people")), ""

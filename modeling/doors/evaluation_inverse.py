@@ -76,7 +76,7 @@ CORNERS = (
     Column("corners_steepest_N_deg", "slope, N/deg", "1"),
 )
 JUDGES = {
-    "loop_fresh": "As simulated people judge it who never saw the training data",
+    "loop_fresh": "As rated by simulated people who never saw the training data",
     "loop_attainable": "The same, wishes alone that can be had",
     "loop_judge": "As the forward model judges it",
     "loop_felt": "The same people without bias, gain, noise and steps",

@@ -32,7 +32,7 @@ TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
 """What the project set out to reach, on 0..100 and percent."""
 MEASURED = (
     Column("attribute", "attribute"),
-    Column("rated", "rated", "1", "What people said of this profile, 0 to 100"),
+    Column("rated", "rated", "1", "People's ratings of this profile, 0 to 100"),
     Column("predicted", "predicted", "1"),
     Column("interval", "90 % interval"),
     Column("recovered", "recovered", "1", "The forward model about the profile that was made of the prediction"),
@@ -96,7 +96,7 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
             least = evaluation.ceilings[0].mae[-1]
             ceiling = f" A perfect predictor's MAE would be {least:.2f}, as the ratings are noisy means."
         ratings = (
-            f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
+            f"Of unseen stimuli: MAE {row['mae']:.2f} (aim: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
             f"{_reached_or_not(is_reached)}.{ceiling}"
         )
@@ -117,14 +117,14 @@ def _reached_or_not(is_reached: bool) -> str:
 
 def _loop_reached(row: Row) -> list[str]:
     for name, whose in (
-        ("loop_fresh", "simulated people who saw no training data judge"),
+        ("loop_fresh", "simulated people who saw no training data find"),
         ("loop_judge", "the forward model judges"),
     ):
         if row[name] is not None:
             counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
             verdict, off = _reached_or_not(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
             some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
-            return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {verdict}."]
+            return [f"As {whose} it: {off}{some} (aim: at most {TARGETS['loop']:g}): {verdict}."]
     return []
 
 
@@ -138,7 +138,7 @@ def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
         else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
     )  # fmt: skip
     verdict = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
-    return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {verdict}.{floor}"
+    return f"Error {row['waveform_mae']:.2f} % (aim: at most {TARGETS['waveform']:g} %): {verdict}.{floor}"
 
 
 def _row(rows: Sequence[Row], method: str) -> Row:

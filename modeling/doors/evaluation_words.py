@@ -97,13 +97,13 @@ SCALING = (
     "the waveform, of all forces ({least:.1f} to {most:.1f} N), over the whole data set as in thesis 5.5.1."
 )
 UNROUNDED = (
-    "Every number stands unrounded in evaluation.json and in the folder tables; every prediction is in predictions.csv."
+    "Every number is unrounded in evaluation.json and in the folder tables; every prediction is in predictions.csv."
 )
 WORK_PRECISION = (
     "Each method's error against the time of its training (all folds) and of one answer from its exported file. "
     "Lower and farther left is better. Times were taken while other jobs ran; palpate bench doors takes them alone."
 )
-CURVES = "Loss against seconds of training, a colour for each fold; the point is the epoch whose weights were kept."
+CURVES = "Loss against seconds of training, a colour for each fold; the point is the epoch whose weights were used."
 PROFILES = (
     "For each door the stimulus whose profile was made with the median waveform error: grey the held-out profile "
     "that got the ratings, blue what {ours} makes of these ratings{network}. In brackets each one's waveform MAE in "

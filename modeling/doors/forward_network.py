@@ -97,7 +97,7 @@ NETWORK_THESIS = Method(
     title="Residual convolutional network, to the letter",
     fit=partial(fit_network, inner=ForceToPerception, settings=LITERAL_SETTINGS),
     holds_out=True,
-    source="thesis 5.4, all 200 epochs and the last kept",
+    source="thesis 5.4, all 200 epochs, weights of the last",
 )
 
 

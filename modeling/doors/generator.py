@@ -88,7 +88,7 @@ def code_of(profiles: Array, components: int) -> Code:
     _, singular, right = np.linalg.svd(profiles - mean, full_matrices=False)
     kept = min(components, int(np.sum(singular > 1e-9 * max(singular[0], 1e-9))))
     if kept == 0:
-        raise ModelDataError("all profiles to learn from are equal: no other can be made from them.")
+        raise ModelDataError("all profiles to learn from are equal: no other can be generated from them.")
     right = right[:kept] * np.sign(right[np.arange(kept), np.argmax(np.abs(right[:kept]), axis=1)])[:, None]
     return Code(mean, right * (singular[:kept, None] / np.sqrt(len(profiles))))
 

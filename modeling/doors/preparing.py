@@ -80,7 +80,7 @@ def checked_forces(force_N: Array) -> Array:
         row, place = bad[0]
         raise ModelDataError(
             f"force profiles: row {row + 1} holds {force[row, place]:g} N at {place / POINTS_PER_DEG:g} deg; no door "
-            f"is opened with more than {FURTHEST_N:g} N. Mend the spike or leave the profile out."
+            f"is opened with more than {FURTHEST_N:g} N. Correct the spike or leave the profile out."
         )
     return force
 

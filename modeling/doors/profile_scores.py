@@ -52,7 +52,7 @@ class Perceivers:
 
     def __post_init__(self) -> None:
         if self.people < 1:
-            raise ModelDataError(f"{self.people} people cannot judge a profile; at least one is needed.")
+            raise ModelDataError(f"{self.people} people cannot rate a profile; at least one is needed.")
         if self.study.simulation is None:
             raise ModelDataError(f"{self.study.study} does not say how simulated people perceive (simulation:).")
 

@@ -50,12 +50,12 @@ def read_table(
     attributes = attributes or shipped_attributes()
     rows = _rows(table, attributes)
     if not rows:
-        raise ModelDataError(f"{table}: no stimulus stands under the header; one a line is expected")
+        raise ModelDataError(f"{table}: no stimulus under the header; one a line is expected")
     number = np.array([[_rating(row, name, scale) for name in attributes] for row in rows])
     ids = tuple(_text(row, "id") for row in rows)
     for place, name in enumerate(ids):
         if name in ids[:place]:
-            raise ModelDataError(f"{rows[place].where}: the stimulus {name!r} stands there twice")
+            raise ModelDataError(f"{rows[place].where}: the stimulus {name!r} appears there twice")
     force = np.array([_profile(row, table.parent) for row in rows])
     alike = merged_sources(ids, force)
     data = DoorData(
@@ -93,7 +93,7 @@ def _rows(path: Path, attributes: Mapping[str, str]) -> list[Row]:
         if name not in known:
             raise ModelDataError(f"{path}, line 1: no column is called {name!r}; {nearest(name, known)}")
         if table.header.count(name) > 1:
-            raise ModelDataError(f"{path}, line 1: the column {name!r} stands there twice")
+            raise ModelDataError(f"{path}, line 1: the column {name!r} appears there twice")
     for name in (*NEEDED, *attributes):
         if name not in table.header:
             why = "" if name in NEEDED else ", the mean rating on this attribute"

@@ -141,7 +141,7 @@ def _notes(results: DoorResults) -> tuple[str, ...]:
     notes = [f"Trained on all {len(data)} stimuli; the metrics are those of cross-validation on grouped folds."]
     if data.simulated:
         notes.append(
-            "The ratings are those of simulated people: this model says nothing about how a door feels to anybody."
+            "The ratings are those of simulated people: this model says nothing about how a door feels to people."
         )
     if results.options.quick:
         notes.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")

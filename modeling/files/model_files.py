@@ -102,7 +102,7 @@ def _plain(name: str, training: Mapping[str, Any]) -> dict[str, Any]:
     try:
         canonical(training)
     except NotCanonical as error:
-        raise ModelWritingError(f"{name}: the run card cannot be kept: {error}. Nothing was written.") from None
+        raise ModelWritingError(f"{name}: the run card cannot be saved: {error}. Nothing was written.") from None
     plain: dict[str, Any] = json.loads(json.dumps(training))
     return plain
 

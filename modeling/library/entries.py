@@ -96,7 +96,7 @@ class Library(Strict):
     def _one_of_each(self) -> Self:
         names = [texture.id for texture in self.textures]
         if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(f"texture {twice!r} stands twice")
+            raise ValueError(f"texture {twice!r} appears twice")
         for texture in self.textures:
             if _lengths(texture) - {len(self.attributes)}:
                 raise ValueError(f"texture {texture.id!r} does not tell {len(self.attributes)} attributes")

@@ -14,7 +14,7 @@ from palpate.protocols.files import reason, write_bytes
 from palpate.signals.models.card import complaint
 
 FOLDER, INDEX = "library", "index.json"
-AGAIN = "`palpate textures index` makes it anew from the lab's ratings and recordings."
+AGAIN = "`palpate textures index` makes it again from the lab's ratings and recordings."
 FAMILY = FORMAT.rpartition("/")[0]
 
 
@@ -36,11 +36,13 @@ def read_library(lab: Path) -> Library:
     plain = _parsed(path)
     written = plain.pop("digest", None) if isinstance(plain, dict) else None
     if not isinstance(plain, dict) or not isinstance(plain.get("format"), str):
-        raise LibraryError(f"{path}: this is no library of textures ({FORMAT} is expected). {AGAIN}")
+        raise LibraryError(f"{path}: this is not a library of textures ({FORMAT} is expected). {AGAIN}")
     if plain["format"] != FORMAT:
         raise _other_format(path, plain["format"])
     if written != digest(plain):
-        raise LibraryError(f"{path}: its content is not what was written (a digest tells): damaged or edited. {AGAIN}")
+        raise LibraryError(
+            f"{path}: its content is not what was written (its digest differs): damaged or edited. {AGAIN}"
+        )
     try:
         return Library.model_validate(plain)
     except ValidationError as error:

@@ -93,7 +93,7 @@ def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
     people, predicted = (
         "; ".join(attribute.name for attribute in every) for every in (material.attributes, model.attributes)
     )
-    raise LibraryError(f"people rated {people}, and the model tells {predicted}: train it on these ratings.")
+    raise LibraryError(f"people rated {people}, and the model predicts {predicted}: train it on these ratings.")
 
 
 def _sd(rated: attributes.Rated, at: int) -> float | None:
@@ -133,10 +133,10 @@ def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list
 def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:
     """Return what the model says of a texture, and otherwise why it says nothing."""
     if isinstance(rows, MaterialError):
-        return None, f"the model says nothing: {rows}"
+        return None, f"the model predicts nothing: {rows}"
     value = np.clip(np.asarray(rows, dtype=np.float64).reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
     if not np.isfinite(value).all():
-        raise LibraryError(f"{texture.id}: the model's answer is no number; train it anew.")
+        raise LibraryError(f"{texture.id}: the model's answer is not a number; train it again.")
     low, high = (tuple(np.round(value + offset, DIGITS).tolist()) for offset in (model.low, model.high))
     values = tuple(np.round(value, DIGITS).tolist())
     return Predicted(value=values, low=low, high=high, learned=texture.id in model.learned), ""

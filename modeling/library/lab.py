@@ -117,7 +117,7 @@ def thumbnail(content: bytes, where: str) -> bytes:
                 seen = seen.convert("I").point(lambda value: value * (1 / 257)).convert("L")
             seen = seen.convert("RGB")
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        raise NoPicture(f"{where}: this is no picture that can be read ({error}).") from None
+        raise NoPicture(f"{where}: this picture cannot be read ({error}).") from None
     written = BytesIO()
     _middle(seen).save(written, "JPEG", quality=QUALITY, optimize=True)
     return written.getvalue()

@@ -70,7 +70,7 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
     )
     if not result:
         how = {None: "", "rated": " that people rated", "predicted": " that a model predicted"}[kind]
-        raise LibraryError(f"no texture{how} among the {len(library.textures)} of this library as asked.")
+        raise LibraryError(f"no texture{how} among the {len(library.textures)} of this library fits.")
     return result
 
 
@@ -99,7 +99,7 @@ def known_of(entry: Entry, kind: Kind | None) -> Entry:
     if known(entry, kind):
         return entry
     how = {None: "nothing is known of it", "rated": "nobody rated it", "predicted": "no model predicted it"}[kind]
-    raise LibraryError(f"{entry.id}: {how}, so nothing can be said of how it feels.")
+    raise LibraryError(f"{entry.id}: {how}, so how it feels is unknown.")
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
     if model is not None and "resnet" in model.card.sight and result.weights != model.card.weights:
         raise LibraryError(
             f"{model.path}: it learned from ResNet-50 with {model.card.weights or 'other weights'}, and these features "
-            f"have {result.weights or 'none'}: give the same file with --weights, or train the model anew."
+            f"have {result.weights or 'none'}: give the same file with --weights, or train the model again."
         )
     return result
 

@@ -144,7 +144,7 @@ def _between(reader: _Reader) -> None:
     if first.pair != second.pair or first.high == second.high:
         low, high = reader.known.pairs[first.pair]
         raise LibraryError(
-            f"{reader.text!r}: 'between' stands before the two ends of one attribute, as 'between {low.lower()} and "
+            f"{reader.text!r}: 'between' comes before the two ends of one attribute, as 'between {low.lower()} and "
             f"{high.lower()}'."
         )
     reader.wish(first.pair, reader.known.soft("medium", first))
@@ -158,7 +158,7 @@ def _clause(reader: _Reader) -> None:
     before = _number(reader) if degree is None else None
     if before is not None and reader.peek() in ("", *SEPARATORS):
         raise LibraryError(
-            f"{reader.text!r}: a number has no word beside it. A range is said as 'soft 60-80' or 'soft between 60 and "
+            f"{reader.text!r}: a number has no word next to it. Write a range as 'soft 60-80' or 'soft between 60 and "
             "80', two wishes as 'soft 60, smooth 80'."
         )
     word = _word(reader)
@@ -166,7 +166,7 @@ def _clause(reader: _Reader) -> None:
     degree = _degree_behind(reader, degree) if number is None else degree
     if number is not None:
         if degree is not None:
-            raise LibraryError(f"{reader.text!r}: {degree!r} and a number are both said; say one of them.")
+            raise LibraryError(f"{reader.text!r}: {degree!r} and a number are both given; give one of them.")
         reader.wish(word.pair, turned(number) if word.high is False else number)
     elif degree == "medium":
         reader.wish(word.pair, reader.known.ranges["medium"])
@@ -288,7 +288,7 @@ def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str
     """Yield the explanations, the most particular first."""
     word = words[0]
     if word == "or":
-        yield f"{text!r}: 'or' cannot be asked; ask once for each."
+        yield f"{text!r}: 'or' is not supported; search once for each."
     if word in known.classes:
         yield f"{word!r} is a class, not a feeling: say --class {word}."
     if word in known.foreign:

@@ -92,7 +92,7 @@ class FittedAr:
         if given.ndim != 3 or given.shape[1:] != (CHANNELS, self.window):
             raise TextureDataError(f"windows of shape {given.shape}; (n, 3, {self.window}) are expected")
         if not np.isfinite(given).all():
-            raise TextureDataError("a window holds a number that is not finite; mend or leave out its stretch")
+            raise TextureDataError("a window holds a number that is not finite; correct or leave out its stretch")
         parts = [self._answers(given[at : at + AT_ONCE]) for at in range(0, len(given), AT_ONCE)]
         return np.concatenate(parts) if parts else np.empty(0)
 

@@ -71,7 +71,7 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
     )
     sentences = _of_ours(ran, textures, best)
     if not any(row["method"] == DEFAULT for row in rows):
-        sentences.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train goes on taking that.")
+        sentences.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train keeps that default.")
     return Choice(best["method"], why, tuple(sentences))
 
 
@@ -86,7 +86,7 @@ def _of_ours(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[st
     if ours is not None and best["method"] != DEFAULT:
         simple = "A baseline wins: " if best["method"] == BASELINE else ""
         sentences.append(
-            f"{simple}{best['title']} beats {ours['title']}: limits kept on {int(best['kept'])} against "
+            f"{simple}{best['title']} beats {ours['title']}: limits met on {int(best['kept'])} against "
             f"{int(ours['kept'])} textures, felt levels {best['felt_dB']:.2f} against {ours['felt_dB']:.2f} dB off."
         )
     return sentences

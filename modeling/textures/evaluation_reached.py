@@ -32,7 +32,7 @@ def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
         won, of = better(rows, DEFAULT, BASELINE)
         wanted = -(-of * BEATEN // 6)
         reached = "reached" if won >= wanted else "not reached"
-        points.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {reached}."))
+        points.append(("Against AR", f"Nearer on {won} of {of} textures (aim: {wanted}): {reached}."))
     if plain := _ran(rows, THESIS):
         points.append(("One-step FoTEN", _failure(plain)))
     return points
@@ -48,18 +48,16 @@ def _within_limits(
 ) -> tuple[str, str]:
     values = {row["texture"]: row[column] for row in rows if row[column] is not None}
     if not values:
-        return name, "Cannot be said of these recordings."
+        return name, "Not known for these recordings."
     silent = [row["texture"] for row in rows if row["level"] == 0]
     off = dict.fromkeys([*(texture for texture, value in values.items() if not within(value)), *silent])
     blank = [texture for texture in evaluation.textures if texture not in {**values, **off}]
     low, high = least(values.values()), most(values.values())
-    sentence = f"{low:.3f} to {high:.3f} over the textures (wanted: {limit}{_again(evaluation, column)})".replace(
-        "-", "−"
-    )
+    sentence = f"{low:.3f} to {high:.3f} over the textures (aim: {limit}{_again(evaluation, column)})".replace("-", "−")
     where = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
         f", {what} {', '.join(texture.replace('_', ' ') for texture in textures)}"
-        for what, textures in (("not on", off), ("not judged on", blank))
+        for what, textures in (("not on", off), ("not evaluated on", blank))
         if textures
     )
     return name, f"{sentence}: {f'{where}{missed}' if missed else 'reached'}."

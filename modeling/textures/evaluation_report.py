@@ -29,7 +29,7 @@ from palpate.modeling.textures.registry import METHODS
 
 OVERALL = (
     Column("title", "method"),
-    Column("limits", "limits kept", "text", "On how many textures all limits of running free are kept"),
+    Column("limits", "limits kept", "text", "On how many textures all limits of running free are met"),
     Column("felt_dB", "felt off, dB", "2", "Mean over the textures", "low"),
     Column("level_range", "level", "text", "Least and greatest of the textures; the truth is 1"),
     Column("smoothed_gfc", "smoothed GFC", "3", "The worst texture", "high"),
@@ -50,7 +50,7 @@ FREE = (
     Column("cycle", "repeats", "2", "Greatest autocorrelation at 0.3 to 1 s"),
     Column("felt_dB", "felt off, dB", "2"),
     Column("greatest", "greatest", "2", "Greatest sample over the truth's"),
-    Column("limits", "beyond", "words", "The limits that are not kept"),
+    Column("limits", "beyond", "words", "The limits that are not met"),
 )
 TIMES = (
     Column("title", "method"),
@@ -157,7 +157,7 @@ def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
 def _origin(evaluation: TextureEvaluation) -> list[str]:
     """Under which hand models ran, and what the ceiling is."""
     if not evaluation.drives:
-        return ["Nothing could be run free; why stands below the recordings at the end."]
+        return ["Nothing could be run free; the reasons are given below the recordings at the end."]
     origins = dict.fromkeys(drive.origin for drive in evaluation.drives.values())
     sentences = [
         words.FREE.format(origin=words.ORIGINS[origin], seconds=evaluation.domain.seconds) for origin in origins

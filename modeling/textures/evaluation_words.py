@@ -91,6 +91,6 @@ WORK_PRECISION = (
     "How far off the felt levels are (mean over the textures, dB) against the time of a step (filled: the fastest "
     "runtime; open: the others) and of a texture's training. Lower and farther left is better."
 )
-CURVES = "Loss against seconds of training, a colour for each texture; the point is the epoch whose weights were kept."
-UNROUNDED = "Every number stands unrounded in evaluation.json and in the folder tables."
+CURVES = "Loss against seconds of training, a colour for each texture; the point is the epoch whose weights were used."
+UNROUNDED = "Every number is unrounded in evaluation.json and in the folder tables."
 NO_GRID = "Figure 4.5, five windows by five losses, is drawn where it is asked for (--figure-4-5): it takes hours."

@@ -181,7 +181,7 @@ def checked(given: Array, window: int) -> Array:
     if given.ndim != 3 or given.shape[1:] != (3, window):
         raise TextureDataError(f"windows of shape {given.shape}: (n, 3, {window}) is expected.")
     if not np.isfinite(given).all():
-        raise TextureDataError("a window holds a number that is not finite: mend the recording, or leave it out.")
+        raise TextureDataError("a window holds a number that is not finite: correct the recording, or leave it out.")
     return given
 
 

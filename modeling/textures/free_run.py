@@ -52,7 +52,7 @@ def free_run_scores(made: Array, drive: Drive) -> Numbers:
     """
     if made.shape != drive.truth.shape or not np.isfinite(made).all():
         raise TextureDataError(
-            f"{drive.texture}: {made.shape} samples were made for {drive.truth.shape}, or some are not finite."
+            f"{drive.texture}: {made.shape} samples were generated for {drive.truth.shape}, or some are not finite."
         )
     slowly = envelope(made)
     scores: Numbers = {

@@ -34,7 +34,7 @@ def demand_alike(one: Array, other: Array) -> None:
     if one.ndim != 1 or one.shape != other.shape or not one.size:
         raise TextureDataError(f"signals of shape {one.shape} and {other.shape}: two of one length (n,) are expected.")
     if not (np.isfinite(one).all() and np.isfinite(other).all()):
-        raise TextureDataError("a signal holds a number that is not finite: nothing can be said of it.")
+        raise TextureDataError("a signal holds a number that is not finite: it cannot be analysed.")
 
 
 def mae(actual: Array, answered: Array) -> float:

@@ -103,7 +103,7 @@ def touched(slide: Slide) -> Touched:
     pressed = abs(float(np.median(force.values)))
     if not slide.force_N / FORCE_OFF <= pressed <= slide.force_N * FORCE_OFF:
         raise TextureDataError(
-            f"{force.where}: the median force is {pressed:.3g}, and the file's name says {slide.force_N:g} N: is it in"
+            f"{force.where}: the median force is {pressed:.3g}, and the file's name has {slide.force_N:g} N: is it in"
             " N?"
         )
     # the speed of the finger while it moves

@@ -166,14 +166,14 @@ def _signal(what: str, document: Document, apart: bool, notes: list[str]) -> Sam
     where = f"{document.where}: {what}"
     unit = document.text(*UNITS[what], *(("units", "unit") if apart else ()))
     if not unit:
-        notes.append(f"{what} in {PLAIN[what]}: the file says no unit")
+        notes.append(f"{what} in {PLAIN[what]}: the file gives no unit")
     return evenly(what, values * scale_of_unit(what, unit or PLAIN[what], where), _rate(document, notes), where)
 
 
 def _rate(document: Document, notes: list[str]) -> float:
     text = document.text(*RATES)
     if not text:
-        notes.append(f"{RATE_HZ:g} Hz, as the toolkit documents: the file says no rate")
+        notes.append(f"{RATE_HZ:g} Hz, as the toolkit documents: the file gives no rate")
         return RATE_HZ
     try:
         rate_hz = float(text)

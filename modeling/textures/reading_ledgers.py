@@ -103,7 +103,7 @@ def captures_by_texture(
     gone = withdrawn(lab.parent.parent if lab.is_file() else lab)
     others = {capture.simulated for capture in captures} - {capture.simulated for capture in counted}
     also = [f"is of a {'simulated' if kind else 'real'} session" for kind in others]
-    _demand_all(lab, by_texture, textures, [*(["is of somebody who withdrew"] if gone else []), *also])
+    _demand_all(lab, by_texture, textures, [*(["is of a participant who withdrew"] if gone else []), *also])
     return by_texture
 
 

@@ -101,7 +101,7 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
             if not (np.isfinite(value) and value >= 0):
                 raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
             given[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
-            notes.append(f"{what} was not recorded: it is said to have been {value:g} {unit} throughout")
+            notes.append(f"{what} was not recorded: it is given as {value:g} {unit} throughout")
     every = {**signals, **given}
     acceleration, force = every["acceleration"], every["force"]
     if acceleration is None or force is None or (every["speed"] is None and every["position"] is None):
@@ -148,7 +148,7 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
     fastest = float(np.nanmax(np.abs(values), initial=0.0))
     if what == "speed" and not column.said and 0 < fastest < SLOWEST_MM_S:
         raise TextureDataError(
-            f"{where}: never above {fastest:.3g}, and no unit is said; is it in m/s? Write it in the header, as in"
+            f"{where}: never above {fastest:.3g}, and no unit is given; is it in m/s? Write it in the header, as in"
             " 'speed (m/s)' or 'speed (mm/s)'"
         )
     # the step of the clock, from all samples, whatever is missing between them
@@ -167,8 +167,8 @@ def _lacking(file: Path, table: Table, signals: Mapping[str, Sampled | None]) ->
     lacks += ["speed"] if signals["speed"] is None and signals["position"] is None else []
     return (
         f"{file}: no column for {' and '.join(lacks)} among {_headed(table)}; expected are time, acceleration (or ax,"
-        " ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was held still and not recorded"
-        " can be said instead (--speed-mm-s, --force-n)"
+        " ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was constant and not recorded"
+        " can be given instead (--speed-mm-s, --force-n)"
     )
 
 

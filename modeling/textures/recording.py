@@ -43,7 +43,7 @@ class Recording:
         if self.signals.ndim != 2 or len(self.signals) != CHANNELS:
             raise TextureDataError(f"{self.texture}: signals of shape {self.signals.shape}; (3, n) are expected.")
         if not np.isfinite(self.signals).all():
-            raise TextureDataError(f"{self.texture}: a sample is not finite; mend or leave out its stretch.")
+            raise TextureDataError(f"{self.texture}: a sample is not finite; correct or leave out its stretch.")
 
     @property
     def acceleration_m_s2(self) -> Array:

@@ -124,7 +124,9 @@ def read_columns(file: Path) -> Table:
     cells = {name: every[heading.place] for name, heading in named.items()}
     if lines.separator != "," and any("," in cell for column in cells.values() for cell in column):
         if any("." in cell for column in cells.values() for cell in column):
-            raise TextureDataError(f"{file}: points and commas in its numbers: which of them is decimal cannot be told")
+            raise TextureDataError(
+                f"{file}: points and commas in its numbers: which of them is the decimal sign is not clear"
+            )
         cells = {name: tuple(cell.replace(",", ".") for cell in column) for name, column in cells.items()}
         notes = (*notes, "decimal commas")
     columns = {name: _column(file, heading, cells[name], lines.numbers) for name, heading in named.items()}
@@ -159,7 +161,7 @@ def _lines(file: Path) -> _Lines:
             " 'time,acceleration,speed,force'"
         )
     if not rows:
-        raise TextureDataError(f"{file}: no row stands under the header")
+        raise TextureDataError(f"{file}: no row under the header")
     separator = commonest_delimiter(header)
     return _Lines(
         header, at, [line for _, line in rows], [number for number, _ in rows], separator if separator in header else ""
@@ -239,7 +241,7 @@ def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
             continue
         name, what, unit = read
         if name in result:
-            raise TextureDataError(f"{where}: the column {name!r} stands there twice")
+            raise TextureDataError(f"{where}: the column {name!r} appears there twice")
         scale = scale_of_unit(what, unit or PLAIN[what], f"{where}, column {text.strip()!r}")
         result[name] = Heading(place, name, what, scale, bool(unit))
     return result

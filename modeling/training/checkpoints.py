@@ -71,7 +71,7 @@ def read_latest(folder: Path, report: Report) -> Checkpoint | None:
         try:
             return read_checkpoint(path)
         except CheckpointError as error:
-            report(f"{error} The one before it is used, or the training begins anew.")
+            report(f"{error} The one before it is used, or the training starts again.")
     return None
 
 

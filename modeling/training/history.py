@@ -106,4 +106,4 @@ def _epoch(path: Path, number: int, line: Sequence[str]) -> Epoch:
         epoch, seconds, rate, train, held = line
         return Epoch(int(epoch), float(seconds), float(rate), float(train), float(held) if held else None)
     except ValueError as error:
-        raise TrainingError(f"{path}: line {number} is no epoch: {error}.") from None
+        raise TrainingError(f"{path}: line {number} is not an epoch: {error}.") from None

@@ -118,7 +118,7 @@ def run_on_cores(workers: int, jobs: list[Job], handle_result: Callable[[Job, An
 
         get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
     names = ", ".join(job.name for job in missing.values())
-    raise JobBroken(f"workers died {ATTEMPTS} times, likely for want of memory. Not done: {names}.")
+    raise JobBroken(f"workers died {ATTEMPTS} times, probably out of memory. Not done: {names}.")
 
 
 def _run_in_processes(workers: int, jobs: list[Job], handle_outcome: Callable[[Job, Any], None]) -> bool:

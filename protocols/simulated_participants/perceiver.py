@@ -66,7 +66,7 @@ class Perceiver:
         """
         weights = self.simulation.latents.get(item, {})
         if missing := [column for column in weights if column != INTERCEPT and column not in columns]:
-            raise ValueError(f"{item} is felt by {', '.join(missing)}, which this stimulus lacks")
+            raise ValueError(f"{item} is felt by {', '.join(missing)}, which this stimulus does not have")
         return weighed(weights, lambda column: z_score(columns[column], self.standings[column]))
 
     def _columns_of(self, stimulus: Stimulus) -> dict[str, float]:

@@ -100,5 +100,5 @@ def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:
     if last - first < 1:
         raise AlignError(f"from {start_s:.3f} to {end_s:.3f} s there are less than two points at {grid_hz:g} Hz")
     if last - first > MOST_POINTS:
-        raise AlignError(f"a grid of {last - first:.3g} points: at most {MOST_POINTS:.3g} are made; lower the rate")
+        raise AlignError(f"a grid of {last - first:.3g} points: at most {MOST_POINTS:.3g} are computed; lower the rate")
     return np.arange(first, last + 1) / grid_hz

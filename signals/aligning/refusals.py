@@ -27,7 +27,7 @@ def demand_times(times_s: Array) -> None:
         place = int(wrong[0])
         one, other = times_s[place], times_s[place + 1]
         if times_s.min() == times_s.max():
-            raise AlignError(f"all {times_s.size} samples are timed {one:g} s: a clock that stands tells nothing")
+            raise AlignError(f"all {times_s.size} samples are timed {one:g} s: a clock that has stopped says nothing")
         how = "the same time twice" if one == other else "out of order"
         pair = f"samples {place + 1} and {place + 2} are timed {one:.9g} s and {other:.9g} s"
         raise AlignError(f"{pair}: {how}; times must rise")

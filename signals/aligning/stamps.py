@@ -69,10 +69,10 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
     n, came_s, stamp_s = np.array(stamped, dtype=np.float64).T
     line, scatter_s = _line_through(n, stamp_s, rate_hz)
     if line is None:
-        return Stamps(clock, count, problem="its stamps do not lie on a line: their clock stood, or was set meanwhile")
+        return Stamps(clock, count, problem="its stamps are not on a line: their clock stopped, or was set meanwhile")
     if clock not in OF_THE_HOST:
         own = (
-            f"its stamps are by a clock of its own ({clock}): only their differences mean something, and they do not "
+            f"its stamps are by its own clock ({clock}): only their differences mean something, and they do not "
             "say when in session time a sample was taken. Where its delay is known, --latency takes it"
         )
         return Stamps(clock, count, line, scatter_s, problem=own)
@@ -103,7 +103,7 @@ def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | N
         )
     if abs(apart[1] - apart[0]) > allowed_s[1]:
         return (
-            f"its stamps go apart from its arrivals by {1e3 * (apart[1] - apart[0]):.3g} ms over the recording, where "
+            f"its stamps drift from its arrivals by {1e3 * (apart[1] - apart[0]):.3g} ms over the recording, where "
             f"{1e3 * allowed_s[1]:.2g} ms is what both lines may err: one of the two clocks does not run evenly"
         )
     return None

@@ -48,7 +48,7 @@ def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
     given = np.asarray(force_N, dtype=np.float64)
     chosen = FEATURES if names is None else tuple(names)
     if unknown := [name for name in chosen if name not in FEATURES]:
-        raise DoorDataError(f"{unknown[0]!r} is no feature of a profile; {nearest(unknown[0], FEATURES)}")
+        raise DoorDataError(f"{unknown[0]!r} is not a feature of a profile; {nearest(unknown[0], FEATURES)}")
     if given.ndim == 1:
         return _row(given, "profile", chosen)
     if given.ndim != 2:

@@ -57,7 +57,7 @@ class Port(Strict):
         if self.scale is not None and self.scale[0] == self.scale[1]:
             raise ValueError(f"both ends of the scale are {self.scale[0]:g}")
         if self.within is not None and not self.within[0] < self.within[1]:
-            raise ValueError(f"nothing lies within {self.within[0]:g} and {self.within[1]:g}")
+            raise ValueError(f"nothing is within {self.within[0]:g} and {self.within[1]:g}")
         return self
 
 

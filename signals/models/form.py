@@ -58,7 +58,7 @@ class At:
     def was_kept(self, name: str) -> Form:
         """Return the form of a value that a step before this one has kept. Raises ModelFileError."""
         if name not in self.kept:
-            raise self.refuse(f"no step before it has kept {name!r}")
+            raise self.refuse(f"no step before it has stored {name!r}")
         return self.kept[name]
 
     def refuse(self, what: str) -> ModelFileError:

@@ -278,11 +278,11 @@ def _tree(content: bytes) -> ElementTree.Element:
     try:
         root = xml_root(content)
     except UnicodeDecodeError:
-        raise _Odd("it is no UTF-8 text") from None
+        raise _Odd("it is not UTF-8 text") from None
     except EntitiesDeclared:
         raise _Odd("it declares entities, which models have no need of; it is not read") from None
     except (ElementTree.ParseError, ValueError) as error:
-        raise _Odd(f"it is no XML ({error})") from None
+        raise _Odd(f"it is not XML ({error})") from None
     if root.tag != "modelSet":
         raise _Odd(f"it begins with <{root.tag[:40]}>; <modelSet> is expected")
     return root

@@ -205,7 +205,7 @@ def forest(step: Forest, form: Form, at: At) -> Built:
     inner = np.flatnonzero(feature >= 0)
     for name, child in ((step.left, left), (step.right, right)):
         if ((child[inner] <= inner) | (child[inner] >= count)).any():
-            raise at.refuse(f"{name!r} leads back, or to a node that is not there; a child stands after its parent")
+            raise at.refuse(f"{name!r} leads back, or to a node that does not exist; a child comes after its parent")
     value = at.reals(step.value, count, None)
     roots = at.wholes(step.roots, None)
     if roots.min() < 0 or roots.max() >= len(feature):

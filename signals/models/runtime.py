@@ -34,7 +34,7 @@ class Model:
         program, form = built(self.card.steps, self.tensors, Form((self.card.takes.size,)))
         if form.shape != (self.card.gives.size,):
             raise ModelFileError(
-                f"the steps end with shape {form.shape}, the card gives {self.card.gives.size} numbers. Export it anew."
+                f"the steps end with shape {form.shape}, the card gives {self.card.gives.size} numbers. Export again."
             )
         object.__setattr__(self, "_program", program)
 
@@ -57,7 +57,7 @@ class Model:
             row = int(np.flatnonzero(~np.isfinite(answers).all(axis=1))[0])
             raise ModelInputError(
                 f"{self.card.name}: no finite answer to row {row + 1}: its numbers reach {np.abs(rows[row]).max():g} "
-                f"{self.card.takes.unit}, far beyond what the model was made for."
+                f"{self.card.takes.unit}, far beyond what the model was trained for."
             )
         return answers if np.ndim(given) == 2 else answers[0]
 
@@ -86,6 +86,6 @@ def _rows(given: Any, takes: Port, name: str) -> Array:
         row, place = bad[0]
         raise ModelInputError(
             f"{name}: row {row + 1} holds {rows[row, place]:g} {takes.unit} at place {place + 1}; the model answers to "
-            f"{low:g} to {high:g}. Mend the spike or leave this input out."
+            f"{low:g} to {high:g}. Correct the spike or leave this input out."
         )
     return rows

@@ -55,7 +55,7 @@ def weights_file(card_path: Path, weights: Weights) -> Path:
     name = weights.file
     if name in ("", ".", "..") or any(mark in name for mark in "/\\:\0") or not name.endswith(".safetensors"):
         raise ModelFileError(
-            f"{card_path}: weights.file is {name!r}; the name of a .safetensors file beside the card is expected."
+            f"{card_path}: weights.file is {name!r}; the name of a .safetensors file in the card's folder is expected."
         )
     return card_path.parent / name
 

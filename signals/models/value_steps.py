@@ -14,7 +14,7 @@ from palpate.signals.models.layers import sides
 def keep(step: Keep, form: Form, at: At) -> Built:
     """Return the same value; nobody writes into it any more."""
     if step.kept in at.tensors:
-        raise at.refuse(f"{step.kept!r} is the name of a tensor too; values are kept under names of their own")
+        raise at.refuse(f"{step.kept!r} is the name of a tensor too; values are stored under their own names")
     lent = replace(form, owned=False)
     at.kept[step.kept] = lent
 

@@ -30,7 +30,7 @@ def start_of(texture: Texture, tensors: Mapping[str, NDArray[Any]], bounds: Rang
     level, which the model turns into its own signal within its window.
     """
     if texture.start is None:
-        return _noise(texture, bounds, seed), "the card has no start sequence: begun with noise"
+        return _noise(texture, bounds, seed), "the card has no start sequence: started with noise"
     start = np.asarray(tensors[texture.start], dtype=np.float64)
     if start.shape != (texture.window,):
         why = f"it has shape {start.shape}, and the window {texture.window} samples"
@@ -40,7 +40,7 @@ def start_of(texture: Texture, tensors: Mapping[str, NDArray[Any]], bounds: Rang
         why = f"it reaches {np.abs(start).max():.3g} m/s^2"
     else:
         return start, ""
-    return _noise(texture, bounds, seed), f"the start sequence is not used, since {why}: begun with noise"
+    return _noise(texture, bounds, seed), f"the start sequence is not used, since {why}: started with noise"
 
 
 def _noise(texture: Texture, bounds: Range, seed: int) -> Array:

@@ -281,7 +281,7 @@ def _demand_version(connection: Connection, lab: Path | None = None) -> None:
         connection.execute(insert(schema.palpate), {"version": schema.VERSION})
     elif version != schema.VERSION:
         raise CollectError(
-            f"collected in version {version}, and this Palpate writes {schema.VERSION}; make it anew from the ledgers:"
+            f"collected in version {version}, and this Palpate writes {schema.VERSION}; collect again from the ledgers:"
             f" {rebuild_command(connection.engine.url, lab)}"
         )
     schema.create_all(connection)
@@ -294,7 +294,7 @@ def _demand_ours(connection: Connection) -> None:
     """
     sqlite = connection.dialect.name == "sqlite"
     if sqlite and connection.exec_driver_sql("PRAGMA application_id").scalar_one() == APPLICATION_ID:
-        raise CollectError("this file is a session's ledger; collect into a database of its own")
+        raise CollectError("this file is a session's ledger; collect into another database")
     inspector = inspect(connection)
     names = {*inspector.get_table_names(), *inspector.get_view_names()} - (set() if sqlite else set(registry.tables))
     columns = {
@@ -303,13 +303,13 @@ def _demand_ours(connection: Connection) -> None:
     }
     if names and columns.get(schema.palpate.name) != {"version"}:
         raise CollectError(
-            f"holds the table {min(names)}, and no mark that palpate collect made it; nothing was changed. Collect "
-            "into a new database" + ("" if sqlite else ", or a schema of its own: add ?options=-csearch_path%3DSCHEMA")
+            f"holds the table {min(names)}, and no mark of palpate collect; nothing was changed. Collect "
+            "into a new database" + ("" if sqlite else ", or a new schema: add ?options=-csearch_path%3DSCHEMA")
         )
     for name, present in sorted(columns.items()):
         if missing := {column.name for column in schema.metadata.tables[name].primary_key} - present:
             raise CollectError(
-                f"its table {name} has no column {min(missing)}: palpate collect did not make it; nothing was changed. "
+                f"its table {name} has no column {min(missing)}: palpate collect did not write it; nothing changed. "
                 "Rename that table, or collect into a new database"
             )
 
@@ -352,7 +352,7 @@ def _demand_continuation(connection: Connection, session: SessionTables, path: P
             how = "is cut short" if seq not in now else "is another session, or was changed,"
             raise CollectError(
                 f"{path}: session {name} {how} compared with the one collected before (event {seq}); "
-                "if it was run anew, collect with --rebuild; labs that share a database need distinct pseudonyms"
+                "if it was run again, collect with --rebuild; labs that share a database need distinct pseudonyms"
             )
 
 

@@ -154,7 +154,7 @@ class ExperimenterDesk:
         if self._waiting is not None and self._waiting.codes:
             self._answer = code
         else:
-            self._hint(f"{code} was scanned: no code is asked for now")
+            self._hint(f"{code} was scanned: no code is expected now")
         return True
 
     def _hear(self, heard: Heard) -> Aside | None:
@@ -173,7 +173,7 @@ class ExperimenterDesk:
 
     def _heed(self, order: Order, t_s: float) -> Aside | None:
         if self.status.ended is not None and order.do not in STILL_HEEDED:
-            self._hint("the session is over: nothing more goes on record")
+            self._hint("the session is over: nothing more is recorded")
             return None
         match order.do:
             case "confirm" | "number" | "scan":
@@ -204,11 +204,11 @@ class ExperimenterDesk:
             self._hint("too soon after the demand: once more, please")
         elif order.do == "scan":
             self._answer = order.text if prompt.codes else None
-            self._hint("" if prompt.codes else "no code is asked for")
+            self._hint("" if prompt.codes else "no code is expected")
         elif prompt.kind == "confirm" and order.do == "number":
-            self._hint("no number is asked for: confirm once it is done")
+            self._hint("no number is expected: confirm once it is done")
         elif prompt.kind == "number" and order.number is None and prompt.default is None:
-            self._hint("a number is asked for")
+            self._hint("a number is expected")
         else:
             number = prompt.default if order.number is None else order.number
             self._answer = True if prompt.kind == "confirm" or number is None else float(number)
@@ -218,7 +218,7 @@ class ExperimenterDesk:
         if self.status.trial is None:
             self._hint("no trial is under way: nothing to repeat now")
         elif self.status.paused:
-            self._hint("the session is paused: go on first, then repeat")
+            self._hint("the session is paused: continue first, then repeat")
         elif not self.source.by_line and t_s < self._trial_s + REACTION_S:
             self._hint("a trial began just then: r repeats this one, R the one before")
         else:
@@ -254,5 +254,5 @@ def open_desk(plan: Plan, now_ns: Callable[[], int], orders: TextIO | None, show
         source.close()
         raise
     if isinstance(source, Silence):
-        display.say("there is no input to give orders by; Ctrl-C ends the sitting")
+        display.say("there is no input for orders; Ctrl-C ends the run")
     return ExperimenterDesk(plan, source, display)

@@ -38,7 +38,7 @@ class Windowless:
                     return self._heed(aside)
                 self.rest(TURN_S)
             return reply
-        raise RigError(f"there is no window to {request.body()['do']} in: the study's needs lack window")
+        raise RigError(f"there is no window to {request.body()['do']} in: `window` is missing in the study's needs")
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:  # noqa: ARG002
         """Wait until `ready` or until the experimenter did something; while paused only for the latter."""
@@ -61,7 +61,7 @@ class Windowless:
         moved: Callable[[Mapping[str, float], bool], None],  # noqa: ARG002
     ) -> Aside | None:
         """Raise RigError: a live form is moved by a participant who sees it."""
-        raise RigError(f"there is no window to {request.body()['do']} in: the study's needs lack window")
+        raise RigError(f"there is no window to {request.body()['do']} in: `window` is missing in the study's needs")
 
     def finish(self, desk: Desk | None = None, page: str = "end") -> None:
         """Nothing to show."""

@@ -54,7 +54,7 @@ def order_of(line: str) -> Order:
     number = number_of(words)
     if number is not None:
         return Order("number", number=number)
-    raise OrderError(f"{words[:40]!r} is no order; {nearest(words.lower(), (*PLAIN, *WITH_TEXT))}, or a number")
+    raise OrderError(f"{words[:40]!r} is not an order; {nearest(words.lower(), (*PLAIN, *WITH_TEXT))}, or a number")
 
 
 def worded(do: Do, text: str) -> Order:
@@ -145,7 +145,7 @@ def _typed(entry: Entry, key: str) -> Pressed:
     if not key.isprintable() or len(entry.text) >= LONGEST_NOTE:
         return Pressed(Entry(entry.kind, entry.text[:-1]) if key in BACKSPACE else entry)
     if entry.kind == "number" and key not in _IN_A_NUMBER:
-        return Pressed(entry, None, f"{key!r} is no part of a number; Esc leaves it")
+        return Pressed(entry, None, f"{key!r} is not part of a number; Esc cancels")
     return Pressed(Entry(entry.kind, entry.text + key))
 
 
@@ -157,7 +157,7 @@ def _order(entry: Entry) -> Order:
     if entry.kind == "number":
         value = number_of(entry.text)
         if value is None:
-            raise OrderError(f"{entry.text!r} is no number")
+            raise OrderError(f"{entry.text!r} is not a number")
         return Order("number", number=value)
     if entry.kind == "abort":
         word, _, reason = entry.text.strip().partition(" ")

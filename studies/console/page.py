@@ -33,12 +33,12 @@ from palpate.studies.console.words import about, about_trial, clock, doing, how_
 
 HELP = (
     ("Enter", "the demand is done: the sample is in place, the number is typed"),
-    ("p", "pause; once more to go on. Paused time counts nowhere"),
-    ("r", "repeat this trial from its start; what was answered in it is kept, but does not count"),
+    ("p", "pause; once more to continue. Paused time is not counted"),
+    ("r", "repeat this trial from its start; its answers stay recorded, but do not count"),
     ("R", "go back and repeat the trial before this one"),
     ("n", "write a note into the session's record (Esc leaves it)"),
     ("a", "abort the session for good: type abort and, if you like, why"),
-    ("q", "quit for now: go on later with palpate resume"),
+    ("q", "quit for now: continue later with palpate resume"),
 )
 MARKS = {"live": ("LIVE", "bold white on dark_green"), "rehearsal": ("REHEARSAL", "bold black on yellow")}
 ASKING = {"note": "note", "abort": "type abort, a blank and the reason", "number": "number"}
@@ -101,9 +101,9 @@ def _demand(view: View) -> RenderableType:
         text = Text.assemble((view.prompt.text, "bold bright_yellow"), "\n", (how_to_answer(view.prompt), "dim"))
         return Panel(text, title="your turn", title_align="left", border_style="bright_yellow", box=box.HEAVY)
     if status.pause is not None:
-        state = "Paused. The participant sees the pause page.\np goes on"
+        state = "Paused. The participant sees the pause page.\np continues"
         if status.pause.by_participant:
-            state = "The participant rests, and goes on when ready.\np ends the rest"
+            state = "The participant rests, and continues when ready.\np ends the rest"
         text = Text(state, style="bold yellow")
         return Panel(
             text,

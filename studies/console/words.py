@@ -15,7 +15,7 @@ from palpate.studies.console.status import SessionStatus
 
 DOING = {
     "present with anchor": "feeling a reference",
-    "present with wish": "feeling what was made from the sliders",
+    "present with wish": "feeling what the sliders give",
     "present": "feeling the stimulus",
     "instruct": "reading the instructions",
     "confirm with text": "waiting while the experimenter sets up",

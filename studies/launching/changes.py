@@ -66,7 +66,7 @@ def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) ->
         raise StudyChanged(
             f"{current.study}: the study has changed since participant {header['participant']} began session "
             f"{header['session']} (digest {before[:SHOWN]}, now {now[:SHOWN]}): {change}. Put it back as it was, or "
-            "accept the change for this participant with --accept-change, which goes on record"
+            "accept the change for this participant with --accept-change, which is recorded"
         )
     since = {"since_participant": header["participant"], "since_session": header["session"]}
     return {**since, "study_before": before, "study_now": now, "differences": change}
@@ -130,7 +130,7 @@ def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept:
         more = f"; and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
         raise ModelsChanged(
             f"{study.study}: models have changed under their names: {'; '.join(shown)}{more}. Put them back as they "
-            "were, or accept the change with --accept-change, which goes on record"
+            "were, or accept the change with --accept-change, which is recorded"
         )
     return {"models_changed": {name: {"before": old, "now": new} for name, (old, _, new) in changed.items()}}
 
@@ -150,8 +150,8 @@ def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool
         return None
     if not accept:
         raise ScreenChanged(
-            f"the session was begun on a screen of {_screen(before)}, this one has {_screen(now.definition())}: go on "
-            "where it was begun, or accept the change with --accept-change, which goes on record"
+            f"the session was started on a screen of {_screen(before)}, this has {_screen(now.definition())}: resume "
+            "where it was started, or accept the change with --accept-change, which is recorded"
         )
     return {"calibration_before": dict(before), "calibration_now": now.definition()}
 
@@ -168,7 +168,7 @@ def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accep
     shown = "; ".join(changes[:MOST_NAMED])
     if not accept:
         raise DevicesChanged(
-            f"the rig has changed since the session was begun: {shown}. Put it back as it was, or accept the change "
+            f"the rig has changed since the session was started: {shown}. Put it back as it was, or accept the change "
             "with --accept-change, which goes on record"
         )
     return {"settings_before": before, "settings_now": after, "devices_changed": shown}
@@ -216,7 +216,7 @@ def _of_lists(before: Sequence[Any], now: Sequence[Any], place: str) -> Iterator
         return
     changes = list(_of_mappings(old, new, place))
     if not changes and list(old) != list(new):
-        changes = [f"{place} stands in another order"]
+        changes = [f"{place} is in another order"]
     yield from changes
 
 

@@ -81,8 +81,8 @@ def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[s
     except (StudyError, YamlError) as error:
         if not accept:
             raise StudyChanged(
-                f"{error}\nThe study's file cannot be read any more. Mend it, or go on with the study as it was "
-                "recorded: --accept-change, which goes on record"
+                f"{error}\nThe study's file cannot be read any more. Correct it, or resume with the study as it was "
+                "recorded: --accept-change, which is recorded"
             ) from None
         return {"since_session": header["session"], "differences": "the study's file could not be read"}
     return demand_unchanged(header, current, accept) or {}
@@ -125,5 +125,5 @@ def demand_in_time(
 
 def _accepted(message: str, accept: bool, timing: dict[str, Any]) -> dict[str, Any]:
     if not accept:
-        raise WrongTime(f"{message}; --accept-timing has it all the same and goes on record")
+        raise WrongTime(f"{message}; --accept-timing runs it all the same and is recorded")
     return {"timing": timing}

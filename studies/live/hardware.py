@@ -103,7 +103,7 @@ class Hardware:
         pairs = {name: (self.recorded.get(name, {}).get("firmware"), now.get("firmware"))
                  for name, now in self.description.items()}  # fmt: skip
         return [
-            f"The firmware of {name} was {before} when the session was begun, and is {now}."
+            f"The firmware of {name} was {before} when the session was started, and is {now}."
             for name, (before, now) in pairs.items()
             if before is not None and before != now
         ]

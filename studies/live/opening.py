@@ -102,7 +102,7 @@ def resumed_live_plan(
     """
     rig = header["rig"]
     if rig["kind"] == "rehearsal":
-        raise RigError("a rehearsal is not gone on with: rehearse again")
+        raise RigError("a rehearsal cannot be resumed: rehearse again")
     as_recorded = replace(
         options,
         twins=options.twins or (options.rig is None and "settings" not in rig),  # started without a rig file
@@ -132,7 +132,7 @@ def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibra
     calibration = read_calibration(lab)
     if options.screen not in (None, calibration.screen):
         raise RigError(
-            f"screen {calibration.screen} is calibrated, and screen {options.screen} is asked for: "
+            f"screen {calibration.screen} is calibrated, and screen {options.screen} is requested: "
             f"{shell_command('window', 'calibrate', '--screen', options.screen)}"
         )
     return replace(calibration, size_px=options.windowed) if options.windowed is not None else calibration

@@ -44,7 +44,7 @@ _TO_START = (
     click.option("--pace", "pace_s", type=click.FloatRange(0, 60), default=PACE_S, show_default=True, metavar="SECONDS",
                  help="With --rehearse: how long each screen stays."),
     click.option("--no-window", is_flag=True, help="With --rehearse: the console alone."),
-    click.option("--accept-timing", is_flag=True, help="Begin though no session is due now; put on record."),
+    click.option("--accept-timing", is_flag=True, help="Start though no session is due now; recorded."),
 )  # fmt: skip
 _ALWAYS = (
     click.option("--twins", is_flag=True, help="Simulated devices in place of the rig; every record says so."),
@@ -57,7 +57,7 @@ _ALWAYS = (
     click.option("--language", help="The participant's language, as ko.  [default: en, or as recorded]"),
     click.option("--screen", type=click.IntRange(min=0), help="The participant's screen.  [default: as calibrated]"),
     click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen."),
-    click.option("--accept-change", is_flag=True, help="Go on though study, model, screen or rig changed; on record."),
+    click.option("--accept-change", is_flag=True, help="Resume though study, model, screen or rig changed; recorded."),
 )
 
 

@@ -205,14 +205,14 @@ def demand_usable(rig: OpenRig) -> VoiceCoil:
     devices = rig.of(NEED)
     coil, tablet = devices["voice_coil"], devices["tablet"]
     if not isinstance(coil, VoiceCoil):
-        raise DeviceError(f"{coil.name} is no voice coil")
+        raise DeviceError(f"{coil.name} is not a voice coil")
     try:
         on_coil(coil, 1)
     except RenderError as error:
         raise DeviceError(str(error)) from None
     if getattr(tablet, "settings", None) is not None and tablet.settings.driver == "pyglet":  # type: ignore[attr-defined]
         raise DeviceError(
-            f"{tablet.name}: a study reads its tablet beside the window, and the driver pyglet only through one. Use "
+            f"{tablet.name}: a study reads its tablet without the window, and the driver pyglet only through it. Use "
             "`evdev`; `palpate render` takes either."
         )
     return coil

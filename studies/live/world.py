@@ -176,7 +176,7 @@ class Station:
         if isinstance(request, Present):
             return self.presents.perform(request, window, desk, now_ns)
         if request.device not in self.records:
-            raise RigError(f"{request.device} is to record, and the study's needs lack it")
+            raise RigError(f"{request.device} is to record, and is missing in the study's needs")
         return self.records[request.device].perform(request, window, desk, now_ns)
 
     def before(self, request: Ask) -> WorldEvent | None:

@@ -32,7 +32,7 @@ def admit(
         return None
     if status_of(registry, participant) == "withdrawn":
         raise ParticipantError(
-            f"{participant} has withdrawn from {lab}: no session can be had, not even a simulated one"
+            f"{participant} has withdrawn from {lab}: no session can be run, not even a simulated one"
         )
     with reading(registry) as connection:
         own = allocation_of(connection, study.study, participant)
@@ -58,8 +58,8 @@ def demand_not_finished(lab: Path, study: str, participant: str) -> None:
         own = allocation_of(connection, study, participant)
     if own is not None and own.status == "finished":
         raise ParticipantError(
-            f"{participant} has finished {study} in a session that is not in {lab}: have further ones at the station "
-            f"where it lies; if it is void, first: {release_command(study, participant)}"
+            f"{participant} has finished {study} in a session that is not in {lab}: run further ones at the station "
+            f"that has it; if it is void, first: {release_command(study, participant)}"
         )
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.command(short_help="Make a folder a lab.")
 @click.argument("lab", type=click.Path(path_type=Path))
 def init(lab: Path) -> None:
-    """Make LAB a lab: the table of participants, consent and data-protection texts, and where sessions will lie.
+    """Make LAB a lab: the table of participants, consent and data-protection texts, and a folder for sessions.
 
     LAB must be new or empty, or hold nothing but a lab's own studies and sessions. Nothing is ever overwritten.
 
@@ -84,7 +84,7 @@ def add(
         click.echo(added)
 
 
-@participants.command(name="identify", short_help="Write down or correct who somebody is.")
+@participants.command(name="identify", short_help="Write down or correct a participant's identity.")
 @click.argument("participant")
 @click.option("--name", help="Who it is.")
 @click.option("--contact", help="How to reach them.")
@@ -166,7 +166,8 @@ def withdraw(participant: str, why: str, lab: Path, as_json: bool) -> None:
         )
         return
     click.echo(
-        f"{participant} has withdrawn; " + ("their identity is erased" if done.erased else "no identity was kept here")
+        f"{participant} has withdrawn; "
+        + ("their identity is erased" if done.erased else "no identity was stored here")
     )
     for allocation in done.released:
         click.echo(f"  {allocation.describe()} of {allocation.study} is on offer again")
@@ -179,9 +180,9 @@ def withdraw(participant: str, why: str, lab: Path, as_json: bool) -> None:
 @LAB
 @JSON
 def export(simulated: bool, lab: Path, as_json: bool) -> None:
-    """Write LAB/participants.tsv (BIDS): pseudonyms, what people said about themselves, and the studies they sat in.
+    """Write LAB/participants.tsv (BIDS): pseudonyms, what people said about themselves, and their studies.
 
-    Who withdrew is left out. Columns that participants.json does not ask about are kept as they stand in the table.
+    People who withdrew are left out. Columns that participants.json does not ask about stay as they are in the table.
 
     \b
     Example:
@@ -257,7 +258,7 @@ def allocate(
 @LAB
 @JSON
 def release(study: str, participant: str, why: str, lab: Path, as_json: bool) -> None:
-    """Put on record that a participant dropped out of STUDY; their row is on offer again.
+    """Record that a participant dropped out of STUDY; their row is free again.
 
     \b
     Example:
@@ -339,7 +340,7 @@ def _show_group(group: GroupAllocation) -> None:
     from palpate.protocols.balance import balance_lines
 
     name = "all" if group.group is None else group.group
-    nobody = [f"group {name}: nobody holds a row yet."]
+    nobody = [f"group {name}: nobody has a row yet."]
     for line in balance_lines(name, group.certificates) if group.holders else nobody:
         click.echo(line)
     for item in group.holders:

@@ -114,7 +114,7 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
         raise ParticipantError(f"{file}: line 1: {KEY} first, and no column twice, is expected; found {some(header)}")
     for name in header:
         if word := identifying(name):
-            raise ParticipantError(f"{file}: line 1: a column about {word!r} would say who somebody is; take it out")
+            raise ParticipantError(f"{file}: line 1: a column about {word!r} would identify a person; take it out")
         if name not in known:
             raise ParticipantError(
                 f"{file}: line 1: column {name!r} is not described in participants.json; add it there"
@@ -130,7 +130,7 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
             row = dict(zip(header, cells, strict=True))
             if row[KEY] in rows:
                 raise ParticipantError(
-                    f"{file}: line {number}: {row[KEY]} stands there twice; one row each is expected"
+                    f"{file}: line {number}: {row[KEY]} appears there twice; one row each is expected"
                 )
             rows[row[KEY]] = row
     return rows

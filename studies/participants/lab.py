@@ -33,7 +33,7 @@ def demand_lab(lab: Path) -> None:
     """Raise ParticipantError unless `palpate init` made the folder a lab."""
     if not (lab / SIDECAR).is_file():
         raise ParticipantError(
-            f"{lab} is no lab: it holds no {SIDECAR}; make it one with: {shell_command('init', lab)}"
+            f"{lab} is not a lab: it holds no {SIDECAR}; make it one with: {shell_command('init', lab)}"
         )
 
 

@@ -55,5 +55,5 @@ def template_files() -> list[Path]:
     """Return the template's files."""
     files = sorted(path for path in TEMPLATE.glob("*.*") if path.suffix in {".md", ".json", ".tsv"})
     if not any(path.name == SIDECAR for path in files):
-        raise ParticipantError(f"{TEMPLATE}: the template for labs is missing: install Palpate anew")
+        raise ParticipantError(f"{TEMPLATE}: the template for labs is missing: reinstall Palpate")
     return files

@@ -49,7 +49,7 @@ def demand_active(connection: Connection, lab: Path, participant: str) -> None:
     if status is None:
         raise ParticipantError(unknown(lab, participant))
     if status == "withdrawn":
-        raise ParticipantError(f"{participant} has withdrawn from {lab}: no row and no session can be had")
+        raise ParticipantError(f"{participant} has withdrawn from {lab}: no row can be taken and no session run")
 
 
 def unknown(lab: Path, participant: str) -> str:

@@ -54,7 +54,9 @@ def registry_url(lab: Path) -> URL:
         raise ParticipantError(f"{lab / SETTINGS}: registry: found {dialect}; expected postgresql+psycopg or sqlite")
     if dialect == "sqlite":
         if url.database in {None, "", ":memory:"}:
-            raise ParticipantError(f"{lab / SETTINGS}: registry: a database in memory is gone at once; name a file")
+            raise ParticipantError(
+                f"{lab / SETTINGS}: registry: a database in memory is lost when the command ends; name a file"
+            )
         url = url.set(database=str(lab / str(url.database)))
     return url
 

@@ -173,7 +173,7 @@ def _demand_same(own: Allocation, wish: Wish, place: Place | None) -> None:
     """A row is allocated once: refuse a wish for another."""
     if (place is not None and place != own.place) or (wish.group is not None and wish.group != own.group):
         raise ParticipantError(
-            f"{own.participant} has {own.describe()} of {own.study}; a row is allocated once, and another cannot be had"
+            f"{own.participant} has {own.describe()} of {own.study}; a row is allocated once, and cannot be exchanged"
         )
 
 

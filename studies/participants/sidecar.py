@@ -50,12 +50,12 @@ def columns(file: Path) -> Columns:
     """
     data = _parsed(file)
     if not isinstance(data, dict) or next(iter(data), None) != "participant_id":
-        raise ParticipantError(f'{file}: an object is expected whose first key is "participant_id"')
+        raise ParticipantError(f'{file}: an object with "participant_id" as its first key is expected')
     for name, column in data.items():
         where = f"{file}: {name}"
         if word := identifying(name):
             raise ParticipantError(
-                f"{where}: a column about {word!r} would say who somebody is; identities are kept apart "
+                f"{where}: a column about {word!r} would identify a person; identities are stored separately "
                 "(palpate participants identify); rename the column if it does not"
             )
         if not _NAME.fullmatch(name):
@@ -66,7 +66,7 @@ def columns(file: Path) -> Columns:
             _demand_value(f"{where}.{key}", key, value)
         low, high = column.get("Minimum"), column.get("Maximum")
         if low is not None and high is not None and low > high:
-            raise ParticipantError(f"{where}: Minimum ({low}) lies above Maximum ({high})")
+            raise ParticipantError(f"{where}: Minimum ({low}) is above Maximum ({high})")
     return data
 
 
@@ -86,15 +86,15 @@ def _parsed(file: Path) -> Any:
         raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
-        raise ParticipantError(f"{file}: {where}: this is no JSON ({error.msg})") from None
+        raise ParticipantError(f"{file}: {where}: this is not JSON ({error.msg})") from None
     except KeyError as error:
-        raise ParticipantError(f"{file}: the key {error.args[0]!r} stands twice in one object") from None
+        raise ParticipantError(f"{file}: the key {error.args[0]!r} appears twice in one object") from None
     except RecursionError:
         raise ParticipantError(f"{file}: nested too deeply") from None
 
 
 def _demand_finite(file: Path, constant: str) -> None:
-    raise ParticipantError(f"{file}: {constant} is no JSON; a finite number is expected")
+    raise ParticipantError(f"{file}: {constant} is not JSON; a finite number is expected")
 
 
 def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

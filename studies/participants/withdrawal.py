@@ -42,7 +42,7 @@ def withdraw(registry: Registry, participant: str, why: str) -> Withdrawn:
     erased = erase(registry.lab, participant)
     forget(registry.lab, participant)
     if status == "withdrawn":
-        raise ParticipantError(f"{participant} has withdrawn already; nothing is kept of who they are")
+        raise ParticipantError(f"{participant} has withdrawn already; nothing about their identity is stored")
     sessions = sessions_of(registry.lab, participant)
     rows = recorded_everywhere(registry.lab, participant)
     return write(registry, lambda connection: _withdrawn(connection, participant, why, erased, sessions, rows))

@@ -90,7 +90,7 @@ def ledger_errors(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except SQLAlchemyError as error:
-        raise LedgerError(f"{path}: {what} could not be kept: {database_reason(error)}") from error
+        raise LedgerError(f"{path}: {what} could not be recorded: {database_reason(error)}") from error
 
 
 @dataclass

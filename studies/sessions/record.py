@@ -292,7 +292,7 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
     for place, (number, row) in enumerate(stored_sittings(connection)):
         previous = sitting_hash(previous, number, row.kind, row.events, row.head, row.body)
         if number != place or row.hash != previous:
-            raise LedgerError(f"{path}: the record of sittings was changed or is damaged (sitting {place})")
+            raise LedgerError(f"{path}: the record of runs was changed or is damaged (run {place})")
         if row.events > len(hashes):
             raise LedgerError(
                 f"{path}: cut short: of {count(row.events, 'event')} when it was {row.kind}, {len(hashes)} are left"
@@ -305,7 +305,7 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
             raise LedgerError(f"{path}: the note of when it was {row.kind} (sitting {place}): {error}") from None
         verified.append(row)
     if not verified:
-        raise LedgerError(f"{path}: no sitting is on record: the file was changed")
+        raise LedgerError(f"{path}: no run of the session is recorded: the file was changed")
     return tuple(verified)
 
 

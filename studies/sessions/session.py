@@ -153,7 +153,7 @@ def _run(ledger: Ledger, planned: RigPlan, guard: Guard) -> SessionResult:
 def _demand_resumable(record: Record) -> None:
     """Raise LedgerError on a session that is over, or whose plan is not what it was."""
     if record.ended:
-        raise LedgerError(f"{record.path}: the session is {record.status}; there is nothing to go on with")
+        raise LedgerError(f"{record.path}: the session is {record.status}; nothing to resume")
     recompiled(record)
 
 

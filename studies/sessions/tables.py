@@ -61,7 +61,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     if unknown := {row["attribute"] for row in answers.responses} - {
         attribute.name for attribute in plan.study.attributes
     }:
-        raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is no attribute of the recorded study")
+        raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is not an attribute of the recorded study")
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
         **vars(answers),

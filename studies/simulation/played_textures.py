@@ -80,7 +80,7 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
     if real.shape != played.shape or hand.shape != (2, *real.shape) or real.ndim != 1:
         raise RigError(f"{real.shape} real, {played.shape} played, hand {hand.shape}: (n,), (n,), (2, n) are expected")
     if not all(np.isfinite(signal).all() for signal in (real, played, hand)):
-        raise RigError("a texture is compared with a value that is no number")
+        raise RigError("a texture is compared with a value that is not a number")
     # the starts of frames in which the hand touches and moves throughout
     moves = (hand[0] > SLOWEST_MM_S) & (hand[1] > FAINTEST_N)
     starts = np.arange(0, max(0, len(moves) - FRAME + 1), HOP)

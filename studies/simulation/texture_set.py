@@ -127,8 +127,8 @@ def _demand_ours(folder: Path, study: Study, selection: TextureSelection) -> Non
     if not selection.is_shipped and file.is_file() and read_study(file).study.definition() == study.definition():
         return
     raise TextureSetError(
-        f"{folder}: the lab has a {folder.name} of its own, which is not of {selection}; it is left as it is. Ask"
-        " for the textures and seconds that the set there was made with, or give another lab"
+        f"{folder}: the lab has a {folder.name} already, which is not of {selection}; it is left unchanged. Use"
+        " the textures and seconds that the set there was made with, or give another lab"
     )
 
 
@@ -166,7 +166,7 @@ def _readme(name: str, selection: TextureSelection) -> str:
 Written by `palpate textures simulate`: the study that Palpate ships, with these textures or seconds only.
 {", ".join(selection.textures)}.
 
-Simulated people feel a texture by how it stands among the study's others: their ratings of a texture in a smaller set
+Simulated people feel a texture relative to the study's others: their ratings of a texture in a smaller set
 are not those of the full one.
 """
 
@@ -269,7 +269,7 @@ def estimate(options: SetOptions) -> str:
     room, time = f"{room_bytes(options) / 1e6:,.0f} MB", f"{_cpu_s(options):.0f} s of processor time"
     return (
         f"{options.selection}, {pictures} of each, {raters}: about {room}, and about {time} on an idle core (where"
-        " other programs run, much longer); the time left is said with each texture"
+        " other programs run, much longer); the time left is shown with each texture"
     )
 
 
@@ -299,7 +299,7 @@ def _demand_no_others(lab: Path, options: SetOptions) -> None:
     sessions by these names that the set does not have.
     """
     if any(start.in_person for start in session_starts(ledgers_in(lab))):
-        raise TextureSetError(f"{lab}: people took part here; a set of simulated textures wants a lab of its own")
+        raise TextureSetError(f"{lab}: people took part here; a set of simulated textures needs its own lab")
     for study in STUDIES:
         ours = {ledger_path(lab, study, who).name for who in _people(study, options)}
         others = [path for path in ledgers_in(lab, study) if path.name not in ours]
@@ -315,8 +315,8 @@ def _demand_nobody_withdrew(lab: Path, options: SetOptions) -> None:
     taken = sorted(withdrawn(lab) & {who for study in STUDIES for who in _people(study, options)})
     if taken:
         raise TextureSetError(
-            f"{lab}: {some(taken)} withdrew here, and no session can be had in that name, not even a simulated "
-            "one; a set of simulated textures wants a lab of its own, or fewer raters (--raters)"
+            f"{lab}: {some(taken)} withdrew here, and no session can be run under that name, not even a simulated "
+            "one; a set of simulated textures needs its own lab, or fewer raters (--raters)"
         )
 
 
@@ -340,7 +340,7 @@ def _earlier_record(lab: Path, study: Study, who: str, options: SetOptions) -> R
     record = read(path)
     if difference := _difference(record, study, options):
         raise TextureSetError(
-            f"{path}: {difference}: it is left as it is. Ask for what it was made with, or give another lab"
+            f"{path}: {difference}: it is left unchanged. Use the settings that it was made with, or give another lab"
         )
     if record.status not in ("complete", "interrupted"):
         raise TextureSetError(f"{path}: the session was {record.status}; give another lab")

@@ -128,7 +128,7 @@ class Ahead(Generic[T]):
         except BrokenProcessPool:
             name = request.trial.stimulus.id
             raise RigError(
-                f"{name}: a process that computed it died, likely for want of memory; go on with one worker"
+                f"{name}: a process that computed it died, probably out of memory; continue with one worker"
             ) from None
 
     def close(self) -> None:

@@ -140,7 +140,7 @@ class MadeDoors:
     def force_N(self, request: Present) -> tuple[float, ...]:
         """Return the 621 forces, in N, of a wish. Raises RigError where there is none, DoorDataError on a bad one."""
         if request.wish is None:
-            raise RigError(f"the door generator needs a wish to present, and was asked {request.body()!r}")
+            raise RigError(f"the door generator needs a wish to present, and was given {request.body()!r}")
         return self.doors.force_N(request.wish)
 
     def on_record(self, force_N: tuple[float, ...], reply: Reply) -> Reply:

@@ -96,7 +96,7 @@ def rendering_of(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendere
 
 
 def _damaged(file: Path, error: object) -> RigError:
-    return RigError(f"{file}: not what was kept of a rendering ({error}). Remove it: the models are then rendered anew")
+    return RigError(f"{file}: not a stored rendering ({error}). Remove it: the models are then rendered again")
 
 
 def save_rendering(file: Path, made: Rendered) -> None:

@@ -96,8 +96,8 @@ def test_an_export_with_a_column_of_codes_is_a_coder_s_table(lab, tmp_path):
 @pytest.mark.parametrize(
     ("codes", "header", "said"),
     [
-        ({(9, "felt"): "x"}, None, "line 2: P009, session 1, 'felt' is no answer in free text; did you mean"),
-        ({(4, "liked"): "x"}, None, "P004, session 1, 'liked' is no answer"),
+        ({(9, "felt"): "x"}, None, "line 2: P009, session 1, 'felt' is not an answer in free text; did you mean"),
+        ({(4, "liked"): "x"}, None, "P004, session 1, 'liked' is not an answer"),
         ({(1, "fell"): "x"}, None, "did you mean 'felt'"),
         ({(1, "felt"): "x", (2, "felt"): "X"}, None, "codes that look alike: 'X' \\(ann\\) and 'x' \\(ann\\)"),
         ({(1, "felt"): "x"}, "participant,item,remark", "a column `codes` is expected"),
@@ -116,6 +116,6 @@ def test_what_stands_twice_and_options_without_effect_are_refused(lab, tmp_path)
     with pytest.raises(TableRefused, match=r"no\.csv: no such file"):
         run(lab, tmp_path / "no.csv")
     path.write_text(path.read_text() + "P001,felt,again\n")
-    with pytest.raises(TableRefused, match="line 6: P001, session 1, 'felt' stands twice"):
+    with pytest.raises(TableRefused, match="line 6: P001, session 1, 'felt' appears twice"):
         run(lab, path)
     assert "--reference has no effect on codes" in run(lab, path, options=["--reference", "r"]).output

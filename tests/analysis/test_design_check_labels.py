@@ -51,7 +51,7 @@ def test_an_import_with_two_spellings_of_a_participant_has_the_note(tmp_path: Pa
     [
         ("missing", "1 missing cell", "2 missing cells"),
         ("duplicate", "1 cell filled more often than planned", "2 cells filled more often than planned"),
-        ("non_finite", "1 value that is no finite number", "2 values that are no finite numbers"),
+        ("non_finite", "1 value that is not a finite number", "2 values that are not finite numbers"),
         ("constant_rater", "1 participant who gave one value", "2 participants who gave one value"),
     ],
 )

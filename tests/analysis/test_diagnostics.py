@@ -81,7 +81,7 @@ def test_trials_answered_too_fast_are_counted_by_their_items():
 def test_times_that_are_not_on_record_give_no_number():
     found = signs([trial(i, [1, i % 4], seconds=None) for i in range(1, 9)])
     assert found["too fast"].value is None
-    assert found["time per item"].sentence == "No number: no response time is on record."
+    assert found["time per item"].sentence == "No number: no response time is recorded."
 
 
 def test_a_stimulus_met_again_is_compared_with_the_time_before_on_every_item():

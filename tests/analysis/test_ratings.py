@@ -136,7 +136,7 @@ def test_a_changed_study_needs_a_choice(lab: Engine) -> None:
         read_ratings(lab, "doors")
     ratings = read_ratings(lab, "doors", digest="d")
     assert len(ratings.participants) == 6
-    assert ratings.exclusions[0].why == "made with another version of the study (e2)"
+    assert ratings.exclusions[0].why == "recorded with another version of the study (e2)"
     with pytest.raises(DataRefused, match="0 versions begin with 'f'"):
         read_ratings(lab, "doors", digest="f")
 

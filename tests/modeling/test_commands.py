@@ -91,7 +91,7 @@ def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_pat
     ("arguments", "said"),
     [
         (("evaluate", "doors", "--simulated", "--methods", "rigde"), "no method 'rigde'; did you mean 'ridge'?"),
-        (("evaluate", "doors", "--simulated", "--methods", "backward:ridge"), "'backward' is no direction"),
+        (("evaluate", "doors", "--simulated", "--methods", "backward:ridge"), "'backward' is not a direction"),
         (("evaluate", "doors", "--split", "leeky"), "leeky"),
         (("evaluate", "doors", "--lab", "{empty}"), "no session"),
         (("train", "doors", "--forward", "generator"), "no forward method 'generator'"),
@@ -116,7 +116,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
     result = CliRunner().invoke(evaluate, arguments)
     assert result.exit_code == 130
-    assert "the same command goes on" in result.stderr
+    assert "run the same command again" in result.stderr
 
 
 def test_help_imports_neither_torch_nor_sklearn():

@@ -206,7 +206,7 @@ def test_ratings_without_a_folder_are_refused(tmp_path):
         (["--tables", "."], "--tables goes with --folder: a folder with a table of ratings"),
         (["--folder", ".", "--trim-s", "1"], "--trim-s goes with --tables, --hatt or --cluster-data"),
         (["--folder", ".", "--tables", ".", "--hatt", "."], "--tables and --hatt: one of them is expected"),
-        (["--folder", ".", "--hatt", ".", "--force-n", "1"], "say what tables lack: --tables is expected"),
+        (["--folder", ".", "--hatt", ".", "--force-n", "1"], "give what is missing in tables: --tables is expected"),
     ],
 )
 def test_recordings_go_with_a_folder_s_table(given, told):
@@ -248,7 +248,7 @@ def test_a_library_is_made_of_recordings_from_elsewhere_too(tmp_path):
 
     found = indexed(*recorded)
     assert (found["rated"], found["predicted"]) == (4, 3)
-    assert any(each.startswith("1 rated textures are not predicted; the model says") for each in found["notes"])
+    assert any(each.startswith("1 rated textures are not predicted; the model predicts") for each in found["notes"])
     assert indexed("--folder", mine)["predicted"] == 0
     assert any(each.startswith("4 rated textures are not") for each in indexed("--folder", mine)["notes"])
     shown = CliRunner().invoke(textures, ["show", "oak", "--lab", str(lab)], catch_exceptions=False).stdout

@@ -57,7 +57,7 @@ def test_what_was_all_there_is_said_to_be_left_alone(tmp_path):
     for done, told in (("kept", True), ("made", False)):
         front = Front([Session("texture_capture", "P001", "kept"), Session("texture_ratings", "P001", done)])
         result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)
-        assert ("nothing was made, and nothing was changed" in result.stdout) is told
+        assert ("Everything exists already: nothing was changed" in result.stdout) is told
         assert f"palpate textures index --lab {tmp_path}" in result.stdout
 
 
@@ -65,7 +65,9 @@ def test_stopped_it_says_how_to_go_on_and_fails(tmp_path):
     front = Front([Session("texture_capture", "P001", complete=False, ended="interrupted by SIGINT")])
     result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)
     assert result.exit_code == 130
-    assert "texture_capture: interrupted by SIGINT. What is finished is kept: the same command goes on" in result.stderr
+    assert (
+        "texture_capture: interrupted by SIGINT. Finished parts are saved: run the same command again" in result.stderr
+    )
 
 
 def test_as_json(tmp_path):

@@ -90,10 +90,10 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
         ("capture", {"navigation": "back_and_forward"}, "task capture goes forward only"),
         ("capture", {"capture": {"device": "tool", "seconds": "size"}}, "stimulus 'A' has '0' in 'size'"),
         ("capture", {"capture": {"device": "tool", "seconds": "kind"}}, "seconds from 0.1 to 3600"),
-        ("adjective_selection", {"adjectives": {"words": ["Glassy", "glassy "]}}, "'glassy ' stands twice"),
+        ("adjective_selection", {"adjectives": {"words": ["Glassy", "glassy "]}}, "'glassy ' appears twice"),
         ("matching", {"closing": []}, "closing: [questionnaire] and questionnaire"),
-        ("matching", {"questionnaire": {"items": ITEMS[:1] * 2}}, "the item 'Realism' stands twice"),
-        ("matching", {"opening": ["consent", "consent"]}, "a form stands twice"),
+        ("matching", {"questionnaire": {"items": ITEMS[:1] * 2}}, "the item 'Realism' appears twice"),
+        ("matching", {"opening": ["consent", "consent"]}, "a form appears twice"),
         ("matching", {"simulation": {"latents": {"Sof": {"size": 1}}}}, "did you mean 'Soft'?"),
     ],
 )
@@ -121,7 +121,7 @@ def test_a_need_that_nothing_presents_or_records_is_refused(task):
     ("needs", "said"),
     [
         (["door", "texture_renderer"], "texture_renderer would present nothing: door presents the stimuli"),
-        (["window", "samples", "window"], "window stands twice"),
+        (["window", "samples", "window"], "window appears twice"),
     ],
 )
 def test_a_need_beside_which_another_is_idle_is_refused(needs, said):
@@ -263,7 +263,7 @@ def test_who_is_not_eligible_takes_no_part_and_only_that_is_on_record():
     [
         ({"eligible": FIT}, "opening: [eligibility] and eligible"),
         ({"opening": ["eligibility"]}, "opening: [eligibility] and eligible"),
-        ({"opening": ["eligibility"], "eligible": FIT * 2}, "the question 'impairment' stands twice"),
+        ({"opening": ["eligibility"], "eligible": FIT * 2}, "the question 'impairment' appears twice"),
     ],
 )
 def test_the_eligibility_form_and_its_questions_go_together(changes, said):

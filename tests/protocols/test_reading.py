@@ -66,7 +66,7 @@ def test_a_study_is_read_and_its_definition_reads_back():
         ("to: 10", "to: ten", "line 8: scale.to: found 'ten', input should be a valid"),
         ("to: 10", 'to: "10"', "scale.to: found '10', input should be a valid"),
         ("[Soft, Hard]", "[Soft, Hard, Firm]", "line 6: attributes[0]: a pair of two adjectives is expected, found 3"),
-        ("high: Warm", "high: soft", "attributes[1][1]: the adjective 'soft' stands twice"),
+        ("high: Warm", "high: soft", "attributes[1][1]: the adjective 'soft' appears twice"),
         ("category: physical", "categorie: physical", "attributes[1].categorie: unknown key; did you mean 'category'?"),
         ("kind: [y]", "kind: [z]", "line 4: groups.2.kind[0]: found 'z', expected a level of kind; known: x, y"),
         (
@@ -74,7 +74,7 @@ def test_a_study_is_read_and_its_definition_reads_back():
             "knid: [y]",
             "groups.2.knid: found 'knid', expected a column of the stimulus table; did you mean 'k",
         ),
-        ("kind: [y]", "kind: [y, y]", "groups.2.kind: the level of kind 'y' stands twice"),
+        ("kind: [y]", "kind: [y, y]", "groups.2.kind: the level of kind 'y' appears twice"),
         ("{stimuli: [A]}", "{stimuli: [a]}", "practice.stimuli[0]: found 'a', expected a stimulus id"),
         ("every: 2", "every: 0", "rest.every: found 0, input should be greater than or equal to 1"),
         ("every: 2", "every: 2.5", "rest.every: found 2.5, input should be a valid integer"),
@@ -122,9 +122,9 @@ def test_a_scale_may_be_labelled_and_ticked_and_is_neither_unless_the_study_says
 @pytest.mark.parametrize(
     ("scale", "said"),
     [
-        ("labels: {11: Too far}", "labels: 'Too far' stands at 11, which is no value of the scale"),
-        ("step: 5, labels: {3: Between}", "labels: 'Between' stands at 3, which is no value"),
-        ("labels: {left: Left}", "labels: 'left' is no value of the scale"),
+        ("labels: {11: Too far}", "labels: 'Too far' stands at 11, which is not a value of the scale"),
+        ("step: 5, labels: {3: Between}", "labels: 'Between' stands at 3, which is not a value"),
+        ("labels: {left: Left}", "labels: 'left' is not a value of the scale"),
         ("labels: {1: One, '1.0': Uno}", "labels: two labels stand at one value"),
         ("ticks: labels", "ticks: labels needs labels"),
         ("ticks: steps", "ticks: steps needs a step"),
@@ -142,7 +142,7 @@ def test_an_attribute_may_have_a_name_of_its_own_and_then_share_its_words_with_o
     study = read(GOOD.replace(pairs[0], "{low: Not at all, high: Very, name: Soft}").replace(WARM, pairs[1]))
     assert [attribute.name for attribute in study.attributes] == ["Soft", "Warmth"]
     assert Study.model_validate(study.definition()) == study
-    with pytest.raises(StudyError, match=r"attributes: the name 'Soft' stands twice"):
+    with pytest.raises(StudyError, match=r"attributes: the name 'Soft' appears twice"):
         read(GOOD.replace(WARM, "{low: Cold, high: Warm, name: Soft}"))
 
 
@@ -157,7 +157,7 @@ def test_many_problems_fit_on_a_screen():
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ([*ROWS, ROWS[0]], "line 3: stimuli: the stimulus id 'A' stands twice"),
+        ([*ROWS, ROWS[0]], "line 3: stimuli: the stimulus id 'A' appears twice"),
         ([], "stimuli: "),
         ([*ROWS, {"id": "E", "columns": {"kind": "x"}}], "not every stimulus has the column 'size'"),
         ([*ROWS, {"id": "E", "columns": {"kind": "x", "size": "inf"}}], "stimulus 'E' has 'inf' in 'size'"),

@@ -108,12 +108,12 @@ def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch)
     text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     kept = len(read(ledger).events)
-    assert f"interrupted by SIGTERM; kept: {kept} events. Go on with: palpate resume {ledger}" in text
+    assert f"interrupted by SIGTERM; recorded: {kept} events. Resume with: palpate resume {ledger}" in text
     assert not (tmp_path / "sessions" / "toy_P002_s1.sqlite").exists()
     monkeypatch.undo()
     assert f"(interrupted after {kept} events" in said("replay")
     assert "complete: " in said("resume", str(ledger))
-    assert "is complete; there is nothing to go on with" in said("resume", str(ledger), status=2)
+    assert "is complete; nothing to resume" in said("resume", str(ledger), status=2)
 
 
 def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
@@ -127,7 +127,7 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        (("run", "toy", "--participant", "P001"), "is no lab"),
+        (("run", "toy", "--participant", "P001"), "is not a lab"),
         (("run", "door_ratings", "--participant", "P001"), "needs door, and this station has no rig file"),
         (("run", "toy", "--participant", "P001", "--simulate", "--rehearse"), "needs no window"),
         (("run", "toy", "--participant", "P001", "--no-window"), "--no-window goes with --rehearse"),
@@ -198,21 +198,21 @@ def test_a_database_can_be_rebuilt(said, tmp_path):
     said("collect")
     (tmp_path / "sessions" / "toy_P001_s1.sqlite").unlink()
     said("run", "toy", "--participant", "P001", "--simulate", "--seed", "5")
-    assert "if it was run anew, collect with --rebuild" in said("collect", status=1)
+    assert "if it was run again, collect with --rebuild" in said("collect", status=1)
     assert "2 sessions collected (2 new)" in said("collect", "--rebuild")
 
 
 @pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:"])
 def test_a_database_in_memory_is_refused(said, url):
     said("run", "toy", "--participant", "P001", "--simulate")
-    assert "gone at once" in said("collect", "--to", url, status=2)
+    assert "lost when the command ends" in said("collect", "--to", url, status=2)
 
 
 def test_a_ledger_is_no_database_to_collect_into(said, tmp_path):
     said("run", "toy", "--participant", "P001", "--simulate")
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     before = ledger.read_bytes()
-    assert "a session's ledger; collect into a database of its own" in said(
+    assert "a session's ledger; collect into another database" in said(
         "collect", "--to", f"sqlite:///{ledger}", status=2
     )
     assert ledger.read_bytes() == before

@@ -117,7 +117,7 @@ def test_orders_are_exported_with_what_their_columns_mean(said, tmp_path, form):
 def test_no_ratings_are_made_of_orders(said):
     for verb in ("analyse", "report"):
         status, text = said(verb, "in_order")
-        assert status != 0 and "gives no ratings; what was answered lies in the table rankings" in text
+        assert status != 0 and "gives no ratings; its answers are in the table rankings" in text
 
 
 def test_killed_after_any_event_a_session_is_resumed_to_the_same_end(lab, tmp_path):

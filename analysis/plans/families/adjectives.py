@@ -256,7 +256,7 @@ def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:
     words: dict[str, list[str]] = {}
     for source, named in settings.lists.items():
         if source == WRITTEN:
-            raise DataRefused(f"lists: {WRITTEN!r} stands for the words written in this study; call the list otherwise")
+            raise DataRefused(f"lists: {WRITTEN!r} means the words written in this study; give the list another name")
         if isinstance(named, str):
             table = _own_table(selected, named)
             if "word" not in table.columns:

@@ -67,7 +67,7 @@ def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> A
         levels += [] if shown is None else [shown.assign(**where)]
         reversals += [own.assign(**where) for own in turned]
     if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
-        raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
+        raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
     more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, settings.confidence))}
     for name, tables in (("levels", levels), ("reversals", reversals)):
         if tables:

@@ -52,7 +52,7 @@ MEANINGS: Mapping[str, str] = {
     "limits.torque_Nm": "largest torque of a profile at the hinge, N m",
     "limits.slope_Nm_deg": "steepest step of a profile, N m per degree",
     "limits.speed_deg_s": "the door must itself stop at this speed or a lower one, degrees/s",
-    "telemetry_hz": "how often the door tells angle, velocity, torque and brake current, Hz",
+    "telemetry_hz": "how often the door sends angle, velocity, torque and brake current, Hz",
     "time_limit_s": "longest time for one opening, s",
     "twin_speed": "seconds of the twin's plant that pass in one second; below 1 where the machine is busy",
     "twin_seed": "seed of the twin's sensor noise and of its hand",

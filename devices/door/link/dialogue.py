@@ -118,7 +118,7 @@ def _who(link: Link) -> says.Identity:
     except DeviceFault as fault:
         raise DeviceError(_nobody(link, fault, link.received - known)) from fault
     if not isinstance(answer, says.Identity) or not answer.known:
-        raise DeviceError(f"{link.name}: what answers is no door simulator. Is this its port?")
+        raise DeviceError(f"{link.name}: what answers is not a door simulator. Is this its port?")
     if answer.version != VERSION:
         raise DeviceError(_other_version(link))
     return answer
@@ -134,7 +134,7 @@ def _other_version(link: Link) -> str:
 def _nobody(link: Link, fault: DeviceFault, foreign: int) -> str:
     if foreign:
         return (
-            f"{link.name}: something answers ({foreign} bytes that are no message of a door simulator). Is this its "
+            f"{link.name}: something answers ({foreign} bytes that are not a message of a door simulator). Is this its "
             "port, and its baud rate?"
         )
     return f"{link.name}: no door simulator answers. Is it switched on, and is this its port? ({fault})"

@@ -32,7 +32,7 @@ def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
     """Return a fault for impossible values of a sample, as a second guard beside the device's own."""
     values = (sample.angle_deg, sample.velocity_deg_s, sample.torque_Nm, sample.brake_A)
     if not all(map(math.isfinite, values)):
-        return DeviceFault(name, "not_a_number", f"{name}: telemetry that is no number: {values}")
+        return DeviceFault(name, "not_a_number", f"{name}: telemetry that is not a number: {values}")
     if abs(sample.angle_deg) > ANGLE_DEG or abs(sample.torque_Nm) > TORQUE_NM:
         reading = f"{sample.angle_deg:.1f} deg, {sample.torque_Nm:.1f} N m"
         return DeviceFault(name, "over_range", f"{name}: telemetry that cannot be: {reading}")

@@ -52,7 +52,7 @@ class TwinProcess:
         try:
             return str(json.loads(line)["port"])
         except (ValueError, KeyError, TypeError):
-            raise DeviceError(f"{self.name}: the door's twin did not start (it said {line!r})") from None
+            raise DeviceError(f"{self.name}: the door's twin did not start (it printed {line!r})") from None
 
     def end(self) -> None:
         """End it; it is killed only where it does not end by itself."""

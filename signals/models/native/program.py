@@ -63,7 +63,7 @@ def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Comp
             for given in (last.gain, last.offset)
         )
     if not is_list(value):
-        raise NotCompiled("an answer that is no list")
+        raise NotCompiled("an answer that is not a list")
     numbers = finished(draft, value.spot)
     return Compiled(numbers, value.spot.room.start + value.spot.past, value.wide, gain, offset)
 

@@ -86,7 +86,7 @@ class Value:
     def spot(self) -> Spot:
         """Return where it lies."""
         if self.at is None:
-            raise NotCompiled("a value was needed before it was made")
+            raise NotCompiled("a value was needed before it was computed")
         return self.at
 
     @property

@@ -92,7 +92,7 @@ def test_synonyms_count_as_one_and_contradictions_are_refused() -> None:
 def test_a_table_of_synonyms_is_read_or_refused_with_its_line() -> None:
     table = pd.DataFrame({"word": ["weighty", "leaden"], "counts_as": ["heavy", "heavy"]})
     assert synonym_table(table) == {"weighty": "heavy", "leaden": "heavy"}
-    with pytest.raises(SynonymTableError, match="line 4: 'leaden' stands twice"):
+    with pytest.raises(SynonymTableError, match="line 4: 'leaden' appears twice"):
         synonym_table(pd.concat([table, table.iloc[[1]]]))
     with pytest.raises(SynonymTableError, match="'counts_as'"):
         synonym_table(table.rename(columns={"counts_as": "means"}))

@@ -138,7 +138,7 @@ def test_further_lists_are_merged_with_what_was_written() -> None:
     assert len(apart.more["merged"]) == 3
     with pytest.raises(DataRefused, match="no table 'literatur'; did you mean 'literature'"):
         answer("lexicon", given, lists={"books": "literatur"})
-    with pytest.raises(DataRefused, match="'experiment' stands for the words written in this study"):
+    with pytest.raises(DataRefused, match="'experiment' means the words written in this study"):
         answer("lexicon", given, lists={"experiment": ["calm"]})
     with pytest.raises(DataRefused, match="no column 'word'; it has adjective"):
         answer("lexicon", replace(given, tables={"t": pd.DataFrame({"adjective": ["calm"]})}), lists={"books": "t"})

@@ -124,7 +124,7 @@ def test_wrong_tables_are_refused() -> None:
         bradley_terry(choices("ab aa"), "winner", "loser")
     with pytest.raises(BadValue, match="whole|count"):
         bradley_terry(choices("ab ba").assign(n=[1.5, 2]), "winner", "loser", count="n")
-    with pytest.raises(UnknownColumn, match="'x' is none of the items"):
+    with pytest.raises(UnknownColumn, match="'x' is not one of the items"):
         bradley_terry(choices("ab ba"), "winner", "loser", constraint="x")
     with pytest.raises(BadValue, match="neither winner nor loser in row 1"):
         bradley_terry(choices("ab ba").assign(first=["c", "a"]), "winner", "loser", first="first")

@@ -136,7 +136,7 @@ def test_a_participant_without_an_estimate_keeps_the_row_and_the_reason() -> Non
     assert result.more["summary"][0]["without_estimate"] == 1
     assert "1 of 2 functions have no estimate" in result.notes[0]
     assert "n = 1 of 2" in result.headline
-    with pytest.raises(StatisticsError, match="no threshold could be told"):
+    with pytest.raises(StatisticsError, match="no threshold could be estimated"):
         answer("psychometric", table.assign(correct=40), n="n", task="symmetric")
 
 

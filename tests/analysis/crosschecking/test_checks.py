@@ -177,5 +177,5 @@ def test_the_sentence_counts_what_was_checked_with_what():
     told = sentence(checked)
     assert told.startswith("2 of 2 answers checked with pingouin ")
     assert " and statsmodels " in told and "the largest relative difference is " in told
-    assert sentence(None) == "No second opinion was asked for."
+    assert sentence(None) == "No second opinion was requested."
     assert line_of([]) == ""

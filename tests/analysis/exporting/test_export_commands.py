@@ -46,7 +46,7 @@ def test_an_imported_table_is_not_ours_to_share(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("text", "message"), [
     ('{"Author": ["A"]}', "Author: not a key that a lab can set; did you mean 'Authors'?"),
     ('{"Authors": "A"}', "found 'A', a list of texts is expected"),
-    ("{", "this is no JSON"),
+    ("{", "this is not JSON"),
 ])  # fmt: skip
 def test_what_the_lab_says_of_its_data_is_checked(lab, tmp_path, monkeypatch, text, message):
     (lab / "dataset_description.json").write_text(text)

@@ -35,7 +35,7 @@ def test_files_that_no_export_made_stay(lab, tmp_path):
     out.mkdir()
     (out / "thesis.tex").write_text("years of work")
     for replace in (False, True):
-        with pytest.raises(ExportRefused, match="no export made"):
+        with pytest.raises(ExportRefused, match="no export wrote"):
             exported(lab, STUDY, out, "csv", replace=replace)
     assert bytes_of(out) == {"thesis.tex": b"years of work"}
 

@@ -174,7 +174,7 @@ def test_one_reason_stands_once() -> None:
     gone = (table["participant"] == "P100") & (table["car"] == "FORD")
     text = told(replace(ratings, table=table[~gone].reset_index(drop=True)))
     assert text.count("P100 lacks 15 of 45 cells") == 1 and "(all 7 attributes)" in text
-    assert text.count("not tested; the reason stands below") == 7
+    assert text.count("not tested; the reason is given below") == 7
 
 
 @pytest.mark.parametrize("end", ["K3", "K8"])

@@ -229,7 +229,7 @@ def test_an_interrupted_session_that_is_included_is_named_and_stops_its_tests(in
     page = Path(found["files"][0]).read_text(encoding="utf-8")
     assert "1 interrupted session was included on request and is incomplete: P004, session" in page
     assert "43 of 45 trials" in page and "--missing listwise" in page and "missing=" not in page
-    assert set(found["headlines"].values()) == {"not tested; the reason stands below"}
+    assert set(found["headlines"].values()) == {"not tested; the reason is given below"}
     (line,) = found["not_tested"]
     assert "P004 lacks 2 of 45 cells" in line and "group 1" not in line
     code, out = told("analyse", *interrupted, "--include-incomplete", "--no-figures")

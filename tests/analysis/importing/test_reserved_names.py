@@ -36,7 +36,7 @@ def roles(name: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("name", NAMED)
 def test_a_map_that_takes_a_name_with_a_meaning_is_refused_by_name(tmp_path: Path, name: str) -> None:
     for keys in roles(name):
-        with pytest.raises(MapRefused, match=f"the name {name!r} has a meaning of its own"):
+        with pytest.raises(MapRefused, match=f"the name {name!r} has a special meaning"):
             read_map(write_map(tmp_path, **keys))
 
 
@@ -56,7 +56,7 @@ def test_a_group_is_what_a_group_is_called(tmp_path: Path) -> None:
     ratings = imported(tmp_path, CLEAN, columns={**COLUMNS, "between": {"group": "sex"}})
     assert ratings.between == ("group",)
     assert "group f: 1" in report_html(analyse_ratings(ratings))
-    with pytest.raises(MapRefused, match="within: the name 'group' has a meaning of its own"):
+    with pytest.raises(MapRefused, match="within: the name 'group' has a special meaning"):
         read_map(write_map(tmp_path, columns={**COLUMNS, "within": {"group": "car"}}))
 
 

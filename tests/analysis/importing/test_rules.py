@@ -33,7 +33,7 @@ def values(ratings: Any) -> list[float]:
         ("who:item:car:score\nP1:a:b:1\n", "no column 'who' among 1"),
         (CLEAN + "P3,soft,K3,1,5\n", "line 6 has 5; an unquoted decimal comma"),
         (CLEAN.replace("\n", ",\n").replace("score,", "score"), "all rows end with a ','"),
-        ("who,item,car,score,\nP1,soft,K3,1,5\n", "line 2: '5' stands in column 5, which has no name"),
+        ("who,item,car,score,\nP1,soft,K3,1,5\n", "line 2: '5' is in column 5, which has no name"),
         (CLEAN + '"P3,soft,K3,1\n', "line 6: .*is a quote not closed"),
         (CLEAN + '"P3"x,soft,K3,1\n', "line 6: .*is a quote not closed"),
         (CLEAN + "P3,,K3,1\n", "line 6: 'item' is '', which means missing"),
@@ -88,7 +88,7 @@ def test_the_decimal_mark_is_found_where_it_cannot_be_mistaken(
         (["1,234", "2", "3", "4"], ";", "'1,234' can be a thousand or a fraction"),
         (["1.234", "2", "3", "4"], ";", "'1.234' can be a thousand or a fraction"),
         (["1,234", "2", "3", "4"], ",", "'1,234' can be a thousand or a fraction"),
-        (["1.5", "2,5", "3", "4"], ";", "'1.5' and '2,5' stand in one column"),
+        (["1.5", "2,5", "3", "4"], ";", "'1.5' and '2,5' are in one column"),
         (["1.234,5", "2", "3", "4"], ";", "thousands separators"),
     ],
 )
@@ -181,7 +181,7 @@ def test_levels_are_renamed_ordered_and_the_others_refused(tmp_path: Path) -> No
     assert ratings.levels("car") == ("big", "small")
     assert ratings.crossings == (Crossing({}, {"car": ("big", "small")}),)
     columns["within"] = {"car": {"column": "car", "levels": ["K8", "K33"]}}
-    with pytest.raises(TableRefused, match="line 2: 'K3' is no level of 'car'; did you mean 'K33'"):
+    with pytest.raises(TableRefused, match="line 2: 'K3' is not a level of 'car'; did you mean 'K33'"):
         imported(tmp_path, CLEAN, columns=columns)
 
 
@@ -239,15 +239,15 @@ def test_files_are_taken_in_natural_order_from_the_folder_that_is_named(tmp_path
         ({"columns": {**COLUMNS, "within": {"car": {"column": "car", "level": ["a"]}}}}, "did you mean 'levels'"),
         ({"columns": {**COLUMNS, "attribute_is": "soft"}}, "either attribute .* or attribute_is"),
         ({"columns": {"participant": "who", "value": "score"}}, "either attribute .* or attribute_is"),
-        ({"columns": {**COLUMNS, "within": {"value": "car"}}}, "within: the name 'value' has a meaning of its own"),
+        ({"columns": {**COLUMNS, "within": {"value": "car"}}}, "within: the name 'value' has a special meaning"),
         ({"columns": {**COLUMNS, "within": {"car": {"column": "car", "contains": {"a": "b"}}}}}, "under between"),
         ({"columns": None}, "columns: this key is required"),
         ({"name": "../elsewhere"}, "a name of letters, digits"),
         ({"files": "/etc/table.csv"}, "a path relative to the map"),
         ({"files": []}, "at least 1 item"),
         ({"format": "wide"}, "found 'wide', input should be 'long' or 'psychopy'"),
-        ({"encoding": "utf-9"}, "'utf-9' is no encoding"),
-        ({"encoding": "hex"}, "'hex' is no encoding"),
+        ({"encoding": "utf-9"}, "'utf-9' is not an encoding"),
+        ({"encoding": "hex"}, "'hex' is not an encoding"),
         ({"decimal": ";"}, "found ';', input should be '.' or ','"),
         ({"scale": {"from": 10, "to": 1}}, "the first end must be the lower one"),
         ({"scale": {"from": 1, "top": 10}}, "scale.top: unknown key; did you mean 'to'"),
@@ -268,7 +268,7 @@ def test_a_mistake_in_the_map_is_named_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(MapRefused, match=r"map.yaml: line 6: columns.atribute: unknown key; did you mean 'attribute'"):
         read_map(path)
     path.write_text("name: x\nname: y\n")
-    with pytest.raises(MapRefused, match="line 2: the key 'name' stands twice"):
+    with pytest.raises(MapRefused, match="line 2: the key 'name' appears twice"):
         read_map(path)
     path.write_text("- a\n")
     with pytest.raises(MapRefused, match="keys and values are expected"):
@@ -278,5 +278,5 @@ def test_a_mistake_in_the_map_is_named_with_its_line(tmp_path: Path) -> None:
 def test_antonyms_and_categories_name_attributes_of_the_table(tmp_path: Path) -> None:
     ratings = imported(tmp_path, CLEAN, antonyms={"soft": "hard"}, categories={"soft": "physical"})
     assert (ratings.antonyms, ratings.categories) == ({"soft": "hard"}, {"soft": "physical"})
-    with pytest.raises(MapRefused, match="antonyms: 'Soft' is no attribute of the table; did you mean 'soft'"):
+    with pytest.raises(MapRefused, match="antonyms: 'Soft' is not an attribute of the table; did you mean 'soft'"):
         imported(tmp_path, CLEAN, antonyms={"Soft": "Hard"})

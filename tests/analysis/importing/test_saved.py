@@ -80,7 +80,7 @@ def test_a_folder_that_holds_anything_else_is_not_replaced(tmp_path: Path) -> No
     folder = tmp_path / "set"
     save_ratings(FULL, folder)
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(DataRefused, match=r"holds notes\.txt, which no import made"):
+    with pytest.raises(DataRefused, match=r"holds notes\.txt, which no import wrote"):
         save_ratings(FULL, folder, replace=True)
     assert (folder / "notes.txt").read_text() == "mine" and load_ratings(folder).name == "small"
 
@@ -88,7 +88,7 @@ def test_a_folder_that_holds_anything_else_is_not_replaced(tmp_path: Path) -> No
 def test_a_save_that_is_refused_leaves_nothing(tmp_path: Path) -> None:
     table = FULL.table.astype({"level": object})
     table.loc[1, "level"] = None
-    with pytest.raises(DataRefused, match="column 'level', row 2: None is no text"):
+    with pytest.raises(DataRefused, match="column 'level', row 2: None is not a text"):
         save_ratings(replace(FULL, table=table), tmp_path / "set")
     assert list(tmp_path.iterdir()) == []
 

@@ -36,7 +36,7 @@ def test_the_reasoning_data_are_complete_and_have_their_known_means() -> None:
     [
         ("[{a: b}]", "line 3: columns.within.size: level 1 of the list is {'a': 'b'}; texts are expected"),
         ("[[a]]", "level 1 of the list is ['a']; texts are expected"),
-        ("[a, a, b]", "the level 'a' stands twice"),
+        ("[a, a, b]", "the level 'a' appears twice"),
     ],
 )
 def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, levels, said):

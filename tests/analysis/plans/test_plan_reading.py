@@ -47,7 +47,7 @@ def test_a_good_plan_holds_each_test_by_its_own_schema(plan):
         ("test: anova", "test: anovva", ["line 7: tests[0].test", "did you mean 'anova'"]),
         ("test: anova, ", "", ["line 7: tests[0]: no key 'test'"]),
         ("within: [variant]", "witin: [variant]", ["line 7: tests[0].witin: unknown key", "'within'"]),
-        ("name: means, test", "name: variants, test", ["line 8: tests[1].name", "stands twice"]),
+        ("name: means, test", "name: variants, test", ["line 8: tests[1].name", "appears twice"]),
         ("name: variants", "name: ../variants", ["line 7: tests[0].name", "letters, digits"]),
         ("figure: means, by", "figure: meens, by", ["line 10: figures[0].figure", "did you mean 'means'"]),
         ("figure: means,", "figure: means, tests: [varants],", ["line 10: figures[0].tests[0]", "'variants'"]),

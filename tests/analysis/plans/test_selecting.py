@@ -131,5 +131,5 @@ def test_a_rule_may_name_somebody_whom_reading_left_out(material):
 
 @pytest.mark.parametrize("rule", [{"fewer_than": 0.5}, {"flagged": 1}])
 def test_what_looks_at_sessions_is_refused_where_none_is_on_record(rule):
-    with pytest.raises(DataRefused, match="no session is on record|declared scale"):
+    with pytest.raises(DataRefused, match="no session is recorded|declared scale"):
         left(imported(), rule)

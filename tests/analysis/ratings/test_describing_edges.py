@@ -213,7 +213,7 @@ def test_one_order_for_all_cannot_tell_position_from_stimulus() -> None:
         [(f"P{i}", k, f"s{k}", float(i + k * k)) for i in range(4) for k in range(1, 6)],
         columns=["participant", "trial", "stimulus", "value"],
     )
-    with pytest.raises(DataRefused, match="every participant met the stimuli in one order"):
+    with pytest.raises(DataRefused, match="all participants had the stimuli in the same order"):
         order_effect(data)
     assert order_effect(data, adjust="none", bins=5).slope.mean == pytest.approx(6.0)
     with pytest.raises(BadOption, match="carry_over needs"):

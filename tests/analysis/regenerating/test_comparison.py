@@ -69,7 +69,7 @@ def test_a_tidy_table_is_compared_to_the_letter_and_a_test_by_number(committed):
 def test_files_that_come_or_go_are_told(committed):
     gone = {name: text for name, text in texts().items() if name != "tests/a.csv"}
     assert [each.text() for each in differences(gone, committed)] == [
-        "tests/a.csv: the file: committed present, found no longer made"
+        "tests/a.csv: the file: committed present, found no longer written"
     ]
     assert [each.found for each in differences({**texts(), "tests/b.csv": "x\n"}, committed)] == ["made now"]
 

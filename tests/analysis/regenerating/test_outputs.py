@@ -33,7 +33,7 @@ def test_what_is_no_longer_made_goes_and_what_others_made_stays(tmp_path):
 
 def test_anothers_file_in_the_way_is_refused_and_nothing_is_written(tmp_path):
     (tmp_path / "page").write_text("a thesis")
-    with pytest.raises(PlaceRefused, match="page is there already and no run of regenerate made it"):
+    with pytest.raises(PlaceRefused, match="page exists and was not written by regenerate"):
         write(tmp_path, a="1", page="1")
     assert contents(tmp_path) == {"page": "a thesis"}
 

@@ -152,7 +152,7 @@ def test_a_folder_of_ones_own_is_not_written_over(lab, tmp_path):
     own.parent.mkdir()
     own.write_text("mine")
     done = run(lab, "--no-figures", "--to", str(own.parent))
-    assert "tables.tex is there already" in str(done.exception)
+    assert "tables.tex exists" in str(done.exception)
     assert contents(own.parent) == {"tables.tex": b"mine"}
 
 

@@ -127,7 +127,7 @@ def test_what_has_no_alpha_says_why() -> None:
 
 
 def test_refusals() -> None:
-    with pytest.raises(BadValue, match="-1 lies below 0.*level 'interval'"):
+    with pytest.raises(BadValue, match="-1 is below 0.*level 'interval'"):
         krippendorff(np.array([[-1.0, 2], [1, 1]]), "ratio")
     with pytest.raises(TooFew, match="one rater"):
         krippendorff(np.ones((4, 1)), "nominal")

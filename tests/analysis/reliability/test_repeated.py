@@ -86,7 +86,7 @@ def test_each_person_has_a_line() -> None:
 
 
 def test_refusals() -> None:
-    with pytest.raises(TooFew, match="let stimuli be met again"):
+    with pytest.raises(TooFew, match="repeat stimuli"):
         ask(meetings([1.0, 2, 3]))
     with pytest.raises(DuplicatedCells, match="at the same moment"):
         ask(pd.concat([meetings([1.0, 2, 3])] * 2))

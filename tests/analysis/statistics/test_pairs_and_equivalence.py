@@ -99,7 +99,7 @@ def test_undefined_and_refused() -> None:
         ({"bounds": (1, -1)}, "the lower one must be"),
         ({"bounds": (float("nan"), 1)}, "the lower one must be"),
         ({"bounds_dz": -0.5}, "the lower one must be"),
-        ({"bounds_dz": True}, "are no two numbers"),
+        ({"bounds_dz": True}, "are not two numbers"),
         ({"bounds": (-1, 1), "alpha": 0.5}, "alpha=0.5 is unknown"),
     ):
         with pytest.raises(BadOption, match=said):

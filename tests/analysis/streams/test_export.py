@@ -160,7 +160,7 @@ def test_several_recordings_of_a_trial_are_chosen_among(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "error", "says"),
     [
-        (["--trial", 9], StreamError, "trial 9 was not met"),
+        (["--trial", 9], StreamError, "trial 9 was not presented"),
         (["--method", "sinc"], AlignError, "no method 'sinc'"),
         (["--method", "tool_torque=linear"], StreamError, "no stream 'tool_torque' beside it; there are: "),
         (["--latency", "tool_torque=1"], StreamError, "no stream 'tool_torque'"),

@@ -105,7 +105,7 @@ def test_the_last_attempt_that_ended_well_counts(written):
     assert streams_of(record, 1, attempt=1)[0].values()[0, 0] == 1
     with pytest.raises(StreamError, match=r"trial 2: no attempt that counts holds streams \(attempt 1 not ended\)"):
         streams_of(record, 2)
-    with pytest.raises(StreamError, match="trial 7 was not met"):
+    with pytest.raises(StreamError, match="trial 7 was not presented"):
         streams_of(record, 7)
     with pytest.raises(StreamError, match="trial 1: attempt 9 holds no streams"):
         streams_of(record, 1, attempt=9)
@@ -199,7 +199,7 @@ def test_two_losses_in_a_row_keep_their_reasons_also_at_the_very_end(written):
 @pytest.mark.parametrize(
     ("second", "says"),
     [
-        (block("force", np.zeros(50), 100, 49), "sample 49 stands twice, or the blocks are out of order"),
+        (block("force", np.zeros(50), 100, 49), "sample 49 appears twice, or the blocks are out of order"),
         (block("force", np.zeros(50), 200, 50), "rate_hz change from 100.0 to 200.0"),
         (block("force", np.zeros(50), 100, 50, units=("mV",)), r"units change from \('N',\) to \('mV',\)"),
         (block("force", np.zeros(50), 100, 50, clock="daq"), "clock change from host to daq"),

@@ -110,7 +110,7 @@ def first_is_nan(felt):
         (np.zeros_like, "silent: is the sensor on the actuator"),
         (lambda felt: np.full_like(felt, 9.81), "silent"),
         (clipped, r"clipped: \d+\.\d % of its samples lie at -3 or 3"),
-        (first_is_nan, "no number, first at sample 4711"),
+        (first_is_nan, "a value that is not a number, first at sample 4711"),
         (lambda felt: felt[:-7], "12.243 s were recorded at 1000 Hz, 12.250 s were played"),
         (lambda felt: np.random.default_rng(1).normal(size=len(felt)), "does not follow what was played: 100 %"),
         (lambda felt: felt + np.random.default_rng(1).normal(size=len(felt)) * 20, "coherence below 0.8"),

@@ -92,7 +92,7 @@ def test_a_twin_has_as_many_lights_as_the_simulated_surfaces_and_no_more():
     from palpate.devices.surfaces.photo import LIGHTS
 
     assert Settings(kind="camera", driver="twin", lights=LIGHTS).count == LIGHTS
-    with pytest.raises(ValidationError, match="a twin has 10, and 11 are asked for"):
+    with pytest.raises(ValidationError, match="a twin has 10, and 11 are requested"):
         Settings(kind="camera", driver="twin", lights=LIGHTS + 1)
 
 

@@ -81,7 +81,7 @@ def test_readings_may_hold_many_rows_and_their_noise_averages_out() -> None:
         (lambda r: r.update({"+x": r["-x"], "-x": r["+x"]}), "x gives -0.300 V per g"),
         (lambda r: r.update({"+x": r["+y"], "+y": r["+x"]}), "x gives 0.150 V per g"),
         (lambda r: r.update({"+x": 1.5 + 0.3 * TILTED}), "[+]x is off by 0.0.. g .RMS.; were two positions swapped"),
-        (lambda r: r.update({"+z": np.full(3, np.nan)}), "[+]z holds what is no number"),
+        (lambda r: r.update({"+z": np.full(3, np.nan)}), "[+]z holds a value that is not a number"),
         (lambda r: r.update({"+z": np.zeros((2, 2))}), r"[+]z has volts of shape \(2, 2\)"),
         (
             lambda r: r.update({name: np.full(3, 1.5) for name in POSITIONS}),

@@ -69,7 +69,7 @@ def test_a_wish_that_can_be_had(designer):
 def test_a_wish_that_cannot_names_the_nearest_possible(designer):
     made = designer.design([60, 95])
     assert not made.attainable and np.array_equal(made.force_N, designer.design([60, 45]).force_N)
-    assert made.words == "These wishes cannot be had together. The nearest door found: Soft 38 (wished 95)."
+    assert made.words == "These wishes cannot be met together. The nearest door found: Soft 38 (wished 95)."
 
 
 def test_within_ten_a_wish_counts_as_had_and_a_stricter_designer_says_otherwise(designer):

@@ -122,12 +122,12 @@ def test_each_set_of_commands_is_spoken_byte_by_byte_and_read_at_the_set_pace(di
         (SCPI | {b"*IDN?\n": [b"*IDN?\n"]}, {}, "it sends back what it is sent; switch its echo off"),
         (SCPI | {b"UNIT:TEMP?\n": [b"F\n"]}, {}, "its unit is 'F', and C is expected"),
         (SCPI | {b"*IDN?\n": [b"\xff\xfe\x80\n"]}, {}, "is no text.*`baud` .9600."),
-        (SCPI | {READ: [b"-113,Undefined header\n"]}, {}, "'-113,Undefined header' is no temperature"),
+        (SCPI | {READ: [b"-113,Undefined header\n"]}, {}, "'-113,Undefined header' is not a temperature"),
         (SCPI | {READ: [b"+9.90000000E+37\n"]}, {}, "overload"),
         (SCPI | {READ: [OSError("unplugged")]}, {}, "the line is gone: unplugged"),
         (SCPI, {"commands": "lakeshore"}, "no answer"),
         ({}, {"commands": "lines"}, "no answer"),
-        ({b"": [b"90.5 F\n"]}, {"commands": "lines"}, "'90.5 F' is no temperature in degrees Celsius"),
+        ({b"": [b"90.5 F\n"]}, {"commands": "lines"}, "'90.5 F' is not a temperature in degrees Celsius"),
         (LAKE_SHORE | {b"RDGST? 3\r\n": [b"032\r\n"]}, {"commands": "lakeshore", "input": "3"}, "status 032"),
     ],
 )
@@ -148,7 +148,7 @@ def test_one_line_of_garbage_one_cut_and_one_missing_are_lost_samples_with_their
     assert values(blocks) == pytest.approx([33.1, 33.3, 33.5, 33.7], abs=1e-4)
     assert [(block.first, block.lost) for block in blocks] == [(0, 0), (2, 1), (4, 1), (6, 1)]
     whys = [block.why for block in blocks[1:]]
-    assert whys == ["'3#.2' is no temperature in degrees Celsius", "an answer broke off within 0.5 s",
+    assert whys == ["'3#.2' is not a temperature in degrees Celsius", "an answer broke off within 0.5 s",
                     "no answer within 0.5 s"]  # fmt: skip
 
 
@@ -164,7 +164,7 @@ def test_readings_that_came_too_late_are_lost_and_never_numbered_on():
     ("answers", "reads", "what", "message"),
     [
         ([b""], 3, "silent", "skin: 3 readings in a row were missed, the last: no answer within 0.5 s"),
-        ([b"Err\n"], 3, "not_a_number", "'Err' is no temperature"),
+        ([b"Err\n"], 3, "not_a_number", "'Err' is not a temperature"),
         ([b"+9.91E+37\n"], 1, "not_a_number", "it measures nothing"),
         ([b"NaN\n"], 1, "not_a_number", "it measures nothing"),
         ([b"-9.9E37\n"], 1, "over_range", "overload"),

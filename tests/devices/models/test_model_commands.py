@@ -217,7 +217,7 @@ def test_a_mistake_names_what_to_do(lab, arguments, words):
     [
         (predict, ["feeling"], "which profile? Give a profile FILE"),
         (predict, ["feeling", "none.csv"], "there is no profile file 'none.csv'"),
-        (predict, ["feeling", "--wish", "Damped=1"], "feeling tells how profiles feel: it is given FILEs"),
+        (predict, ["feeling", "--wish", "Damped=1"], "feeling predicts how profiles feel: it takes FILEs"),
         (predict, ["feeling", "ramp.csv", "--zero"], "it goes with --recording"),
         (predict, ["shape"], "what is wished for? Give --wish NAME=VALUE; Easy-to-pull, Damped"),
         (predict, ["shape", "--recording", "ramp.csv"], "shape makes profiles"),

@@ -64,7 +64,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     with pytest.raises(RenderError, match=r"nobody\.csv: cannot be read as a hand's recording: No such file"):
         read_hand(tmp_path / "nobody.csv")
     (tmp_path / "hand.csv").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(RenderError, match=r"it is no table in UTF-8"):
+    with pytest.raises(RenderError, match=r"it is not a table in UTF-8"):
         read_hand(tmp_path / "hand.csv")
     with pytest.raises(DeviceError, match=r"numbers are expected"):
         read_hand(written(tmp_path, "t_s,x_mm,y_mm,pressure\n0,1,1,1\n1,x,1,1\n"))
@@ -73,7 +73,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
 def test_tables_that_are_none_further_down_are_refused_too(tmp_path):
     for content in (b"t_s,speed_mm_s,force_N\n" + b"1,1,1\n" * 5000 + b"\xe9", b"[" + b"1" * 200_000):
         (tmp_path / "hand.csv").write_bytes(content)
-        with pytest.raises(RenderError, match=r"hand\.csv: cannot be read as a hand's recording: it is no table"):
+        with pytest.raises(RenderError, match=r"hand\.csv: cannot be read as a hand's recording: it is not a table"):
             read_hand(tmp_path / "hand.csv")
 
 

@@ -96,7 +96,7 @@ def test_a_real_one_is_read_in_real_time_after_an_enter_for_each_position(said, 
         name, settings.model_copy(update={"driver": "twin"}), *rest))  # fmt: skip
     out, err = said("bare", "--seconds", 0.2, typed="\n" * 6)
     assert "bare (accelerometer):" in out and err.count("Enter: done") == 6
-    assert "nobody answered: call this at a terminal\n" in said("bare", typed="\n" * 2, status=2)[1]
+    assert "nobody answered: run this at a terminal\n" in said("bare", typed="\n" * 2, status=2)[1]
 
 
 class Hand:
@@ -148,7 +148,7 @@ def test_a_wrong_axis_and_a_sensor_that_moved_are_asked_for_again_by_name(bench)
     volts = laid.measured("+x")
     assert np.allclose(volts, [1.70 + 0.34, 1.41, 1.62], atol=1e-3)
     assert len(asked) == 4 and asked[0].startswith("+x: lay") and all(each.startswith("+x again") for each in asked[1:])
-    assert "+x is asked for and -y seems to be up: x -0.000 g, y -1.000 g" in told[0].replace("+0.000", "-0.000")
+    assert "+x is requested and -y seems to be up: x -0.000 g, y -1.000 g" in told[0].replace("+0.000", "-0.000")
     assert "-x seems to be up" in told[1] and "+x moved while it was read: " in told[2]
     assert "wandered by 1.0" in told[2]
 
@@ -186,7 +186,7 @@ def test_a_coil_is_identified_by_the_sensor_on_it_and_its_file_is_what_the_rig_t
     assert changed_lines(rig) == new
     health = check_device(read_rig(rig), "actuator", 0.2)
     assert health.ok and health.calibrated == DAY and "flat within" in health.summary
-    assert "is there already, and records may name it; give --force" in said("actuator", "--yes", "--with", "vibration",
+    assert "exists, and records may name it; give --force" in said("actuator", "--yes", "--with", "vibration",
                                                                              status=2)[1]  # fmt: skip
 
 
@@ -267,7 +267,7 @@ def test_every_kind_is_calibrated_here_or_says_where(said):
         (("vibration", "--with", "bare"), "--with is for voice_coil"),
         (("bare", "--yes"), "--yes: bare is a real one, somebody has to turn it"),
         (("vibration", "--yes", "--seconds", "0.2", "--rate"), "No such option"),
-        (("vibration",), "nobody answered: call this at a terminal, or give --yes"),
+        (("vibration",), "nobody answered: run this at a terminal, or give --yes"),
         (("actuator", "--yes"), "give --with NAME; "),
         (("actuator", "--with", "vibratoin"), "did you mean 'vibration'?"),
         (("actuator", "--with", "force"), "--with force: that is a force_torque; an accelerometer is expected"),

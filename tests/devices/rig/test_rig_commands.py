@@ -80,7 +80,7 @@ def test_as_json_the_same_is_data_without_nan(said, lab):
         (("check", "--seconds", "0"), "0.2<=x<=60"),
         (("check", "--rig", "nowhere.yaml"), "nowhere.yaml: no rig file there; write one of twins"),
         (("kinds", "acelerometer"), "no kind 'acelerometer'; did you mean 'accelerometer'?"),
-        (("simulate",), "is there already; give another --out, or --force"),
+        (("simulate",), "exists; give another --out, or --force"),
     ],
 )
 def test_a_mistake_is_told_with_what_to_do(said, lab, words, told):

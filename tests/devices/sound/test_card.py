@@ -176,7 +176,7 @@ def test_samples_that_cannot_be_had_are_silence_and_a_fault():
     used.open()
     used.start(lambda count: {}[count])
     assert not sound.wanted().any()
-    assert "its samples could not be had: 64" in str(used.fault())
+    assert "its samples could not be read: 64" in str(used.fault())
 
 
 def test_late_buffers_are_counted():

@@ -78,8 +78,8 @@ def test_a_wrong_sample_is_refused_by_name_and_the_right_one_is_taken_then():
     assert came.value["wrong"] == ["8801234567893", "NONSENSE"] and came.value["by"] == "barcode"
     assert desk.demands == [
         "Put in place: T07 (sandpaper P60, box 3)",
-        "Put in place: T07 (sandpaper P60, box 3). T07 is asked for, T12 was scanned.",
-        "Put in place: T07 (sandpaper P60, box 3). T07 is asked for, NONSENSE was scanned.",
+        "Put in place: T07 (sandpaper P60, box 3). T07 is requested, T12 was scanned.",
+        "Put in place: T07 (sandpaper P60, box 3). T07 is requested, NONSENSE was scanned.",
     ]
 
 
@@ -122,7 +122,7 @@ def test_an_aside_leaves_the_demand_and_the_refusal_standing_and_the_pause_out_o
         assert stage.perform(request, Window(clock), desk, clock) == Aside({"do": "go_on"})
         came = stage.perform(request, Window(clock, sends(ours, [b"T07\r"])), desk, clock)
     assert came.value["wrong"] == ["T12"] and came.value["seconds"] < 1.0
-    assert len(desk.demands) == 2 and desk.demands[1].endswith("T07 is asked for, T12 was scanned.")
+    assert len(desk.demands) == 2 and desk.demands[1].endswith("T07 is requested, T12 was scanned.")
 
 
 @pytest.mark.needs("serial")

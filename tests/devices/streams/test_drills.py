@@ -272,7 +272,7 @@ def test_a_disk_that_fills_up_ends_the_session_with_a_message_and_keeps_what_was
         spare = folder / "spare"
         spare.write_bytes(bytes(200_000))
         lab = Drill(folder, seconds=60.0, rows=1000)
-        with pytest.raises(LedgerError, match=r"event \d+ could not be kept: .*(full|disk I/O error)"):
+        with pytest.raises(LedgerError, match=r"event \d+ could not be recorded: .*(full|disk I/O error)"):
             lab.run()
         assert lab.sensor.log[-1] == "stop" and not lab.capture._last.hanging()
         spare.unlink()

@@ -86,7 +86,7 @@ def test_a_number_out_of_its_range_is_named_by_file_line_and_column(tmp_path, co
         ("paint", "blue", "line 3.*'blue' is not known"),
         ("colour", "blue", "line 3.*expected #rrggbb"),
         ("class", "", "line 3, column 'class': empty"),
-        ("id", "T01", "line 3, column 'id': 'T01' stands twice"),
+        ("id", "T01", "line 3, column 'id': 'T01' appears twice"),
         ("static_friction", "0.02", "line 3.*static_friction 0.02 is less than kinetic_friction"),
     ],
 )
@@ -101,7 +101,7 @@ def test_a_word_that_is_not_known_is_refused(tmp_path, column, text, said):
         (b"", "line 1: column 'id' is missing"),
         (b"\xff\xfe\x00", "not a UTF-8 text file"),
         (",".join(COLUMNS).encode(), "no surface found"),
-        (",".join((*COLUMNS, "id")).encode(), "column 'id' stands more than once"),
+        (",".join((*COLUMNS, "id")).encode(), "column 'id' appears more than once"),
         (",".join((*COLUMNS, "taste")).encode(), "line 1: found .*taste"),
         ((",".join(COLUMNS) + "\nT01,wood").encode(), f"line 2: 2 values found, {len(COLUMNS)} expected"),
     ],

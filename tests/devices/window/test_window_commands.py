@@ -51,7 +51,7 @@ def test_what_is_no_number_or_no_length_is_asked_again():
     calibration, result = read_until_right("long\n0.5\n127\n")
 
     assert calibration == GUESS
-    assert "'long' is no number" in result.output
+    assert "'long' is not a number" in result.output
     assert "a reading from 12 to 480 mm is expected" in result.output
 
 

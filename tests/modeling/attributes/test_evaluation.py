@@ -317,7 +317,7 @@ def test_fusion_is_told_as_reached_or_not():
     both = [row("visuo_tactile", 5.0), row("hv_net", 8.0), row("ht_net", 6.0, ours_chance=True)]
     label, told = fusion(both)
     assert label == "Fusion"
-    assert told.endswith("(MAE; wanted: less than each branch by itself): reached.")
+    assert told.endswith("(MAE; aim: less than each branch by itself): reached.")
     assert "HT_NET 6.00 (a difference that may be chance)" in told
     assert fusion([row("visuo_tactile", 7.0), *both[1:]])[1].endswith("not reached.")
     assert fusion(both[:2]) is None

@@ -39,5 +39,5 @@ def test_a_key_changes_with_source_settings_code_and_packages():
 
 def test_a_folder_that_takes_nothing_is_refused(tmp_path):
     (tmp_path / "features").write_text("a file")
-    with pytest.raises(MaterialError, match="features cannot be kept there"):
+    with pytest.raises(MaterialError, match="features cannot be stored there"):
         save_features(tmp_path / "features", KEY, ROWS, METADATA)

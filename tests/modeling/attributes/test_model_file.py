@@ -82,7 +82,7 @@ def another_bit(path):
     [
         (lambda path: path.unlink(), "there is no model of attributes"),
         (cut_short, "cut short or damaged"),
-        (lambda path: path.write_text("[1]"), "no model of attributes"),
+        (lambda path: path.write_text("[1]"), "not a model of attributes"),
         (lambda path: path.write_text('{"format": "palpate-model/1"}'), "'palpate-attributes/1' is expected"),
         (lambda path: edited(path, format="palpate-attributes/2"), "a later version wrote it"),
         (lambda path: edited(path, sign=False), "edited or damaged"),
@@ -111,7 +111,7 @@ def test_a_pickle_in_place_of_the_numbers_is_not_opened(path):
     file.write_bytes(content)
     told = json.loads(path.read_text())["tensors"]
     edited(path, tensors={**told, "sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)})
-    with pytest.raises(ModelFileError, match="no tensors"):
+    with pytest.raises(ModelFileError, match="not tensors"):
         read_model(path, small.METHODS)
 
 

@@ -56,7 +56,7 @@ def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
     assert all(each.rated is not None and each.rated.raters == 2 for each in found.textures)
     assert [pair.name for pair in found.attributes] == ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
     assert found.weights.startswith("random (He normal, seed 0)") and found.simulated
-    assert "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
+    assert "quick look: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
@@ -97,7 +97,7 @@ def test_touch_or_sight_alone_and_nothing_kept(lab):
     assert not any("photographed" in note for each in touch.textures for note in each.notes)
     assert sight.weights and not any(each.touch for each in sight.textures)
     assert sight.ids == ("T01", "T03", "T02", "T04")
-    with pytest.raises(MaterialError, match="neither touch nor sight is asked for"):
+    with pytest.raises(MaterialError, match="neither touch nor sight is requested"):
         read(lab, touch=False, sight=False)
 
 
@@ -128,7 +128,7 @@ def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
     withdraw(registry, "P001", "asked to")
     found = read(tmp_path)
     assert found.textures[0].touch == {} and found.textures[0].sight
-    assert any("nothing was felt: " in note and "somebody who withdrew" in note for note in found.notes)
+    assert any("nothing was felt: " in note and "a participant who withdrew" in note for note in found.notes)
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")

@@ -39,7 +39,7 @@ def test_pictures_and_ratings_become_textures(tmp_path):
     assert one.made_from == {hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() for name in files}
     assert "not recorded" in one.notes and one.variants == {} and one.touch == {}
     assert found.weights.startswith("random (He normal, seed 0)")
-    assert any("in a hurry" in note for note in found.notes)
+    assert any("quick look" in note for note in found.notes)
     assert len(list((tmp_path / "lab" / "features").glob("*.npz"))) == 3
 
 
@@ -76,7 +76,7 @@ def test_other_attributes_are_those_that_are_named():
     ("header", "told"),
     [
         ("Rough-Smooth", "a column 'id' is expected"),
-        ("id,Rough-Smooth,Rough-Smooth", "'Rough-Smooth' stands there twice"),
+        ("id,Rough-Smooth,Rough-Smooth", "'Rough-Smooth' appears there twice"),
         ("id,Rough-Smooth,rough_smooth", "two columns rate it: Rough-Smooth, rough_smooth"),
         ("id,Rough-Smooth,colour", "no column is called 'colour'"),
         ("id,Rough", "'Rough' names one word of an attribute; both its words say which end is which: Rough-Smooth"),
@@ -119,7 +119,7 @@ def test_some_ratings_without_the_others_are_refused():
         ((HEADER, "T1,x,y,1,1,1"), "line 2: 6 cells found, 7 columns are expected"),
         ((HEADER, ",x,y,1,1,1,1"), "line 2: the column 'id' is empty"),
         ((HEADER, "../T1,x,y,1,1,1,1"), "line 2: '../T1' cannot name a file"),
-        ((HEADER,), "no texture stands under the header"),
+        ((HEADER,), "no texture under the header"),
         (("",), "a column 'id' is expected"),
     ],
 )

@@ -83,7 +83,7 @@ def test_a_twin_that_kept_no_file_gave_no_picture(tmp_path):
     made.write(rig=TWINS)
     (found,) = photographed(tmp_path)
     assert found.pictures == () and found.simulated
-    assert found.notes == ("2 simulated pictures were not kept as files: they show nothing here",)
+    assert found.notes == ("2 simulated pictures were not saved as files: they show nothing here",)
 
 
 def test_pictures_lie_where_the_session_s_rig_file_put_them(tmp_path):

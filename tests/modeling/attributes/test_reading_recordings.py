@@ -33,7 +33,7 @@ def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path
     assert first.touch["hand"].shape == (4, 6) and {len(each) for each in first.touch.values()} == {4}
     assert len(first.made_from) == 2 and not first.made_from & last.made_from
     assert "not photographed" in first.notes and first.sight == {} and found.weights == ""
-    assert not any("in a hurry" in each for each in found.notes)
+    assert not any("quick look" in each for each in found.notes)
     np.testing.assert_array_equal(first.rated.mean, [20, 31, 60, 5])
 
 

@@ -79,9 +79,9 @@ def test_who_withdrew_is_not_felt(tmp_path):
     (found,) = touches(tmp_path)
     assert len(found.touch.stretches) == 1
     withdraw(registry, "P001", "asked to")
-    with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+    with pytest.raises(TextureDataError, match="or is of a participant who withdrew"):
         list(touches(tmp_path))
-    with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+    with pytest.raises(TextureDataError, match="or is of a participant who withdrew"):
         list(touches(tmp_path / "sessions" / "texture_capture_P002_s1.sqlite"))
 
 

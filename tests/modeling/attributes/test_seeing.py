@@ -120,7 +120,7 @@ def test_a_picture_that_shows_nothing_is_left_out_and_one_that_has_changed_is_re
     assert found["T03"].sight == found["T03"].variants == {}
     assert "left out: T01, light 9: no picture" in found["T03"].notes[0]
     text.write_bytes(b"another")
-    with pytest.raises(MaterialError, match="T01, light 9: .*text.jpg is not the picture that is on record"):
+    with pytest.raises(MaterialError, match="T01, light 9: .*text.jpg is not the recorded picture"):
         look([Album("T01", (bad,))])
     text.unlink()
     with pytest.raises(MaterialError, match="T01, light 9: .*text.jpg cannot be read"):

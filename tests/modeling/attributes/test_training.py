@@ -98,6 +98,6 @@ def test_too_few_textures_give_no_interval(tmp_path):
 def test_what_refuses_or_cannot_be_kept_is_told(tmp_path):
     with pytest.raises(MaterialError, match="has had enough"):
         trained(tmp_path, methods={"ridge": Method("ridge", "Refusing", small.fit_refusing)})
-    with pytest.raises(ModelFileError, match="cannot be kept"):
+    with pytest.raises(ModelFileError, match="cannot be saved"):
         trained(tmp_path, methods={"ridge": Method("ridge", "Not kept", small.fit_linear)})
     assert not (tmp_path / "models" / "texture-attributes.json").exists()

@@ -106,11 +106,11 @@ def test_stimuli_with_one_profile_are_one_source(table):
         ([*HEAD, "Sofd"], {}, "line 1: no column is called 'Sofd'; did you mean 'Soft'"),
         (HEAD[:-1], {}, "line 1: a column 'Warm' is expected, the mean rating"),
         (HEAD[1:], {}, "line 1: a column 'id' is expected; found door"),
-        ([*HEAD, "Soft"], {}, "the column 'Soft' stands there twice"),
+        ([*HEAD, "Soft"], {}, "the column 'Soft' appears there twice"),
         (HEAD, {"Soft": "10.5"}, "line 2: Soft is 10.5, a mean rating on the scale from -10 to 10"),
         (HEAD, {"Soft": "nan"}, "line 2: Soft is 'nan', a finite number"),
         (HEAD, {"Soft": ""}, "line 2: Soft is '', a finite number"),
-        (HEAD, {"id": "b"}, "line 3: the stimulus 'b' stands there twice"),
+        (HEAD, {"id": "b"}, "line 3: the stimulus 'b' appears there twice"),
         (HEAD, {"door": ""}, "line 2: the column 'door' is empty"),
         (HEAD, {"file": "none.csv"}, r"line 2: no door profile .*none\.csv"),
         (HEAD, {"file": "doors.csv"}, r"line 2: .*doors\.csv, line 1: found .* expected 'angle_deg,force_N'"),
@@ -130,7 +130,7 @@ def test_a_table_that_is_not_right_is_refused_with_its_line(table, head, first, 
 
 def test_a_table_of_no_rows_or_no_text_is_refused(tmp_path):
     (tmp_path / "empty.csv").write_text(",".join(HEAD) + "\n")
-    with pytest.raises(ModelDataError, match="no stimulus stands under the header"):
+    with pytest.raises(ModelDataError, match="no stimulus under the header"):
         read_table(tmp_path / "empty.csv", attributes=WORDS)
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe")
     with pytest.raises(ModelDataError, match="not UTF-8"):

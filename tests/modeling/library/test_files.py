@@ -61,7 +61,7 @@ def test_a_newer_one_is_neither_read_nor_taken_for_none(lab):
 def test_one_that_was_cut_short_is_refused(lab, share):
     path = place_of(lab)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.raises(LibraryError, match="cut short or damaged. `palpate textures index` makes it anew"):
+    with pytest.raises(LibraryError, match="cut short or damaged. `palpate textures index` makes it again"):
         read_library(lab)
     assert earlier_in(lab) is None
 
@@ -103,7 +103,7 @@ def test_one_that_contradicts_itself_is_refused(lab, parts, told):
 def test_numbers_that_are_none_and_names_that_stand_twice_are_refused():
     with pytest.raises(ValidationError):
         rated(float("nan"), 1, 2, 3)
-    with pytest.raises(ValidationError, match="stands twice"):
+    with pytest.raises(ValidationError, match="appears twice"):
         made_library(entry("T01", rated=rated(1, 2, 3, 4)), entry("T01", rated=rated(1, 2, 3, 4)))
     assert Library.model_validate(made_library().model_dump()) == made_library()
 

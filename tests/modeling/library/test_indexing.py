@@ -76,7 +76,7 @@ def test_what_nothing_is_known_of_is_left_out_and_told():
     silent = Texture("T09", "silent", "wood")
     told = library_of(with_textures(*MATERIAL.textures, silent), says([1, 2, 3, 4]))
     assert "T09" not in [each.id for each in told.library.textures]
-    assert told.left_out == {"T09": "nobody rated it, and the model says nothing: T09: no mfcc features"}
+    assert told.left_out == {"T09": "nobody rated it, and the model predicts nothing: T09: no mfcc features"}
     with pytest.raises(
         LibraryError, match="nothing is known of any texture .T09: nobody rated it, and there is no mod"
     ):
@@ -88,13 +88,13 @@ def test_what_nothing_is_known_of_is_left_out_and_told():
 def test_a_model_of_other_attributes_is_refused():
     other = (Pair("Dry", "Wet"), *PAIRS[1:])
     with pytest.raises(
-        LibraryError, match="people rated Rough-Smooth; .* the model tells Dry-Wet; .*: train it on the"
+        LibraryError, match="people rated Rough-Smooth; .* the model predicts Dry-Wet; .*: train it on the"
     ):
         library_of(MATERIAL, says([1, 2, 3, 4], pairs=other))
 
 
 def test_a_model_that_answers_no_number_is_refused():
-    with pytest.raises(LibraryError, match="T01: the model's answer is no number"):
+    with pytest.raises(LibraryError, match="T01: the model's answer is not a number"):
         library_of(MATERIAL, says([np.nan, 2, 3, 4]))
 
 

@@ -384,7 +384,7 @@ def test_of_16_bits_a_gray_stays_the_gray_that_it_is():
 
 @pytest.mark.parametrize("content", [b"", b"no picture", written(square(64))[:80]])
 def test_what_is_no_picture_is_refused(content):
-    with pytest.raises(LibraryError, match="x.png: this is no picture that can be read"):
+    with pytest.raises(LibraryError, match="x.png: this picture cannot be read"):
         thumbnail(content, "x.png")
 
 

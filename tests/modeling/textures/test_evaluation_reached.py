@@ -33,12 +33,12 @@ def test_all_textures_within_a_limit_reach_it(said):
 
 def test_a_texture_that_was_refused_or_stayed_silent_is_not_passed_over(said):
     told = said(rows("foten_generative", GOOD, REFUSED, SILENT, GOOD, GOOD, GOOD))
-    assert told["Smoothed GFC"].endswith("reached on 4 of 6, not on c, not judged on b.")
-    assert told["Level"].endswith("reached on 4 of 6, not on c, not judged on b.")
-    assert told["No limit cycle"].endswith("reached on 4 of 6, not on c, not judged on b.")
+    assert told["Smoothed GFC"].endswith("reached on 4 of 6, not on c, not evaluated on b.")
+    assert told["Level"].endswith("reached on 4 of 6, not on c, not evaluated on b.")
+    assert told["No limit cycle"].endswith("reached on 4 of 6, not on c, not evaluated on b.")
 
 
-@pytest.mark.parametrize(("won", "verdict"), [(4, "(wanted: 4): reached."), (3, "(wanted: 4): not reached.")])
+@pytest.mark.parametrize(("won", "verdict"), [(4, "(aim: 4): reached."), (3, "(aim: 4): not reached.")])
 def test_ours_has_to_be_nearer_than_the_baseline_on_four_of_six(said, won, verdict):
     worse, even_worse = {**GOOD, "felt_dB": 2.0}, {**GOOD, "beyond": "level", "felt_dB": 0.1}
     base = [even_worse, *[worse] * (won - 1), *[{**GOOD, "felt_dB": 0.5}] * (6 - won)]
@@ -48,7 +48,7 @@ def test_ours_has_to_be_nearer_than_the_baseline_on_four_of_six(said, won, verdi
 
 def test_where_ours_did_not_run_the_baseline_has_won(said):
     told = said(rows("foten_generative", GOOD, REFUSED), rows("ar", {**GOOD, "felt_dB": 2.0}, {**GOOD, "level": 3.0}))
-    assert told["Against AR"] == "Nearer on 1 of 2 textures (wanted: 2): not reached."
+    assert told["Against AR"] == "Nearer on 1 of 2 textures (aim: 2): not reached."
 
 
 def test_nothing_is_said_of_a_network_that_never_ran(said):

@@ -32,8 +32,8 @@ def test_a_folder_for_each_signal_as_a_study_of_the_toolkit_s_data_reads_them(tm
         (tmp_path / folder / "Felt.xml").write_text(f"<recording>{text}</recording>", "utf-8")
     (found,) = read_hatt(tmp_path)
     assert len(found.made_from) == 3 and found.texture == "Felt"
-    assert any("the file says no rate" in note for note in found.notes)
-    assert any("acceleration in m/s^2: the file says no unit" in note for note in found.notes)
+    assert any("the file gives no rate" in note for note in found.notes)
+    assert any("acceleration in m/s^2: the file gives no unit" in note for note in found.notes)
     np.testing.assert_allclose(found.force_N[100:-100], force[::10][100:-100], rtol=0.02)
     (tmp_path / "Speed" / "Felt.xml").unlink()
     with pytest.raises(TextureDataError, match=r"Speed/Felt.xml: no such file"):
@@ -67,7 +67,7 @@ REFUSED = {
     "no force": (whole().replace("ForceNormal", "Weight"), "no force"),
     "entities": (whole(declared='<!DOCTYPE a [<!ENTITY b "c">]>'), "it declares entities"),
     "a model": ("<modelSet><model/></modelSet>", "a model of a texture, no recording"),
-    "no XML": ("time,acceleration", "no whole XML"),
+    "not XML": ("time,acceleration", "no whole XML"),
 }  # fmt: skip
 
 

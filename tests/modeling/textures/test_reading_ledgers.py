@@ -132,7 +132,7 @@ def test_a_session_of_somebody_who_withdrew_is_not_read(lab):
     assert read_lab(lab)[0].made_from == found.made_from
     withdraw(registry, "P001", "asked to")
     for place in (lab, *(lab / "sessions").glob("*.sqlite")):
-        with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+        with pytest.raises(TextureDataError, match="or is of a participant who withdrew"):
             read_lab(place)
 
 

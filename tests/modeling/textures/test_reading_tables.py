@@ -57,7 +57,7 @@ def test_what_was_not_recorded_can_be_said(tmp_path):
     with pytest.raises(TextureDataError, match="no column for force and speed"):
         read_tables(file, held=Held(rate_hz=10_000.0))
     (found,) = read_tables(file, held=Held(10_000.0, 45.0, 0.8))
-    assert any("it is said to have been 45 mm/s" in note for note in found.notes)
+    assert any("it is given as 45 mm/s" in note for note in found.notes)
     assert any("force never varies" in note for note in found.notes)
 
 
@@ -122,15 +122,15 @@ GOOD = "\n".join(f"{k / 1000:.3f},{k * 37 % 19},50,1" for k in range(500))
         (f"{HEAD}\n0,1,x,1\n{GOOD}", "line 2: speed is 'x'"),
         (f"{HEAD}\n{GOOD}\n0.500,nan,50,1", "line 502: acceleration is 'nan'"),
         (f"{HEAD}\n{GOOD}\n,1,50,1", "line 502: the time is empty"),
-        (f"time;acceleration;speed;force\n{GOOD.replace(',', ';')}\n0,5;1;50;1", "which of them is decimal"),
+        (f"time;acceleration;speed;force\n{GOOD.replace(',', ';')}\n0,5;1;50;1", "which of them is the decimal sign"),
         (GOOD, "line 1: numbers, where a header"),
         (f"{HEAD}\ns,m/s^2,mm/s,N\n{GOOD}", "line 2: time is 's'.*units stand in the header"),
         (f"# made\n\n{HEAD}\n{GOOD}\n\n0.5,1,2", "line 505: 3 cells"),
         (f"{HEAD},{'x' * 200_000}\n{GOOD}", "is this a table"),
-        (f"{HEAD}\n{GOOD.replace(',50,', ',0.05,')}", "never above 0.05, and no unit is said; is it in m/s"),
+        (f"{HEAD}\n{GOOD.replace(',50,', ',0.05,')}", "never above 0.05, and no unit is given; is it in m/s"),
         (f"time,acceleration (V),speed,force\n{GOOD}", "in 'V'; known are"),
         (f"time,acceleration (furlong),speed,force\n{GOOD}", "in 'furlong'; known are"),
-        (f"time,force,speed,force\n{GOOD}", "'force' stands there twice"),
+        (f"time,force,speed,force\n{GOOD}", "'force' appears there twice"),
         (f"time,acc,speed,power\n{GOOD}", "no column for force"),
         (f"time_ms,acceleration,speed,force\n{GOOD}", "at 1e.06 Hz: 100 to 250000 Hz"),
         (f"{HEAD}\n" + "\n".join(f"0,{k * 37 % 19},50,1" for k in range(500)), "do not rise"),

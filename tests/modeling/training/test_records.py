@@ -35,7 +35,9 @@ def test_an_older_models_history_is_removed_and_somebodys_own_table_is_not(tmp_p
     assert sorted(tmp_path.iterdir()) == own
 
 
-@pytest.mark.parametrize(("text", "words"), [("a,b\n", "first line"), ("", "first line"), (None, "line 3 is no epoch")])
+@pytest.mark.parametrize(
+    ("text", "words"), [("a,b\n", "first line"), ("", "first line"), (None, "line 3 is not an epoch")]
+)
 def test_a_foreign_history_is_refused_with_the_line(text, words, tmp_path):
     path = write_history(HISTORY[:1], tmp_path / "h.csv")
     path.write_text(path.read_text() + "2,soon\n" if text is None else text)

@@ -150,7 +150,7 @@ def test_a_stimulus_that_the_study_lacks_is_felt_on_the_scale_of_those_it_has():
     person = perceiver()
     assert person.latent_of("Soft", {"size": 5.5, "other": 9.0}) == pytest.approx(1 + 2 * 4 / 1.25**0.5)
     assert person.latent_of("Soft", {"size": 2.0}) == person.latent("Soft", person.plan.study.stimuli[2])
-    with pytest.raises(ValueError, match="Soft is felt by size, which this stimulus lacks"):
+    with pytest.raises(ValueError, match="Soft is felt by size, which this stimulus does not have"):
         person.latent_of("Soft", {"other": 1.0})
 
 

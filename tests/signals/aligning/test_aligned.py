@@ -93,7 +93,7 @@ def test_whatever_is_lost_every_grid_point_is_known_marked_or_in_a_long_hole(los
     [
         ([], "there are no samples"),
         ([1.0], "there is one sample"),
-        ([2.0, 2.0, 2.0], "all 3 samples are timed 2 s: a clock that stands"),
+        ([2.0, 2.0, 2.0], "all 3 samples are timed 2 s: a clock that has stopped"),
         ([1.0, 1.1, 1.1, 1.2], "samples 2 and 3 are timed 1.1 s and 1.1 s: the same time twice"),
         ([1.0, 1.2, 1.1], "samples 2 and 3 are timed 1.2 s and 1.1 s: out of order"),
         ([1.0, np.nan, 1.2], "sample 2 is timed nan"),

@@ -126,5 +126,5 @@ def test_what_is_no_profile_is_refused_with_its_row(force, words):
 
 
 def test_an_unknown_feature_names_the_nearest():
-    with pytest.raises(DoorDataError, match="'mean_force' is no feature of a profile; did you mean 'mean_force_N'"):
+    with pytest.raises(DoorDataError, match="'mean_force' is not a feature of a profile; did you mean 'mean_force_N'"):
         features(SAW, ("mean_force",))

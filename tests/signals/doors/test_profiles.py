@@ -196,7 +196,7 @@ def test_encodings_delimiters_and_decimal_commas_are_understood(tmp_path, conten
     ("content", "message"),
     [
         (b"angle,force_N\n0,1\n", "column 'angle_deg' is missing; found: angle, force_N"),
-        (b"angle_deg,angle_deg,force_N\n0,0,1\n", "'angle_deg' stands more than once"),
+        (b"angle_deg,angle_deg,force_N\n0,0,1\n", "'angle_deg' appears more than once"),
         (b"", "found: an empty file"),
         (b"angle_deg,force_N\n0,1\n\n1,nan\n", "line 4: force_N is 'nan'"),
         (b"angle_deg,force_N\n0,1\n-inf,2\n", "line 3: angle_deg is '-inf'"),

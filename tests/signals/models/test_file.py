@@ -114,7 +114,7 @@ def test_a_card_never_points_elsewhere(tmp_path, name):
     card = feeling(tmp_path)
     told = json.loads(card.read_text())["weights"]
     shutil.copy(card.with_suffix(".safetensors"), tmp_path.parent / "feeling.safetensors")
-    with pytest.raises(ModelFileError, match=r"weights\.file is .* beside the card is expected"):
+    with pytest.raises(ModelFileError, match=r"weights\.file is .* in the card's folder is expected"):
         read_model(edited(card, weights={**told, "file": name}))
 
 
@@ -233,7 +233,7 @@ TREE = {name: FOREST[name] for name in FOREST}
         ([Kernel(points="p", weights="w", length=1e-200)], {"p": np.ones((2, 6)), "w": np.ones((2, 1))}, "too short"),
         ([Nearest(points="p", values="v")], {"p": np.ones((2, 5)), "v": np.ones((2, 1))}, r"\(any, 6\)"),
         ([FOREST_STEP], {**TREE, "left": np.array([0, 2, -1, -1, -1, -1])}, "leads back"),
-        ([FOREST_STEP], {**TREE, "right": np.array([9, 3, -1, -1, -1, -1])}, "a node that is not there"),
+        ([FOREST_STEP], {**TREE, "right": np.array([9, 3, -1, -1, -1, -1])}, "a node that does not exist"),
         ([FOREST_STEP], {**TREE, "feature": np.array([6, 1, -1, -1, -1, -1])}, "asks for an input"),
         ([FOREST_STEP], {**TREE, "roots": np.array([0, 6])}, "names a node that is not there"),
         ([FOREST_STEP], {**TREE, "feature": np.zeros(6)}, "int32 or int64"),

@@ -130,13 +130,13 @@ def test_poles_that_lie_too_far_out_are_drawn_in(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("<modelSet", "<models", "it is no XML"),
+        ("<modelSet", "<models", "it is not XML"),
         ("modelSet", "models", "it begins with <models>; <modelSet> is expected"),
         ("<modelSet", "<!DOCTYPE x [<!ENTITY a 'b'>]><modelSet", "declares entities"),
         ("mm/s", "m/s", "SpeedUnits is 'm/s'; 'mm/s' is expected"),
         ("<numMod>5<", "<numMod>6<", "numMod is 6, and there are 5 models"),
         ("<modNum>2<", "<modNum>1<", "modNum does not count the models from 1 to 5"),
-        ("<ARlsf>", "<ARxxx>", "it is no XML"),
+        ("<ARlsf>", "<ARxxx>", "it is not XML"),
         ("<value>0.300000</value>", "", "ARlsf has .3, 4. values; as many for all models"),
         ("<value>0.300000</value>", "<value>0.7</value>", "ARlsf does not rise .* not stable"),
         ("<value>2.200000</value>", "<value>3.2</value>", "ARlsf does not rise"),
@@ -172,7 +172,7 @@ def test_poles_that_lie_on_each_other_are_not_converted(tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"", "no XML"), (b"\xff\xfe<", "no UTF-8 text"), (text().encode()[:2000], "no XML"), (b"<a/>", "<a>"),
+    [(b"", "not XML"), (b"\xff\xfe<", "not UTF-8 text"), (text().encode()[:2000], "not XML"), (b"<a/>", "<a>"),
      (b"<modelSet/>", "0 models found")],
 )  # fmt: skip
 def test_a_foreign_file_is_refused(tmp_path, content, words):

@@ -29,7 +29,7 @@ EVEN = {"w": np.ones((8, CHANNELS)), "s": np.ones((8, 2)), "b": np.ones(8)}
 @pytest.mark.parametrize(
     ("steps", "tensors", "words"),
     [
-        ([Recall(kept="x")], {}, r"step 1 \(recall\): no step before it has kept 'x'"),
+        ([Recall(kept="x")], {}, r"step 1 \(recall\): no step before it has stored 'x'"),
         ([Add(kept="x"), Keep(kept="x")], {}, r"step 1 \(add\): no step before"),
         ([Join(kept=("x",))], {}, "no step before"),
         ([Residual(steps=(Recall(kept="x"),))], {}, r"step 1 \(residual\), step 1 \(recall\): no step before"),
@@ -47,7 +47,7 @@ EVEN = {"w": np.ones((8, CHANNELS)), "s": np.ones((8, 2)), "b": np.ones(8)}
         ([*START, Norm(weight="n", bias="m")], {"n": np.ones(5), "m": np.ones(6)}, r"'n' has shape \(5,\); \(6\)"),
         ([*START, Attention(**ATTEND, heads=4)], ATTENTION, "4 heads do not share 6 channels evenly"),
         ([*START, Turn(), Attention(**ATTEND, heads=1)], ATTENTION, r"'w' has shape \(18, 6\); \(15, 5\) is expected"),
-        ([*START, Attention(**ATTEND, heads=1, memory="x")], ATTENTION, "no step before it has kept 'x'"),
+        ([*START, Attention(**ATTEND, heads=1, memory="x")], ATTENTION, "no step before it has stored 'x'"),
         ([*START, Keep(kept="x"), Part(start=0, stop=3), Attention(**ATTEND, heads=1, memory="x")], ATTENTION,
          r"'x' has shape \(6, 5\); \(3, any\) is expected"),
         ([*START, Keep(kept="x"), Part(start=0, stop=3, along="length"),

@@ -209,7 +209,7 @@ def test_a_database_of_another_version_is_refused(tmp_path):
     with engine.begin() as connection:
         connection.execute(text("UPDATE palpate SET version = 99"))
     engine.dispose()
-    command = f"make it anew from the ledgers: palpate collect --rebuild --lab {tmp_path} --to {url}"
+    command = f"collect again from the ledgers: palpate collect --rebuild --lab {tmp_path} --to {url}"
     with pytest.raises(CollectError, match=rf"x.sqlite: collected in version 99, .*{re.escape(command)}"):
         open_database(url, lab=tmp_path)
 
@@ -234,7 +234,7 @@ def test_the_other_files_of_a_lab_are_no_place_to_collect_into(lab, file):
     identify(lab.path, "P001", Identity(name="A B"))
     path = lab.start() if file == "session" else next(lab.path.rglob(file))
     before = path.read_bytes()
-    with pytest.raises(CollectError, match="no mark that palpate collect made it|is a session's ledger"):
+    with pytest.raises(CollectError, match="no mark of palpate collect|is a session's ledger"):
         open_database(f"sqlite:///{path}", rebuild=True)
     assert path.read_bytes() == before
 
@@ -259,7 +259,7 @@ def test_a_table_under_one_of_our_names_that_is_not_ours_is_not_dropped(tmp_path
     with engine.begin() as connection:
         connection.execute(text("DROP TABLE answers"))
         connection.execute(text("CREATE TABLE answers (mine TEXT)"))
-    with pytest.raises(CollectError, match="its table answers has no column item: palpate collect did not make it"):
+    with pytest.raises(CollectError, match="its table answers has no column item: palpate collect did not write it"):
         open_database(url, rebuild=True)
     assert "answers" in inspect(engine).get_table_names()
     engine.dispose()

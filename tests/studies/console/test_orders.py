@@ -147,7 +147,7 @@ def test_a_number_is_no_confirmation_and_blank_lines_are_none_either():
     one, _ = desk([(0.0, "127"), (0.0, ""), (0.0, "  ")], by_line=True)
     one.demand(MOUNT)
     polled(one)
-    assert one.answer() is None and one.display.said[-1].startswith("no number is asked for")
+    assert one.answer() is None and one.display.said[-1].startswith("no number is expected")
 
 
 def test_lines_that_mean_nothing_are_answered_with_what_would():

@@ -65,7 +65,7 @@ def test_a_long_line_being_typed_shows_its_end():
 def test_a_pause_covers_the_demand_until_the_session_goes_on():
     status = half_way_and(("experimenter", {"do": "pause"}))
     text = printed(replace(view(), status=status), t_s=75)
-    assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
+    assert "p continues" in text and "paused for 1:15" in text and "Enter when it is done" not in text
 
 
 def test_a_blind_console_shows_neither_the_column_nor_the_id_and_says_so():

@@ -97,7 +97,7 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
         ({"do": "ask", "form": "similarity", "items": ["Same"]}, "switching sides and rating 1 attribute"),
         ({"do": "sense", "device": "door_sensors", "seconds": 8.0}, "exploring while door sensors records 8 s"),
         ({"do": "rest", "done": 15, "total": 45}, "resting (15 of 45 behind them)"),
-        ({"do": "present", "stimulus": "A", "wish": {}}, "feeling what was made from the sliders"),
+        ({"do": "present", "stimulus": "A", "wish": {}}, "feeling what the sliders give"),
         ({"do": "present", "stimulus": "A"}, "feeling the stimulus"),
         (None, "waiting"),
     ],

@@ -148,7 +148,7 @@ def test_lines_of_a_pipe_are_orders_and_what_happens_is_told_in_lines():
         timeout=LONGEST_S * 3, check=True,
     )  # fmt: skip
     assert done.stdout.splitlines()[0] == "0 of 4 trials done"
-    assert "'hlep' is no order" in done.stdout and "did you mean 'help'" in done.stdout.replace("help?", "'help'?")
+    assert "'hlep' is not an order" in done.stdout and "did you mean 'help'" in done.stdout.replace("help?", "'help'?")
     assert done.stdout.splitlines()[-1] == "LEFT {'do': 'note', 'text': 'all well'}"
     assert "\x1b" not in done.stdout
 

@@ -34,7 +34,7 @@ def stimuli(**of_t07):
         ({"scale": {"from": -10, "to": 12, "step": 1}}, "scale.high was 10 and is 12"),
         ({"stimuli": stimuli(material="cloth")}, 'stimuli.T07.columns.material was "sandpaper P60" and is "cloth"'),
         ({"stimuli": stimuli()[1:]}, "stimuli.T07 was {"),
-        ({"attributes": [["Cold", "Warm"], ["Soft", "Hard"]]}, "attributes stands in another order"),
+        ({"attributes": [["Cold", "Warm"], ["Soft", "Hard"]]}, "attributes is in another order"),
         ({"attributes": [["Soft", "Tough"], ["Cold", "Warm"]]}, 'attributes.Soft.high was "Hard" and is "Tough"'),
         ({"instructions": "Feel."}, 'instructions is new: "Feel."'),
         ({"needs": ["window"]}, 'needs was ["samples","window"] and is ["window"]'),
@@ -89,7 +89,7 @@ def test_a_screen_is_the_same_where_a_slider_stays_within_half_a_millimetre(size
     if same:
         assert demand_same_screen(header, now, accept=False) is None
         return
-    with pytest.raises(ScreenChanged, match=r"begun on a screen of 1920x1080 px at 3\.620 px/mm"):
+    with pytest.raises(ScreenChanged, match=r"started on a screen of 1920x1080 px at 3\.620 px/mm"):
         demand_same_screen(header, now, accept=False)
     assert demand_same_screen(header, now, accept=True)["calibration_now"] == now.definition()
 

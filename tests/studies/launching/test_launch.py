@@ -54,7 +54,9 @@ def test_a_session_in_time_passes_and_simulated_ones_know_no_days(lab):
     study, first = toy(**TWO), day_of(lab.start(**TWO))
     for today in (first + timedelta(1), first + timedelta(14), None):
         assert demand_in_time(lab.path, study, "P001", 2, accept=False, today=today) is None
-    with pytest.raises(WrongTime, match="session 3 of P001, and the study declares 2 sessions; --accept-timing has it"):
+    with pytest.raises(
+        WrongTime, match="session 3 of P001, and the study declares 2 sessions; --accept-timing runs it"
+    ):
         demand_in_time(lab.path, study, "P001", 3, accept=False, today=None)
     assert demand_in_time(lab.path, toy(), "P001", 3, accept=False, today=date(2026, 1, 1)) is None
 

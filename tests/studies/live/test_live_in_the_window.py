@@ -118,8 +118,8 @@ def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(displ
         order(process, "confirm")
         until(process, "Put in place: T02 (foam)")
         order(process, "quit")
-        assert ended(process) == (1, f"interrupted by QUIT; kept: {len(read(path).events)} events. "
-                                     f"Go on with: palpate resume {path}")  # fmt: skip
+        assert ended(process) == (1, f"interrupted by QUIT; recorded: {len(read(path).events)} events. "
+                                     f"Resume with: palpate resume {path}")  # fmt: skip
     with sitting(display, "resume", str(path)) as process:
         until(process, "Put in place: T02 (foam)")
         order(process, "pause")

@@ -53,7 +53,7 @@ def test_a_start_that_is_refused_takes_no_row(lab, capsys, more, told):
 def test_a_folder_that_is_no_lab_is_said_to_be_none(lab, capsys):
     for name in ("participants.json", "consent.md"):
         (lab / name).unlink()
-    assert f"is no lab: it holds no participants.json; make it one with: palpate init {lab}" in refused(lab, capsys)
+    assert f"is not a lab: it holds no participants.json; make it one with: palpate init {lab}" in refused(lab, capsys)
 
 
 def test_who_finished_the_study_at_another_station_cannot_begin_it_anew(lab, capsys):

@@ -393,7 +393,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
         assert not notes and all(live["refused"] == live["changes"] > 0 for live in live_replies(record))
         assert all("refused UploadBegin (wrong_state)" in live["why"] for live in live_replies(record))
     else:
-        assert notes == ["The firmware of door was 1 when the session was begun, and is 2."]
+        assert notes == ["The firmware of door was 1 when the session was started, and is 2."]
         assert all(live["refused"] == 0 < live["changes"] for live in live_replies(record))
     replay(path)
 

@@ -50,7 +50,7 @@ def test_a_live_session_asks_for_a_lab_and_a_participant_it_knows(home, tmp_path
         admit(home.lab, toy(), "P001", live=True)
     assert not (home.lab / "participants" / "registry.sqlite").exists()
     (tmp_path / "empty").mkdir()
-    with pytest.raises(ParticipantError, match=r"empty is no lab: it holds no participants.json; .*palpate init"):
+    with pytest.raises(ParticipantError, match=r"empty is not a lab: it holds no participants.json; .*palpate init"):
         admit(tmp_path / "empty", toy(), "P001", live=True)
     assert list((tmp_path / "empty").iterdir()) == []
 

@@ -98,12 +98,12 @@ def test_what_was_written_by_hand_is_kept(home):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("participant_id\temail\nsub-P001\tx\n", "line 1: a column about 'email' would say who somebody is"),
+        ("participant_id\temail\nsub-P001\tx\n", "line 1: a column about 'email' would identify a person"),
         ("participant_id\tshoe\nsub-P001\t42\n", "line 1: column 'shoe' is not described in participants.json"),
         ("age\tparticipant_id\n27\tsub-P001\n", "line 1: participant_id first"),
         ("participant_id\tage\tage\n", "no column twice"),
         ("participant_id\tage\nsub-P001\n", "line 2: 1 cells, 2 columns are expected"),
-        ("participant_id\tage\nsub-P001\t1\n\nsub-P001\t2\n", "line 4: sub-P001 stands there twice"),
+        ("participant_id\tage\nsub-P001\t1\n\nsub-P001\t2\n", "line 4: sub-P001 appears there twice"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_refused_and_left_as_it_is(home, text, said):
@@ -128,7 +128,7 @@ def test_an_identifying_column_is_refused(home):
     described = json.loads((home.lab / "participants.json").read_text("utf-8"))
     described["birth_year"] = {"Description": "Year of birth"}
     (home.lab / "participants.json").write_text(json.dumps(described), "utf-8")
-    with pytest.raises(ParticipantError, match="birth_year: a column about 'birth' would say who somebody is"):
+    with pytest.raises(ParticipantError, match="birth_year: a column about 'birth' would identify a person"):
         export(home)
 
 

@@ -100,7 +100,7 @@ def test_balance_as_json_has_counts_and_what_is_on_offer(said):
     assert [row["participant"] for row in group["rows"]] == ["P001", "P002", "P003", "P004"]
     assert (group["on_offer"], group["next_row"]) == ([], 4)
     [empty] = json.loads(said("balance", "other", "--json"))["groups"]
-    assert empty["balanced"] is False and "nobody holds a row yet" in said("balance", "other")
+    assert empty["balanced"] is False and "nobody has a row yet" in said("balance", "other")
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_a_folder_that_is_no_lab_is_said_so_by_every_verb(tmp_path):
     assert {verb[0] for verb in verbs} == set(participants.commands)
     for verb in verbs:
         done = CliRunner().invoke(participants, [*verb, "--lab", str(tmp_path)])
-        assert "is no lab: it holds no participants.json; make it one with: palpate init" in str(done.exception)
+        assert "is not a lab: it holds no participants.json; make it one with: palpate init" in str(done.exception)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -50,7 +50,7 @@ def test_a_withdrawal_that_was_interrupted_is_finished_by_the_next(home):
     filled(home, 1)
     withdraw(home, "P001", "on request")
     identify(home.lab, "P001", Identity("Kim Hana"))
-    with pytest.raises(ParticipantError, match="P001 has withdrawn already; nothing is kept of who they are"):
+    with pytest.raises(ParticipantError, match="P001 has withdrawn already; nothing about their identity is stored"):
         withdraw(home, "P001", "on request")
     assert identities(home.lab) == {}
 

@@ -113,7 +113,7 @@ def test_a_full_disk_is_said_and_what_was_kept_stays(tmp_path):
     ledger.connection.exec_driver_sql("pragma max_page_count=1")
     ledger.connection.commit()
     big = Samples("door", ("angle",), ("deg",), 1.0, 0, bytes(400_000))
-    with pytest.raises(LedgerError, match=r"event 3 could not be kept: .*full"):
+    with pytest.raises(LedgerError, match=r"event 3 could not be recorded: .*full"):
         ledger.append(Event(3, 9999, "experimenter", NOTE, samples=(big,)))
     ledger.close({**SITTING, "because": "failed"})
     assert len(read(path).events) == 3
@@ -147,9 +147,9 @@ def change(path, *statements):
         ("update samples set form='['", "the samples of event 1 are damaged"),
         ("update samples set seq=9", "the hash chain breaks at event 1"),
         ("insert into samples select 9, 0, stream, form, data from samples", "samples without their event"),
-        ("update sittings set body='{}' where n=2", r"the record of sittings was changed or is damaged \(sitting 2\)"),
-        ("delete from sittings where n=1", r"sittings was changed or is damaged \(sitting 1\)"),
-        ("delete from sittings", "no sitting is on record"),
+        ("update sittings set body='{}' where n=2", r"the record of runs was changed or is damaged \(run 2\)"),
+        ("delete from sittings where n=1", r"runs was changed or is damaged \(run 1\)"),
+        ("delete from sittings", "no run of the session is recorded"),
         ("drop table sittings", r"the file is damaged \(no such table: sittings\)"),
         ("update events set body=x'ff' where seq=1", "damaged|hash chain breaks"),
         ("update events set t_ns='soon' where seq=1", "damaged|hash chain breaks"),
@@ -326,7 +326,7 @@ def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatc
         raise OperationalError("INSERT", {}, Exception("database or disk is full"))
 
     monkeypatch.setattr("palpate.studies.sessions.ledger._insert_event", full)
-    with pytest.raises(LedgerError, match="its first event could not be kept: database or disk is full"):
+    with pytest.raises(LedgerError, match="its first event could not be recorded: database or disk is full"):
         create(tmp_path / "s.sqlite", {}, SITTING)
     assert list(tmp_path.iterdir()) == []
 

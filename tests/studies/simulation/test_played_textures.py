@@ -55,7 +55,7 @@ def test_what_is_played_while_the_hand_rests_does_not_count():
     ("real", "played", "hand", "said"),
     [
         (noise(), noise()[1:], HAND, "are expected"),
-        (noise(), noise() * np.nan, HAND, "no number"),
+        (noise(), noise() * np.nan, HAND, "not a number"),
         (noise(), noise(), HAND * 0.05, "0 frames"),
         (noise()[:500], noise()[:500], HAND[:, :500], "2 frames"),
     ],

@@ -170,7 +170,7 @@ def test_where_people_took_part_no_simulated_ones_join_them(tmp_path, monkeypatc
     [
         ({"seed": 1}, "it has seed 0, not 1"),
         ({"pictures": 2}, "it keeps 1 pictures of each texture, not 2"),
-        ({"seconds": 7.0}, "texture_capture of its own, which is not of 2 textures x 7 s"),
+        ({"seconds": 7.0}, "texture_capture already, which is not of 2 textures x 7 s"),
         ({"textures": ("T46", "T15", "T01")}, "which is not of 3 textures x 6 s"),
         ({"textures": (), "seconds": None}, "which is not of 50 textures x 60 s"),
         ({"raters": 1}, "P002_s1.sqlite: a session of texture_ratings that is not of 1 simulated"),
@@ -208,7 +208,7 @@ def test_who_withdrew_is_told_before_anything_is_written(tmp_path):
     withdraw(registry, "P002", "asked to")
     registry.engine.dispose()
     before = sorted((tmp_path / "lab").rglob("*"))
-    with pytest.raises(TextureSetError, match="P002 withdrew here.*wants a lab of its own, or fewer raters"):
+    with pytest.raises(TextureSetError, match="P002 withdrew here.*needs its own lab, or fewer raters"):
         make(tmp_path / "lab")
     assert sorted((tmp_path / "lab").rglob("*")) == before and not list((tmp_path / "lab" / "sessions").glob("*"))
 

@@ -95,7 +95,7 @@ def test_what_is_kept_and_damaged_is_refused_by_name_before_anything_is_recorded
         found.of(CLOTH)
         kept = next((lab / "models" / "compared").iterdir())
         kept.write_bytes(content)
-    with pytest.raises(RigError, match=rf"{kept.name}: not what was kept.*Remove it"):
+    with pytest.raises(RigError, match=rf"{kept.name}: not a stored rendering.*Remove it"):
         VirtualTextures(found.folder, lab).check(CLOTH)
 
 

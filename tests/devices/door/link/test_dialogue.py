@@ -91,8 +91,8 @@ def test_a_device_that_boots_is_waited_for():
         (b"", "no door simulator answers. Is it switched on"),
         (b"\r\nERROR\r\n", "something answers"),
         (b"\x00\x13garbage\x00", "something answers"),
-        (lambda data: data, "what answers is no door simulator"),  # a plug that sends everything back
-        (says.Identity(b"XXXX", 1, 3, 12, 621, 1.0, 1.0, 1.0, 40, 1, 0, 0), "what answers is no door simulator"),
+        (lambda data: data, "what answers is not a door simulator"),  # a plug that sends everything back
+        (says.Identity(b"XXXX", 1, 3, 12, 621, 1.0, 1.0, 1.0, 40, 1, 0, 0), "what answers is not a door simulator"),
         (says.Identity(b"PDOR", 2, 3, 12, 621, 60.0, 100.0, 180.0, 40, 1, 0, 0), "another version"),
         (says.Nak(1, Reason.wrong_version, State.safe, 0), "another version"),
     ],

@@ -113,7 +113,7 @@ def test_missing_and_unknown_translations_are_named(tmp_path):
     folder = translated(tmp_path, KOREAN.replace("Smooth: 매끄러운", "Smoth: 매끄러운"))
     missing, unknown = check_study_texts(STUDY, folder)
     assert "no translation of 'Smooth'" in missing
-    assert "'Smoth' is no text of the study; did you mean 'Smooth'?" in unknown
+    assert "'Smoth' is not a text of the study; did you mean 'Smooth'?" in unknown
     with pytest.raises(WindowError, match="no translation of 'Smooth'"):
         load_study_texts(STUDY, folder, "ko")
 
