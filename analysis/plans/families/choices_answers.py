@@ -20,6 +20,7 @@ from palpate.analysis.choices.triads import circular_triads
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.families.rows import plain_row, require_columns
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
+from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
 from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.pvalues import t_critical
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from palpate.analysis.plans.answers import Row, Selected
-    from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.plans.families.choices import BradleyTerry, PsychometricFunction, Thurstone
 
 NUMBERS = (
