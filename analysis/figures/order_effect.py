@@ -96,7 +96,7 @@ def data(inputs: FigureInput, settings: OrderEffectSettings) -> FigureData:
         caption += " Carry-over: how much of the effect of the stimulus before a rating takes on (+) or turns from (−)."
     scale = scale_ends(selected)
     words = {"attributes": attribute_words(selected), "scale": scale, "step": STEP}
-    # Whiskers that the panels cut: these never span more than 0.6 of the scale.
+    # A panel spans at most 0.6 of the scale, so it cuts every wider whisker.
     bins = [row for row in rows if row["kind"] == "bin" and row["measure"] != TIME]
     wide = sum(
         len(b := numbers_in([row], "low", "high")) == 2 and b[1] - b[0] > 0.6 * (scale[1] - scale[0]) for row in bins

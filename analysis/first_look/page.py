@@ -223,7 +223,7 @@ def methods(analysis: Analysis) -> Iterator[str]:
         yield f"{BETWEEN} {groups_met(analysis)}".rstrip()
     if "pairs" in kinds:
         yield PAIRS
-    # What was not done: adjusting across attributes, rounding p to zero, imputing.
+    # Then say what was not done: adjusting across attributes, rounding p to zero, imputing.
     own = len(ratings.attributes)
     apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
     merged, means = averaged(ratings)

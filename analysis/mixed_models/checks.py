@@ -95,7 +95,7 @@ def refuse_indistinguishable(problem: Problem) -> None:
     few = [term for term in problem.random if len(term.levels) <= problem.columns]
     basis = np.linalg.qr(problem.fixed.columns(slice(None), len(problem.y)))[0] if few else np.empty((0, 0))
     for term in few:
-        # Whether every group's indicator is a combination of the fixed effects, whose orthonormal columns are `basis`.
+        # The fixed effects determine the groups where the indicator of every group lies in the span of `basis`.
         sums = np.zeros((len(term.levels), basis.shape[1]))
         np.add.at(sums, term.codes, basis)
         sizes = np.bincount(term.codes, minlength=len(term.levels))

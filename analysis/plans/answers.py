@@ -147,7 +147,7 @@ class Kind:
     asked for every outcome by itself or once for all. `complete` names, for given settings, the factors whose cells
     each participant must have filled (averaging over the study's other factors): where a cell is missing, the plan's
     `missing` decides before `answer` is called. `with_gaps` answers instead under `missing: mixed_model`. `headings`
-    are names of columns of its own for a reader, beside those that all tests share (regenerating/headings.py).
+    are names of columns of its own for a reader, beside those that all tests share (reports/tables.py).
     """
 
     title: str

@@ -64,14 +64,14 @@ def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
 def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
     where = rule.where or {}
     if where and len(material.people.named(material.trials, where)) == len(where):
-        # The participants with these answers about themselves, also those without a trial.
+        # Leave out the participants with these answers about themselves, also those without a trial.
         everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
         people = [str(who) for who in everybody.loc[_keeps(everybody, where), "participant"]]
         return _without_people(material, people, rule.because)
     if rule.outlying is not None:
         return _without_outlying(material, rule.outlying, rule.because)
     if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
-        # A trial is known by its session and place, in an imported table by all that it says about it.
+        # Leave out trials, each known by its session and place, in an imported table by all that the table says of it.
         trials = _bad_trials(material, rule)
         key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
         gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
@@ -95,7 +95,7 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     if rule.participants is not None:
         return [who for who in material.participants if who in rule.participants]
     if rule.fewer_than is not None:
-        # Those with too few answered trials, also somebody who answered a form and no trial at all.
+        # Leave out those with too few answered trials, also somebody who answered a form and no trial at all.
         if "session" not in material.trials.columns:
             raise DataRefused(f"{material.name!r}: no session is recorded, which `fewer_than` counts; leave it out")
         answered = material.trials["session"].value_counts()
@@ -108,7 +108,7 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
                 and answered.get(session, 0) / planned < rule.fewer_than
             }
         )
-    # Those on whom at least so many of the rater diagnostics raise a flag.
+    # Otherwise the rule is `flagged`: leave out those on whom at least so many of the rater diagnostics raise a flag.
     least = rule.flagged or 1
     ratings = material.ratings
     if ratings is None or ratings.scale is None:

@@ -136,13 +136,13 @@ def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
     except TypeError:
         raise BadValue(f"column {name!r} holds labels that cannot be compared (such as lists); use text") from None
     labels = [label for _, label in sorted(typed_labels, key=lambda typed: typed[0].__name__)]
-    # Refuse different labels that a reader, or the next program to read the table, takes for the same.
+    # Different labels that a reader, or the next program to read the table, takes for the same are refused.
     seen: dict[str, Any] = {}
     for label in labels:
         is_whole = isinstance(label, Integral | Truth) or (
             isinstance(label, Real) and label not in ENDS and label % 1 == 0
         )
-        # The texts that a label may be written as: 1.0 also as "1", True also as "1".
+        # A whole number is also compared by its digits alone, since 1.0 and True may be written as "1".
         for text in (str(label), str(int(label))) if is_whole else (str(label),):
             twin = seen.setdefault(text, label)
             if len({twin, label}) > 1 or isinstance(twin, Truth) != isinstance(label, Truth):
@@ -263,7 +263,10 @@ def gather_all(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Cells:
-    """Return `gather`, also with no factor at all: one value per participant."""
+    """Return the dense array of a long table as `gather` does; `factors` may be empty: then one value per participant.
+
+    Raises what `gather` raises.
+    """
     check_options(missing, aggregate)
     names = [subject, *factors]
     check_columns(data, [dv, *names])

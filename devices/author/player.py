@@ -178,7 +178,7 @@ class Player:
         try:
             self.door.check(force_N, name)
             if not self.opened:
-                # Connect in a thread of its own: the window does not stand still for it. Raises DeviceError.
+                # Connect in a thread of its own, so that the window does not stand still.
                 failed: deque[BaseException] = deque()
                 opening = Thread(target=self._opened_in_thread, args=(failed,), name="opening the door")
                 self.screen.door_is("connecting")

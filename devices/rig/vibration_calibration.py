@@ -123,7 +123,6 @@ class Bench:
             again = " again" if self.tries[position] > 1 else ""
             up = f"{position[1]} axis {'up' if position[0] == '+' else 'down'}"
             self.job.ask(f"{position}{again}: lay {self.job.name} with its {up} and let go of it.")
-            # The samples of a position in g by the scaling so far, of shape (n, 3).
             self.sensor.expect(Lying(position))
             signal, blocks, count = self.sensor.signals[0], list[Block](), 0
             self.sensor.start(self.now)
@@ -134,6 +133,7 @@ class Bench:
                     count += sum(len(block.data) for block in came) // (4 * len(AXES))
             finally:
                 self.sensor.stop()
+            # In g by the scaling so far, of shape (n, 3).
             g = samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
             wrong = _movement(position, g) or _misplacement(position, g.mean(axis=0))
             if wrong is None:
@@ -211,8 +211,6 @@ def calibrate_coil(
     if not isinstance(settings, Settings):
         raise DeviceError(f"{job.name}: no voice coil")
     chosen = _sensor(job.file, job.name, sensor)
-    # Half of what the coil bears, 0.5 V at most, unless another level is asked for. Raises DeviceError above it.
-    most = min(settings.peak_V, settings.rms_V)
     if level_V is not None and level_V > settings.peak_V:
         raise DeviceError(f"--level {level_V:g}: {job.name} bears {settings.peak_V:g} V (`peak_V`); give a lower level")
     whole = SECONDS_SHAKEN if seconds is None else round(seconds)
@@ -220,7 +218,9 @@ def calibrate_coil(
         raise DeviceError(
             f"{job.name}: --seconds {seconds:g}: {FEWEST} at least are needed to tell noise from response"
         )
-    shaking = Shaking(level_V=min(LOUDEST_V, settings.peak_V / 2, most) if level_V is None else level_V, measured=whole)
+    if level_V is None:  # half of the peak that the coil bears, and no more than it bears for long
+        level_V = min(LOUDEST_V, settings.peak_V / 2, settings.peak_V, settings.rms_V)
+    shaking = Shaking(level_V=level_V, measured=whole)
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
         raise DeviceError(f"{path} exists, and records may name it; give --force to overwrite it")

@@ -67,7 +67,7 @@ def read_material(
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
     notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
-    # whether twins rated, recorded or photographed any of it
+    # The material counts as simulated where twins rated, recorded or photographed any of it.
     recorded = any(texture.simulated for texture in parts.felt.values())
     simulated = rated.simulated or recorded or any(photo.simulated for photo in photos)
     return Material(textures, rated.attributes, weights_text, simulated, notes)

@@ -40,10 +40,9 @@ class Paragraph:
 
 
 class InstructionScreen(Base):
-    """A page of instructions, by its name; read to its end, then on."""
+    """A page of instructions, by its name; read to its end, then on. Raises WindowError on an unknown page."""
 
     def __init__(self, request: Instruct, page: Page) -> None:
-        # The page's text. Raises WindowError where the study has no such page.
         if request.page not in page.pages:
             raise WindowError(f"no text for the page {request.page!r}; {nearest(request.page, page.pages)}")
         text = page.say(page.pages[request.page])
