@@ -10,6 +10,7 @@ import pandas as pd
 from palpate.analysis.choices.counted import Counted, gather_choices
 from palpate.analysis.choices.scales import (
     SUM_ZERO,
+    Maximum,
     Scale,
     constraint_matrix,
     effect_table,
@@ -50,17 +51,10 @@ def bradley_terry(
         raise NoEstimate("no comparison was tied, so a tie has no estimate; leave `tie` out")
     refuse_unconnected(counted)
     design, counts = _design(counted, tie is not None, first is not None)
-    # For each answer that was given, its design minus that of each answer that could have been.
-    advantages = [
-        design[context, answer] - np.delete(design[context], answer, axis=0)
-        for context, answer in np.argwhere(counts > 0).tolist()
-    ]
-    refuse_separated(np.unique(np.concatenate(advantages), axis=0), [*map(repr, counted.items[1:]), *names])
+    refuse_separated(_advantages(design, counts), [*map(repr, counted.items[1:]), *names])
     most = maximise_likelihood(design, counts)
     size = len(counted.items)
-    raw = np.concatenate(([0.0], most.parameters[: size - 1]))
-    spread = np.zeros((size, size))
-    spread[1:, 1:] = most.covariance[: size - 1, : size - 1]
+    raw, spread = _values(most, size)
     covariance = turn @ spread @ turn.T
     deviance, df, p, notes = fit_against_free(counts, most.fitted, len(most.parameters))
     odds = np.exp(raw - raw.max())
@@ -93,6 +87,25 @@ def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Float
     if position:
         design[:, 1, -1] = -1.0
     return design[:, :, 1:], counted.counts[:, : design.shape[1]]
+
+
+def _advantages(design: Floats, counts: Floats) -> Floats:
+    """Return, of each answer that was given, its design minus that of each other answer to the pair; equal rows once.
+
+    `design` has shape (pairs, answers, parameters), `counts` (pairs, answers), the result (differences, parameters).
+    """
+    advantages = [
+        design[context, answer] - np.delete(design[context], answer, axis=0)
+        for context, answer in np.argwhere(counts > 0).tolist()
+    ]
+    return np.unique(np.concatenate(advantages), axis=0)
+
+
+def _values(most: Maximum, size: int) -> tuple[Floats, Floats]:
+    """Return the values of `size` items, the first one's 0, and their covariance."""
+    covariance = np.zeros((size, size))
+    covariance[1:, 1:] = most.covariance[: size - 1, : size - 1]
+    return np.concatenate(([0.0], most.parameters[: size - 1])), covariance
 
 
 def pair_table(counted: Counted, fitted: Floats) -> pd.DataFrame:

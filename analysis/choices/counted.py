@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from palpate.analysis.statistics.cells import Counts, check_columns, coded, numbers_of
 from palpate.analysis.statistics.doubles import Floats
@@ -62,33 +64,15 @@ def gather_choices(
     both = coded(pd.concat(columns, ignore_index=True), f"{winner} and {loser}")
     size = len(data)
     won, lost = both.codes[:size], both.codes[size : 2 * size]
-    same = won == lost
-    rows = np.flatnonzero(same).tolist()
-    if rows:
-        listing = listed((f"{both.labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
+    _refuse_self_comparisons(won, lost, both.labels)
     lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
-    if first is not None:
-        rows = np.flatnonzero((lead != won) & (lead != lost)).tolist()
-        if rows:
-            listing = listed((f"row {row + 1}" for row in rows), len(rows))
-            raise BadValue(f"column {first!r} names neither winner nor loser in {listing}")
-    weights = np.ones(size)
-    if count is not None:
-        weights = numbers_of(data[count], count)
-        wrong = np.flatnonzero(~((weights >= 0) & (weights == np.floor(weights)))).tolist()
-        if wrong:
-            listing = listed((f"{weights[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-            raise BadValue(f"column {count!r} must count comparisons (0, 1, 2, ...); found {listing}")
+    if first is not None and (rows := np.flatnonzero((lead != won) & (lead != lost)).tolist()):
+        listing = listed((f"row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {first!r} names neither winner nor loser in {listing}")
+    weights = np.ones(size) if count is None else _counts_of(data[count], count)
     outcome = np.where(lead == won, 0, 1)
     if tie is not None:
-        column = data[tie]
-        texts = [str(value).strip().lower() for value in column.tolist()]
-        wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
-        if wrong:
-            listing = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
-            raise BadValue(f"column {tie!r} must say true or false; found {listing}")
-        outcome = np.where(np.array([text in TRUE for text in texts]), 2, outcome)
+        outcome = np.where(_are_ties(data[tie], tie), 2, outcome)
     items = tuple(both.labels)
     two = won + lost - lead
     ordered = first is not None
@@ -100,3 +84,31 @@ def gather_choices(
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")
     return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
+
+
+def _refuse_self_comparisons(won: Counts, lost: Counts, labels: Sequence[Hashable]) -> None:
+    """Raise BadValue where winner and loser are one item; `won` and `lost` are places in `labels`."""
+    rows = np.flatnonzero(won == lost).tolist()
+    if rows:
+        listing = listed((f"{labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
+
+
+def _counts_of(column: pd.Series[Any], name: Hashable) -> Floats:
+    """Return how many comparisons each row stands for. Raises BadValue for other than whole numbers from 0."""
+    counts = numbers_of(column, name)
+    wrong = np.flatnonzero(~((counts >= 0) & (counts == np.floor(counts)))).tolist()
+    if wrong:
+        listing = listed((f"{counts[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must count comparisons (0, 1, 2, ...); found {listing}")
+    return counts
+
+
+def _are_ties(column: pd.Series[Any], name: Hashable) -> NDArray[np.bool_]:
+    """Return whether each row is a tie. Raises BadValue for a value that is neither true nor false."""
+    texts = [str(value).strip().lower() for value in column.tolist()]
+    wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
+    if wrong:
+        listing = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must say true or false; found {listing}")
+    return np.array([text in TRUE for text in texts])

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import check_columns, numbers_of
+from palpate.analysis.statistics.cells import Codes, check_columns, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew, shown
 
@@ -69,40 +70,56 @@ def staircase(
     if not np.isin(hits, (0, 1)).all():
         raise BadValue(f"column {correct!r} must be 0 or 1 (or true and false) in each trial of a staircase")
     if order is not None:
-        numbers = numbers_of(data[order], order)
-        if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
-            raise BadValue(f"column {order!r} does not give each trial its own position; is this one staircase?")
-        sorting = np.argsort(numbers)
+        sorting = _order_of_trials(data[order], order)
         levels, hits = levels[sorting], hits[sorting]
     if not np.diff(levels).any():
-        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is not a staircase")
-    # Where the direction of the moves turns: the last trial at the turning level.
-    moves = np.diff(levels)
-    steps = np.flatnonzero(moves)
-    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
-    places = steps[turns + 1]
-    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
-    table = pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
+        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
+    table = _reversals(levels)
     if len(table) < 2:
         raise TooFew(f"{len(table)} reversals in {len(levels)} trials; a threshold needs two or more")
     used = min(last, len(table) - len(table) % 2)
     table["used"] = np.arange(len(table)) >= len(table) - used
     chosen = table.loc[table["used"], "level"]
     rule = explaining_rule(levels, hits)
-    notes = [] if used == last else [f"{used} of the {last} reversals requested: there were {len(table)}"]
-    # A note on a move more than twice every move before it, the first reversal past: another staircase?
-    sizes = np.abs(np.diff(levels))
-    most = np.maximum.accumulate(sizes)
-    after = np.arange(1, len(sizes)) >= int(table["trial"].iloc[0])
-    leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
-    notes += [
-        f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
-        "staircases are in one table, name the column that identifies them"
-        for i in leaps[:1].tolist()
-    ]
+    notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
+    notes += _leap_notes(levels, int(table["trial"].iloc[0]))
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
     return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
+
+
+def _order_of_trials(column: pd.Series[Any], name: Hashable) -> Codes:
+    """Return the rows in order of the trials. Raises BadValue where two trials have the same place, or one has none."""
+    numbers = numbers_of(column, name)
+    if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
+        raise BadValue(f"column {name!r} does not give each trial a place of its own; is this one staircase?")
+    return np.argsort(numbers)
+
+
+def _reversals(levels: Floats) -> pd.DataFrame:
+    """Return where the direction of the moves turns: the last trial at the turning level (from 1), level and kind."""
+    moves = np.diff(levels)
+    steps = np.flatnonzero(moves)
+    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
+    places = steps[turns + 1]
+    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
+    return pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
+
+
+def _leap_notes(levels: Floats, first_reversal: int) -> list[str]:
+    """Note the first move after trial `first_reversal` that is more than twice every move before it.
+
+    It may be the first move of another staircase in the same table.
+    """
+    sizes = np.abs(np.diff(levels))
+    most = np.maximum.accumulate(sizes)
+    after = np.arange(1, len(sizes)) >= first_reversal
+    leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
+    return [
+        f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
+        "staircases stand in one table, name the column that tells them apart"
+        for i in leaps[:1].tolist()
+    ]
 
 
 def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:

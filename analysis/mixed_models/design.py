@@ -316,15 +316,23 @@ def random_effects_of(
         raise UnknownColumn(f"{name!r} is both a grouping factor and one of its slopes; name another column")
     design = Design(variables, effects_of(mains, crossed))
     random = Random(name, groups.codes, tuple(map(str, groups.labels)), design, design.back(), correlated)
-    rows = len(frame)
+    _refuse_many(random, len(frame))
+    _refuse_constant_slopes(random, len(frame))
+    return random
+
+
+def _refuse_many(random: Random, rows: int) -> None:
+    """Raise NotIdentified where there are as many random effects as values."""
     count = len(random.levels) * random.size
     if count >= rows:
         raise NotIdentified(
             f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
             f"{random.size}) for {rows:,} values; the residual cannot be separated from them: drop slopes or the factor"
         )
-    # Slopes that vary within no level cannot be told from the intercept's variance.
-    rows = len(frame)
+
+
+def _refuse_constant_slopes(random: Random, rows: int) -> None:
+    """Raise NotIdentified for slopes that vary within no level: they cannot be told from the intercept's variance."""
     first = np.zeros(len(random.levels), dtype=np.intp)
     first[random.codes[::-1]] = np.arange(rows)[::-1]
     for effect, place in random.design.places.items():
@@ -340,4 +348,3 @@ def random_effects_of(
                 f"the random slope of {listed(map(repr, still), len(still))} varies within no level of "
                 f"{random.name!r}, so it cannot be separated from the intercept; remove the slope"
             )
-    return random

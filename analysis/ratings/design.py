@@ -88,30 +88,13 @@ def check_design(
     """
     groups = tuple(dict.fromkeys((*between, *(name for crossing in crossings for name in crossing.between))))
     labels = list(dict.fromkeys((participant, *cells, *nested, *groups)))
-    for column in (*labels, value):
-        if column not in table.columns:
-            known = ", ".join(map(str, table.columns))
-            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
+    _demand_columns(table, (*labels, value))
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
     plan = _expected_cells(rows, crossings)
-    empty = table[labels].isna()
-    unlabelled = [
-        Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]]))
-        for row, bad in enumerate(empty.any(axis=1).tolist())
-        if bad
-    ]
-    two_groups = [
-        Place(
-            str(person),
-            found=" and ".join(", ".join(map(" ".join, zip(groups, map(str, own), strict=True))) for own in several),
-        )
-        for person, several in rows.groups_of().items()
-        if len(several) > 1
-    ]
     problems = [
         *gathered("no_rows", [] if len(table) else [Place("the table", found="holds no rating")], limit),
-        *gathered("unlabelled", unlabelled, limit),
-        *gathered("two_groups", two_groups, limit),
+        *gathered("unlabelled", _unlabelled_rows(table[labels].isna()), limit),
+        *gathered("two_groups", _people_in_two_groups(rows), limit),
         *_cell_problems(rows, plan, value, repeats, limit),
         *value_problems(table, participant, (*cells, *nested), value, scale=scale, limit=limit),
         *gathered("lookalike", list(lookalikes(table, labels)), limit),
@@ -123,6 +106,23 @@ def check_design(
         problems=tuple(problem for problem in problems if problem.kind not in NOTES),
         notes=tuple(problem for problem in problems if problem.kind in NOTES),
     )
+
+
+def _demand_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
+    """Raise DataRefused on the first column that the table does not have."""
+    for column in columns:
+        if column not in table.columns:
+            known = ", ".join(map(str, table.columns))
+            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
+
+
+def _unlabelled_rows(empty: pd.DataFrame) -> list[Place]:
+    """Return the rows with a missing label and the columns that miss it; `empty` is true where a label is missing."""
+    return [
+        Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]]))
+        for row, bad in enumerate(empty.any(axis=1).tolist())
+        if bad
+    ]
 
 
 @dataclass(frozen=True)
@@ -144,6 +144,20 @@ class _Rows:
         for person, *group in self.labels((self.participant, *self.groups)):
             levels.setdefault(person, {})[tuple(group)] = None
         return {person: list(levels[person]) for person in _in_order(levels)}
+
+
+def _people_in_two_groups(rows: _Rows) -> list[Place]:
+    """Return the participants who have rows in several groups, with all their groups."""
+    return [
+        Place(
+            str(person),
+            found=" and ".join(
+                ", ".join(map(" ".join, zip(rows.groups, map(str, own), strict=True))) for own in several
+            ),
+        )
+        for person, several in rows.groups_of().items()
+        if len(several) > 1
+    ]
 
 
 Plan = Mapping[str, Mapping[str, tuple[str, ...]]]

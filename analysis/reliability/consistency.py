@@ -81,19 +81,31 @@ def cronbach_alpha(
     signs = np.array([-1.0 if name in reverse else 1.0 for name in table.columns])
     values = table.values
     keyed = values * signs
-    alpha, correlation = alpha_value(keyed), math.nan
-    # The mean of all correlations between two items, undefined where one does not vary.
-    z = np.stack([deviations(column) for column in keyed.T], axis=1)
-    length = np.sqrt(np.add.reduce(z * z, axis=0))
-    if (length != 0).all():
-        products = (z / length).T @ (z / length)
-        sum_r = float(math.fsum(products[np.triu_indices(len(products), 1)].tolist()))
-        correlation = sum_r * 2 / (len(length) * (len(length) - 1))
+    alpha, correlation = alpha_value(keyed), _mean_correlation(keyed)
     low, high = feldt_interval(alpha, len(values), values.shape[1], confidence) if alpha < 1 else (math.nan, math.nan)
     k = values.shape[1]
     total = 1 + (k - 1) * correlation
     standardised = k * correlation / total if total > 0 else math.nan
     per_item = pd.DataFrame(_item(values, keyed, i, name) for i, name in enumerate(table.columns))
+    return Alpha(
+        *(alpha, low, high, standardised, correlation, len(values), per_item, confidence),
+        *(tuple(table.dropped), table.values_per_cell, "; ".join(_notes(alpha, standardised, per_item))),
+    )
+
+
+def _mean_correlation(values: Floats) -> float:
+    """Return the mean correlation of two items of an array (cases, items), NaN where an item does not vary."""
+    z = np.stack([deviations(column) for column in values.T], axis=1)
+    length = np.sqrt(np.add.reduce(z * z, axis=0))
+    if not (length != 0).all():
+        return math.nan
+    products = (z / length).T @ (z / length)
+    sum_r = float(math.fsum(products[np.triu_indices(len(products), 1)].tolist()))
+    return sum_r * 2 / (len(length) * (len(length) - 1))
+
+
+def _notes(alpha: float, standardised: float, per_item: pd.DataFrame) -> list[str]:
+    """Say why alpha, its interval or its standardised form is undefined, and what a negative alpha means."""
     notes = []
     if math.isnan(alpha):
         notes.append("alpha is undefined: the sums of the items do not vary")
@@ -105,10 +117,7 @@ def cronbach_alpha(
         still = [str(name) for name, sd in zip(per_item["item"], per_item["sd"], strict=True) if sd == 0]
         why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
         notes.append(f"standardised alpha is undefined: {why}")
-    return Alpha(
-        *(alpha, low, high, standardised, correlation, len(values), per_item, confidence),
-        *(tuple(table.dropped), table.values_per_cell, "; ".join(notes)),
-    )
+    return notes
 
 
 def alpha_value(values: Floats) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,33 +55,31 @@ def rater_signs(
     for i, name in enumerate(table.columns):
         shared = present[:, i] & (count[:, i] > 0)
         own, rest = x[shared, i], others[shared, i] / count[shared, i]
-        notes = []
-        shift = math.nan
         if len(own):
-            shift = rescaled(math.fsum((own - rest).tolist()) / len(own), exponent)
+            correlation = pearson(own, rest)
+            r, shift = correlation.r, rescaled(math.fsum((own - rest).tolist()) / len(own), exponent)
+            why = correlation.note.replace("first", "rater's").replace("second", "others'")
+            notes = [why] if math.isnan(r) else []
         else:
-            notes.append("no target is shared with another rater")
-        r = pearson(own, rest) if len(own) else None
-        notes += [r.note.replace("first", "rater's").replace("second", "others'")] if r and math.isnan(r.r) else []
-        of_others = [value for j, value in enumerate(variances) if j != i and not math.isnan(value)]
-        pooled = math.fsum(of_others) / len(of_others) if of_others else math.nan
-        spread = math.nan
-        if math.isnan(variances[i]):
-            notes.append("one value has no spread")
-        elif math.isnan(pooled) or pooled == 0:
-            notes.append("spread is undefined: no other rater's values vary")
-        else:
-            spread = math.sqrt(variances[i] / pooled)
+            r, shift, notes = math.nan, math.nan, ["no target is shared with another rater"]
+        spread, why = _relative_spread(variances, i)
+        notes += [why] if why else []
         there = int(present[:, i].sum())
-        signs.append(
-            RaterSign(
-                *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
-                note="; ".join(notes),
-            )
-        )
+        signs.append(RaterSign(name, there, len(x) - there, len(own), r, shift, spread, note="; ".join(notes)))
     result = pd.DataFrame(signs)
     result.attrs.update(table.attrs("targets", "raters"))
     return result
+
+
+def _relative_spread(variances: Sequence[float], at: int) -> tuple[float, str]:
+    """Return a rater's SD over the root mean square of the others' SDs, or NaN and why it is undefined."""
+    of_others = [value for j, value in enumerate(variances) if j != at and not math.isnan(value)]
+    pooled = math.fsum(of_others) / len(of_others) if of_others else math.nan
+    if math.isnan(variances[at]):
+        return math.nan, "one value has no spread"
+    if math.isnan(pooled) or pooled == 0:
+        return math.nan, "spread is undefined: no other rater's values vary"
+    return math.sqrt(variances[at] / pooled), ""
 
 
 def _without_own(x: Floats) -> Floats:

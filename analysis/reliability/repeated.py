@@ -14,7 +14,7 @@ from scipy.special import chdtri
 from palpate.analysis.reliability.correlating import normal_upper, pearson
 from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.reliability.intraclass import demand_confidence, iccs
-from palpate.analysis.statistics.cells import check_columns, name_list, numbers_of
+from palpate.analysis.statistics.cells import Coded, Codes, check_columns, name_list, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
 from palpate.analysis.statistics.pvalues import t_critical
 from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed
@@ -70,19 +70,7 @@ def retest(
     check_columns(data, [dv, subject, *names, *places])
     y = numbers_of(data[dv], dv)
     meetings, turn = combine_labels(data, [subject, *names]), combine_labels(data, places)
-    # The rows of each first and second meeting, and how many meetings came later.
-    rows = np.lexsort((turn.codes, meetings.codes))
-    same = meetings.codes[rows][1:] == meetings.codes[rows][:-1]
-    at_once = same & (turn.codes[rows][1:] == turn.codes[rows][:-1])
-    if at_once.any():
-        repeated = [str(meetings.labels[int(meetings.codes[row])]) for row in rows[1:][at_once]]
-        raise DuplicatedCells(
-            f"several answers at the same moment: {listed(repeated, len(repeated))}; take repeats out"
-        )
-    starts = np.concatenate(([True], ~same))
-    place = np.arange(len(rows)) - np.maximum.accumulate(np.where(starts, np.arange(len(rows)), 0))
-    second = np.flatnonzero(place == 1)
-    first, second, further = rows[second - 1], rows[second], int((place > 1).sum())
+    first, second, further = _first_and_second(meetings, turn)
     whole = ~(np.isnan(y[first]) | np.isnan(y[second]))
     first, second = first[whole], second[whole]
     labels: list[Any] = [meetings.labels[int(code)] for code in meetings.codes[first]]
@@ -94,17 +82,41 @@ def retest(
             "two or more are needed: repeat stimuli"
         )
     measures = pd.DataFrame(_measures(pairs["first"].to_numpy(), pairs["second"].to_numpy(), confidence))
+    return Retest(measures, _people(pairs, str(subject)), pairs, further, int((~whole).sum()), confidence)
+
+
+def _first_and_second(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
+    """Return the rows of each first and second meeting of a participant and a target, and how many came later.
+
+    Raises DuplicatedCells where two meetings have the same place in the order.
+    """
+    rows = np.lexsort((turn.codes, meetings.codes))
+    same = meetings.codes[rows][1:] == meetings.codes[rows][:-1]
+    at_once = same & (turn.codes[rows][1:] == turn.codes[rows][:-1])
+    if at_once.any():
+        repeated = [str(meetings.labels[int(meetings.codes[row])]) for row in rows[1:][at_once]]
+        raise DuplicatedCells(
+            f"several answers at the same moment: {listed(repeated, len(repeated))}; take repeats out"
+        )
+    starts = np.concatenate(([True], ~same))
+    place = np.arange(len(rows)) - np.maximum.accumulate(np.where(starts, np.arange(len(rows)), 0))
+    second = np.flatnonzero(place == 1)
+    return rows[second - 1], rows[second], int((place > 1).sum())
+
+
+def _people(pairs: pd.DataFrame, subject: str) -> pd.DataFrame:
+    """Return one row per participant: pairs, r, bias and mean absolute difference of theirs."""
     people = []
-    for who, own in pairs.groupby(str(subject), sort=False, observed=True):
+    for who, own in pairs.groupby(subject, sort=False, observed=True):
         correlation = pearson(own["first"].to_numpy(), own["second"].to_numpy())
         away = own["difference"].tolist()
         people.append(
             {
-                **{str(subject): who, "pairs": len(own), "r": correlation.r, "bias": math.fsum(away) / len(away)},
+                **{subject: who, "pairs": len(own), "r": correlation.r, "bias": math.fsum(away) / len(away)},
                 **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": correlation.note},
             }
         )
-    return Retest(measures, pd.DataFrame(people), pairs, further, int((~whole).sum()), confidence)
+    return pd.DataFrame(people)
 
 
 def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:

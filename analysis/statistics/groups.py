@@ -71,13 +71,7 @@ def gather_groups(
     check_options(missing, aggregate)
     if subject is None:
         refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
-    factors = name_list(between)
-    if len(factors) != 1:
-        raise BadOption(
-            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
-            "or join the factors into one column first"
-        )
-    factor = factors[0]
+    factor = _one_factor(between)
     check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
     y, group = numbers_of(data[dv], dv), coded(data[factor], factor)
     if len(group.labels) < 2:
@@ -94,7 +88,25 @@ def gather_groups(
             f"no value in column {dv!r} for {listed(map(str, dropped), len(dropped))}; "
             "pass missing='listwise' to leave them out"
         )
-    # The values of each group, sorted, without the missing ones.
+    return Groups(factor, group.labels, _values_by_group(y, group, factor), dropped, ratings)
+
+
+def _one_factor(between: Hashable | Iterable[Hashable]) -> Hashable:
+    """Return the factor that `between` names. Raises BadOption where it names several, or none."""
+    factors = name_list(between)
+    if len(factors) != 1:
+        raise BadOption(
+            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
+            "or join the factors into one column first"
+        )
+    return factors[0]
+
+
+def _values_by_group(y: Floats, group: Coded, factor: Hashable) -> list[Floats]:
+    """Return the values of each group, sorted, without the missing ones.
+
+    Raises TooFew where a group has none left, or no group has more than one.
+    """
     order = np.lexsort((y, group.codes))
     present = order[~np.isnan(y[order])]
     ends = np.searchsorted(group.codes[present], np.arange(1, len(group.labels)))
@@ -105,7 +117,7 @@ def gather_groups(
         raise TooFew(f"no value is left in {factor!r} = {listing}; take the group out or find its values")
     if all(len(own) == 1 for own in values):
         raise TooFew(f"every group of {factor!r} has one value; at least one needs two or more")
-    return Groups(factor, group.labels, values, dropped, ratings)
+    return values
 
 
 def _per_participant(
