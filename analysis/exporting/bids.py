@@ -26,7 +26,7 @@ from palpate.analysis.exporting.description import (
 from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.session_rows import SessionRows
 from palpate.analysis.exporting.source import SharedSession, Watch
-from palpate.analysis.exporting.stimuli import FILE, copy_files, stimulus_files
+from palpate.analysis.exporting.stimuli import FILE, StimulusFiles, copy_files, stimulus_files
 from palpate.analysis.exporting.tables import ONSET, TRIAL, DataSet, shared_definition
 from palpate.analysis.exporting.tabular import Column, Row, Table, write_tsv
 from palpate.protocols.files import write_text
@@ -47,11 +47,7 @@ def write_bids(
     files = stimulus_files(data_set.source, data_set.without)
     task = label(data_set.source.study.study)
     _write_participants(data_set, guard, draft)
-    if (stimuli := data_set.table("stimuli")) is not None:
-        guard.demand_columns("stimuli/stimuli.tsv", [column.name for column in stimuli.columns])
-        write_tsv(draft / "stimuli/stimuli.tsv", stimuli, guard.watched(stimuli, "stimuli/stimuli.tsv"))
-        write_text(draft / "stimuli/stimuli.json", json_for_people(column_entries(stimuli.columns)))
-        copy_files(files, draft / "stimuli")
+    _write_stimuli(data_set, guard, files, draft)
     # One sidecar for each kind of table, at the root: by the inheritance principle it holds for every session.
     for table in _behaviour_tables(data_set, task, bool(files.files)):
         about = {**table.about, **column_entries(table.columns)}
@@ -62,7 +58,17 @@ def write_bids(
         if recordings and data_set.table("streams") is not None:
             recorded += write_recordings(data_set.source, session, task, draft, guard)
     write_text(draft / "code/study.json", json_for_people(shared_definition(data_set)))
-    about = {
+    write_text(draft / "dataset_description.json", json_for_people(_data_set_description(description)))
+    write_text(draft / "CHANGES", changes_text(data_set.source))
+    streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
+    contents = [*_file_lines(data_set.source.study.study, task), files.note, *streams]
+    contents += [*withheld_lines(data_set), *redacted_lines(guard)]
+    write_text(draft / "README.md", readme_text(description, data_set.source, contents))
+
+
+def _data_set_description(description: Description) -> dict[str, Any]:
+    """Return the entries of dataset_description.json."""
+    return {
         "Name": description.name,
         "BIDSVersion": VERSION,
         "DatasetType": "raw",
@@ -71,22 +77,28 @@ def write_bids(
         "GeneratedBy": [{"Name": "Palpate", "Version": palpate_version(), "Description": "palpate export --bids"}],
         "Simulated": description.simulated,
     }
-    write_text(draft / "dataset_description.json", json_for_people(about))
-    write_text(draft / "CHANGES", changes_text(data_set.source))
-    streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
-    study = data_set.source.study.study
-    contents = [
+
+
+def _file_lines(study: str, task: str) -> list[str]:
+    """Say what stands in which file of the data set, for its README."""
+    return [
         f"`sub-*/ses-*/beh/*_task-{task}_beh.tsv`: the trials of a session with their answers, one row for each answer;"
         " a trial without one has a row of its own. What the columns mean stands in `task-*_beh.json`.",
         "`participants.tsv`, `sub-*/sub-*_sessions.tsv`: who took part, and in which sessions.",
         f"`code/study.json`: the definition of the study {study}, stimuli included;"
         " `stimuli/stimuli.tsv`: its stimuli.",
-        files.note,
-        *streams,
-        *withheld_lines(data_set),
-        *redacted_lines(guard),
     ]
-    write_text(draft / "README.md", readme_text(description, data_set.source, contents))
+
+
+def _write_stimuli(data_set: DataSet, guard: Guard, files: StimulusFiles, draft: Path) -> None:
+    """Write the table of stimuli with its sidecar, and copy their files; nothing where the study has no such table."""
+    stimuli = data_set.table("stimuli")
+    if stimuli is None:
+        return
+    guard.demand_columns("stimuli/stimuli.tsv", [column.name for column in stimuli.columns])
+    write_tsv(draft / "stimuli/stimuli.tsv", stimuli, guard.watched(stimuli, "stimuli/stimuli.tsv"))
+    write_text(draft / "stimuli/stimuli.json", json_for_people(column_entries(stimuli.columns)))
+    copy_files(files, draft / "stimuli")
 
 
 def _write_participants(data_set: DataSet, guard: Guard, draft: Path) -> None:

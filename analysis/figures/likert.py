@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
@@ -64,14 +65,7 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
     low, high = _scale_ends(settings, inputs.selected)
     frame = inputs.selected.table
     require_columns(settings, frame, ["participant", "attribute", "value"])
-    if settings.form is not None and "form" in frame.columns:
-        forms = texts_of(frame, "form")
-        if settings.form not in forms:
-            raise DataRefused(
-                f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
-            )
-        frame = frame.loc[[form == settings.form for form in forms]]
-    cells = person_cells(frame, ["attribute"], levels=inputs.selected.levels)
+    cells = person_cells(_rows_of_form(settings, frame), ["attribute"], levels=inputs.selected.levels)
     items = {item[0]: _answers(settings, cells, j, (low, high)) for j, item in enumerate(cells.cells)}
     known = {item: answers for item, answers in items.items() if answers}
     if not known:
@@ -79,30 +73,55 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
     order = list(ordered_levels(inputs.selected, "attribute", known))
     if settings.order == "mean":
         order.sort(key=lambda item: -float(np.mean(sorted(known[item].values()))))
+    words = {"items": order, "low": low, "high": high, "ends": settings.ends, "style": settings.style}
+    words["letters"] = settings.letters
+    title = settings.title or "Answers to the questionnaire"
+    silent = [item for item, answers in items.items() if not answers]
+    caption = _caption(settings, cells, (low, high), silent)
+    rows = _rows({item: known[item] for item in order}, (low, high))
+    return FigureData(fill_columns(rows), title, caption, words)
+
+
+def _rows_of_form(settings: LikertSettings, frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the form that is set; all rows where none is set or the table names no forms."""
+    if settings.form is None or "form" not in frame.columns:
+        return frame
+    forms = texts_of(frame, "form")
+    if settings.form not in forms:
+        raise DataRefused(
+            f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
+        )
+    return frame.loc[[form == settings.form for form in forms]]
+
+
+def _rows(answers_of: Mapping[str, Mapping[str, float]], ends: tuple[int, int]) -> list[dict[str, Any]]:
+    """Return a row for each item, then for each of its points, then for each participant's answer to it."""
     rows: list[dict[str, Any]] = []
-    for item in order:
-        values = list(known[item].values())
+    for item, answers in answers_of.items():
+        values = list(answers.values())
         lowest, highest = whiskers(values)
         rows.append({"shows": "item", "item": item, **summary(values), "whisker_low": lowest, "whisker_high": highest})
-    for item in order:
-        chosen = list(known[item].values())
+    for item, answers in answers_of.items():
+        chosen = list(answers.values())
         if all(value == int(value) for value in chosen):  # not where answers lie between points, which bars refuse
-            counts = {point: chosen.count(point) for point in range(low, high + 1)}
+            counts = {point: chosen.count(point) for point in range(ends[0], ends[1] + 1)}
             rows += [
                 {"shows": "point", "item": item, "value": float(point), "count": n, "share": n / len(chosen)}
                 for point, n in counts.items()
             ]
     rows += [
         {"shows": "answer", "item": item, "participant": person, "value": value}
-        for item in order
-        for person, value in known[item].items()
+        for item, answers in answers_of.items()
+        for person, value in answers.items()
     ]
-    words = {"items": order, "low": low, "high": high, "ends": settings.ends, "style": settings.style}
-    words["letters"] = settings.letters
-    title = settings.title or "Answers to the questionnaire"
+    return rows
+
+
+def _caption(settings: LikertSettings, cells: PersonCells, points: tuple[int, int], silent: Sequence[str]) -> str:
+    """Say who answered on which scale, how the drawing is read, and which items have no answer in numbers."""
+    low, high = points
     people = count(len(cells.participants), "participant")
     ends = f" ({low} = {settings.ends[0]}, {high} = {settings.ends[1]})" if any(settings.ends) else ""
-    silent = [item for item, answers in items.items() if not answers]
     lost = f" Without an answer in numbers: {', '.join(silent)}." if silent else ""
     several = " The mean of a participant's answers counts." if cells.counts.max(initial=0) > 1 else ""
     reading = {
@@ -111,8 +130,7 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
         "bars": "Bars: the share of participants that chose each point, to the left and right of the scale's middle; at"
         " the sides the shares below and above it.",
     }[settings.style]
-    caption = f"Answers of {people} on a scale from {low} to {high}{ends}. {reading}{several}{lost}"
-    return FigureData(fill_columns(rows), title, caption, words)
+    return f"Answers of {people} on a scale from {low} to {high}{ends}. {reading}{several}{lost}"
 
 
 def _scale_ends(settings: LikertSettings, selected: Selected) -> tuple[int, int]:

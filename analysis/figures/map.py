@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -91,24 +91,7 @@ def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
         )
     points = _point_rows(settings, inputs.selected, answer)
     if vectors is not None:
-        # Vectors that were fitted to another configuration would point nowhere in this one.
-        fitted = {
-            str(row[settings.over]): _coordinates(settings, row, PLACES)
-            for row in vectors.more.get("configuration", ())
-        }
-        reach = max(math.hypot(point["x"], point["y"]) for point in points)
-        apart = [
-            str(point["stimulus"])
-            for point in points
-            if fitted
-            and math.dist(fitted.get(point["stimulus"], (math.inf, 0.0)), (point["x"], point["y"])) > NEAR * reach
-        ]
-        if apart:
-            raise DataRefused(
-                f"figure {settings.name!r}: its vectors were fitted to another map than it shows"
-                f" ({phrase(apart[:3])} lie elsewhere); give the test of vectors the `on` and the other settings of"
-                " the map's test"
-            )
+        _refuse_other_map(settings, points, vectors)
     rows = [
         *points,
         *_ellipse_rows(settings, answer),
@@ -123,6 +106,25 @@ def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
     words["alpha"] = inputs.selected.alpha
     filled = fill_columns(rows)
     return FigureData(filled, settings.title or "Map of the stimuli", _caption(inputs, answer, filled), words)
+
+
+def _refuse_other_map(settings: MapSettings, points: Sequence[dict[str, Any]], vectors: Answer) -> None:
+    """Raise DataRefused where the vectors were fitted to another configuration, as they would point nowhere here."""
+    fitted = {
+        str(row[settings.over]): _coordinates(settings, row, PLACES) for row in vectors.more.get("configuration", ())
+    }
+    reach = max(math.hypot(point["x"], point["y"]) for point in points)
+    apart = [
+        str(point["stimulus"])
+        for point in points
+        if fitted and math.dist(fitted.get(point["stimulus"], (math.inf, 0.0)), (point["x"], point["y"])) > NEAR * reach
+    ]
+    if apart:
+        raise DataRefused(
+            f"figure {settings.name!r}: its vectors were fitted to another map than it shows"
+            f" ({phrase(apart[:3])} lie elsewhere); give the test of vectors the `on` and the other settings of"
+            " the map's test"
+        )
 
 
 def _answer_with_places(settings: MapSettings, inputs: FigureInput, kinds: Sequence[str], label: str) -> Answer | None:
@@ -260,45 +262,13 @@ def draw(data: FigureData) -> DrawnFigure:
     legend_in = 0.5 + 0.075 * max((min(len(c), 26) for c in classes), default=-6)
     figure = Figure(figsize=(spans[0] * per_unit + 0.75 + legend_in, spans[1] * per_unit + 0.65), layout="constrained")
     axes, marks = figure.add_subplot(), Marks()
-    axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    axes.grid(visible=True, color=FAINT, linewidth=0.4)
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=FAINT)
-    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
-    axes.locator_params(nbins=7)
-    first, second = data.words["dimensions"]
-    axes.set_xlabel(f"dimension {first}", color=SOFT)
-    axes.set_ylabel(f"dimension {second}", color=SOFT)
+    _prepare_axes(axes, limits, data.words["dimensions"])
     look = dict(zip(classes, colours_and_shapes(len(classes)), strict=True))
     points = _rows_of(data, "point")
-    colours = {str(row["stimulus"]): _look_of(look, row)[0] for row in points}
-    for row in _rows_of(data, "ellipse"):
-        colour, place = colours.get(str(row["stimulus"]), SOFT), (to_float(row["x"]), to_float(row["y"]))
-        sides, angle = [2 * to_float(row[name]) for name in ("semi_major", "semi_minor")], to_float(row["angle_deg"])
-        fill: dict[str, Any] = {"facecolor": colour, "alpha": 0.10, "linewidth": 0, "zorder": 1}
-        edge: dict[str, Any] = {"fill": False, "edgecolor": tint(colour, 0.6), "linewidth": 0.6, "zorder": 1.1}
-        for style in (fill, edge):
-            axes.add_patch(Ellipse(place, *sides, angle=angle, **style))
+    _draw_ellipses(axes, _rows_of(data, "ellipse"), {str(row["stimulus"]): _look_of(look, row)[0] for row in points})
     taken = _draw_arrows(axes, marks, data, limits, per_unit * 72)
-    for row in points:
-        x, y, (colour, shape) = to_float(row["x"]), to_float(row["y"]), _look_of(look, row)
-        style = {"markerfacecolor": colour, "markeredgecolor": PAPER, "markeredgewidth": 0.7}
-        (point,) = axes.plot([x], [y], linestyle="", marker=shape, markersize=6.2, zorder=4, **style)
-        details = [("stimulus", str(row["stimulus"]))]
-        details += [("label", str(row["label"]))] if row["label"] != row["stimulus"] else []
-        details += [("class", str(row["class"]))] if row["class"] is not None else []
-        details.append(("place", f"{format_number(x)}, {format_number(y)}"))
-        marks.add(point, tuple(details), str(row["stimulus"]))
-    # The points' names; in a crowded map those without a free place are read on pointing only.
-    size = 7.0 if len(points) <= 60 else 5.6
-    names = [shorten(str(row["label"]), 22) for row in points]
-    corner, per_unit_pt = (limits[0][0], limits[1][0]), per_unit * 72
-    places = [
-        ((to_float(r["x"]) - corner[0]) * per_unit_pt, (to_float(r["y"]) - corner[1]) * per_unit_pt) for r in points
-    ]
-    for row, name, spot in zip(points, names, place_beside_points(places, names, size, taken), strict=True):
-        if spot.free or len(points) <= 12:
-            _written(axes, name, (to_float(row["x"]), to_float(row["y"])), (spot.x, spot.y), size, INK, "normal")
+    _draw_points(axes, marks, points, look)
+    _write_names(axes, points, (limits[0][0], limits[1][0]), per_unit * 72, taken)
     if classes:
         dot: dict[str, Any] = {"linestyle": "", "markersize": 6.2, "markeredgecolor": PAPER, "markeredgewidth": 0.5}
         handles = [Line2D([], [], marker=shape, color=colour, **dot) for colour, shape in look.values()]
@@ -308,6 +278,58 @@ def draw(data: FigureData) -> DrawnFigure:
             handletextpad=0.2, alignment="left",
         )  # fmt: skip
     return DrawnFigure(figure, marks.all())
+
+
+def _prepare_axes(axes: Axes, limits: Sequence[tuple[float, float]], dimensions: Sequence[int]) -> None:
+    """Give both axes one scale, a faint grid and the names of their dimensions."""
+    axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
+    axes.grid(visible=True, color=FAINT, linewidth=0.4)
+    for spine in axes.spines.values():
+        spine.set(visible=True, color=FAINT)
+    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
+    axes.locator_params(nbins=7)
+    first, second = dimensions
+    axes.set_xlabel(f"dimension {first}", color=SOFT)
+    axes.set_ylabel(f"dimension {second}", color=SOFT)
+
+
+def _draw_ellipses(axes: Axes, rows: Sequence[Row], colours: Mapping[str, str]) -> None:
+    """Draw each stimulus' ellipse in the colour of its point, filled faintly and with an edge."""
+    for row in rows:
+        colour, place = colours.get(str(row["stimulus"]), SOFT), (to_float(row["x"]), to_float(row["y"]))
+        sides, angle = [2 * to_float(row[name]) for name in ("semi_major", "semi_minor")], to_float(row["angle_deg"])
+        fill: dict[str, Any] = {"facecolor": colour, "alpha": 0.10, "linewidth": 0, "zorder": 1}
+        edge: dict[str, Any] = {"fill": False, "edgecolor": tint(colour, 0.6), "linewidth": 0.6, "zorder": 1.1}
+        for style in (fill, edge):
+            axes.add_patch(Ellipse(place, *sides, angle=angle, **style))
+
+
+def _draw_points(axes: Axes, marks: Marks, points: Sequence[Row], look: dict[str, tuple[str, str]]) -> None:
+    """Draw each stimulus as a point in the colour and shape of its class."""
+    for row in points:
+        x, y, (colour, shape) = to_float(row["x"]), to_float(row["y"]), _look_of(look, row)
+        style: dict[str, Any] = {"markerfacecolor": colour, "markeredgecolor": PAPER, "markeredgewidth": 0.7}
+        (point,) = axes.plot([x], [y], linestyle="", marker=shape, markersize=6.2, zorder=4, **style)
+        details = [("stimulus", str(row["stimulus"]))]
+        details += [("label", str(row["label"]))] if row["label"] != row["stimulus"] else []
+        details += [("class", str(row["class"]))] if row["class"] is not None else []
+        details.append(("place", f"{format_number(x)}, {format_number(y)}"))
+        marks.add(point, tuple(details), str(row["stimulus"]))
+
+
+def _write_names(
+    axes: Axes, points: Sequence[Row], corner: tuple[float, float], per_unit: float, taken: Sequence[Area]
+) -> None:
+    """Write the points' names; in a crowded map those without a free place are read on pointing only.
+
+    `corner` is the lower left one in the map's units, `per_unit` how many points (1/72 inch) a unit is long.
+    """
+    size = 7.0 if len(points) <= 60 else 5.6
+    names = [shorten(str(row["label"]), 22) for row in points]
+    places = [((to_float(r["x"]) - corner[0]) * per_unit, (to_float(r["y"]) - corner[1]) * per_unit) for r in points]
+    for row, name, spot in zip(points, names, place_beside_points(places, names, size, taken), strict=True):
+        if spot.free or len(points) <= 12:
+            _written(axes, name, (to_float(row["x"]), to_float(row["y"])), (spot.x, spot.y), size, INK, "normal")
 
 
 def _rows_of(data: FigureData, shows: str) -> list[Row]:

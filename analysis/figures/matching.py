@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -27,7 +28,7 @@ from palpate.analysis.figures.lettering import decimals_for, fold, format_number
 from palpate.analysis.figures.style import INK, PAPER, SOFT, colours_and_shapes, quiet_axes, tint
 from palpate.analysis.plans.answers import Row
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.ratings.person_cells import person_cells, texts_of
+from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
@@ -59,6 +60,25 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
     frame = selected.table
     column = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
     require_columns(settings, frame, ["participant", "attribute", "value", column, settings.target])
+    ratings = _ratings_of_manipulated(settings, frame, column)
+    by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
+    cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
+    summaries, values = _rows(cells)
+    if not summaries:
+        raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
+    attributes = list(dict.fromkeys(str(row["attribute"]) for row in summaries))
+    targets = sorted({float(row["target"]) for row in summaries})
+    antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
+    words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
+    title = settings.title or "Ratings of the manipulated attribute"
+    return FigureData(fill_columns([*summaries, *values]), title, _caption(cells, targets), words)
+
+
+def _ratings_of_manipulated(settings: MatchingSettings, frame: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return the ratings (participant, value, attribute, target) of each stimulus on the attribute that `column` names.
+
+    A target is the number as a text. Raises DataRefused where no such attribute is rated or a target is no number.
+    """
     rated, manipulated = texts_of(frame, "attribute"), texts_of(frame, column)
     if not set(manipulated) & set(rated):
         raise DataRefused(
@@ -70,12 +90,14 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
     targets = read_numbers(of_target, settings.target)
     if np.isnan(targets).any():
         raise DataRefused(f"figure {settings.name!r}: column {settings.target!r} has no number in some rows")
-    ratings = of_target[["participant", "value"]].assign(
+    return of_target[["participant", "value"]].assign(
         attribute=[name for name, same in zip(rated, matching, strict=True) if same],
         target=[repr(value) for value in targets],
     )
-    by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
-    cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
+
+
+def _rows(cells: PersonCells) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return a row for each attribute and target that somebody rated, and one for each participant's value there."""
     summaries: list[dict[str, Any]] = []
     values: list[dict[str, Any]] = []
     for j, (attribute, text) in enumerate(cells.cells):
@@ -86,23 +108,20 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
             errors = np.sort(np.abs(np.array(numbers) - float(text)))
             summaries.append({"shows": "target", **head, **summary(numbers), "mae": float(np.mean(errors))})
             values += [{"shows": "value", **head, "participant": person, "value": value} for person, value in given]
-    if not summaries:
-        raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
-    attributes = list(dict.fromkeys(str(row["attribute"]) for row in summaries))
-    targets = sorted({float(row["target"]) for row in summaries})
-    antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
-    words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
-    title = settings.title or "Ratings of the manipulated attribute"
+    return summaries, values
+
+
+def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
+    """Say whose ratings are shown, how the drawing is read, and what the error is."""
     written = ", ".join(f"{target:g}" for target in targets)
     most = int(cells.counts.max(initial=0))
     repeats = f" (the mean of up to {most} repeats)" if most > 1 else ""
-    caption = (
+    return (
         f"For each attribute the ratings of the stimuli that were made to feel {written} on it, the other attributes'"
         f" ratings not shown. Dots: {count(len(cells.participants), 'participant')}{repeats}; half violins: Gaussian"
         " kernel densities (Silverman's bandwidth), mirrored at the ends of the scale; large marks: means with ± 1 SD;"
         " dashed lines: the targets; below: the mean absolute error (MAE)."
     )
-    return FigureData(fill_columns([*summaries, *values]), title, caption, words)
 
 
 @dataclass(frozen=True)

@@ -92,57 +92,77 @@ def read_sheet(
             raise TableRefused(
                 f"{name}: no column {column!r} among {len(header)} (delimiter {chosen!r}); {nearest(column, header)}"
             )
+    _refuse_ragged(rows, header, chosen, name)
+    _refuse_unnamed(rows, header, name)
+    filled = tuple(row for row in rows if any(row.cells))
+    digest = hashlib.sha256(data).hexdigest()
+    return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
+
+
+def _refuse_ragged(rows: Sequence[Row], header: Sequence[str], delimiter: str, name: str) -> None:
+    """Raise TableRefused where a row has more or fewer cells than the header, with the likeliest reason."""
     if ragged := [row for row in rows if len(row.cells) != len(header)]:
         examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
         more = f" and {len(ragged) - MOST_SHOWN} more rows" if len(ragged) > MOST_SHOWN else ""
         hint = ""
         if all(len(row.cells) == len(header) + 1 and not row.cells[-1] for row in rows):
-            hint = f" all rows end with a {chosen!r} that the header has not;"
-        elif chosen == "," and any(len(row.cells) > len(header) for row in rows):
+            hint = f" all rows end with a {delimiter!r} that the header has not;"
+        elif delimiter == "," and any(len(row.cells) > len(header) for row in rows):
             hint = " an unquoted decimal comma?"
         raise TableRefused(
             f"{name}: {len(header)} columns in the header, but {examples}{more};{hint}"
             " every row needs as many cells as the header"
         )
-    # The last column may lack a name only if it is empty: else a cell too many has slipped into it. An unnamed first
-    # column holds the row numbers that some programs write; it shifts nothing.
+
+
+def _refuse_unnamed(rows: Sequence[Row], header: Sequence[str], name: str) -> None:
+    """Raise TableRefused where a column has values and no name: a cell too many has slipped into it.
+
+    An unnamed first column is let pass: it holds the row numbers that some programs write, and shifts nothing.
+    """
     for place, column in enumerate(header):
         for row in rows if not column and place > 0 else ():
             if row.cells[place]:
                 raise TableRefused(
                     f"{name}: line {row.line}: {row.cells[place]!r} is in column {place + 1}, which has no name"
                 )
-    filled = tuple(row for row in rows if any(row.cells))
-    digest = hashlib.sha256(data).hexdigest()
-    return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
 
 
 def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
+    """Return the text and the first encoding that reads it.
+
+    Raises TableRefused for an empty file, a file that is no text, and bytes that no encoding reads.
+    """
     if not data:
         raise TableRefused(f"{name}: the file is empty; leave it out or replace it")
     for begin, form in _FORMS.items():
         if data.lstrip().lower().startswith(begin):
             raise TableRefused(f"{name}: is {form}, whatever its name says; {_SAVE_AS}")
+    failed = 0  # the byte that the last encoding cannot read
     for encoding in encodings:
         try:
             text = data.decode(encoding)
         except UnicodeError as error:
             failed = getattr(error, "start", 0)
-            continue
-        # A byte-order mark says what the file is, and a NUL what it is not.
-        known = codecs.lookup(encoding).name
-        if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
-            raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
-        if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
-            raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
-        if "\0" in text:
-            raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
-        return text.removeprefix("\ufeff"), encoding
+        else:
+            _refuse_misread(data, text, encoding, name)
+            return text.removeprefix("\ufeff"), encoding
     line = data[:failed].count(b"\n") + 1
     raise TableRefused(
         f"{name}: line {line}: byte 0x{data[failed]:02x} (byte {failed + 1} of the file) is not"
         f" {' or '.join(encodings)}; {_advice(data, encodings)}"
     )
+
+
+def _refuse_misread(data: bytes, text: str, encoding: str, name: str) -> None:
+    """Raise TableRefused where a byte-order mark or a NUL shows that the bytes are in another encoding."""
+    known = codecs.lookup(encoding).name
+    if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
+        raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
+    if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
+        raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
+    if "\0" in text:
+        raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
 
 
 def _advice(data: bytes, tried: Sequence[str]) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from palpate.analysis.importing.dialects import Sheet, TableRefused, read_sheet
-from palpate.analysis.importing.foreign_ratings import ratings_of, settle_duplicates
+from palpate.analysis.importing.foreign_ratings import ForeignRating, ratings_of, settle_duplicates
 from palpate.analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from palpate.analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
 from palpate.protocols.did_you_mean import nearest
@@ -33,27 +34,11 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     empty = "empty: delimiters only"
     blank = [Exclusion("rows", sheet.name, empty, sheet.empty_rows) for sheet in sheets if sheet.empty_rows]
     exclusions = [*blank, *exclusions, *more]
-    stimulus = {"stimulus": [r.stimulus for r in settled]} if column_map.columns.stimulus else {}
-    table = pd.DataFrame(
-        {
-            "participant": [r.participant for r in settled],
-            "attribute": [r.attribute for r in settled],
-            "value": pd.Series([r.value for r in settled], dtype="float64"),
-            **{factor: [r.within[factor] for r in settled] for factor in column_map.within},
-            **{factor: [r.between[factor] for r in settled] for factor in column_map.columns.between},
-            **stimulus,
-            **{column: [r.kept[column] for r in settled] for column in column_map.columns.keep},
-        }
-    )
+    table = _rating_table(column_map, settled)
     scale = column_map.scale.scale() if column_map.scale else None
     declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
     attributes = tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
-    for key in ("antonyms", "categories"):
-        for attribute in getattr(column_map, key):
-            if attribute not in attributes:
-                raise MapRefused(
-                    f"{key}: {attribute!r} is not an attribute of the table; {nearest(attribute, attributes)}"
-                )
+    _refuse_unknown_attributes(column_map, attributes)
     notes = [f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}" for sheet in sheets]
     return Ratings(
         name=column_map.name,
@@ -74,6 +59,30 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
         source=column_map.source,
         licence=column_map.licence,
     )
+
+
+def _rating_table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
+    """Return the ratings in long form, one row for each, with the columns that the map names."""
+    stimulus = {"stimulus": [r.stimulus for r in ratings]} if column_map.columns.stimulus else {}
+    return pd.DataFrame(
+        {
+            "participant": [r.participant for r in ratings],
+            "attribute": [r.attribute for r in ratings],
+            "value": pd.Series([r.value for r in ratings], dtype="float64"),
+            **{factor: [r.within[factor] for r in ratings] for factor in column_map.within},
+            **{factor: [r.between[factor] for r in ratings] for factor in column_map.columns.between},
+            **stimulus,
+            **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
+        }
+    )
+
+
+def _refuse_unknown_attributes(column_map: ColumnMap, attributes: Sequence[str]) -> None:
+    """Raise MapRefused where the map's antonyms or categories name an attribute that the table does not have."""
+    for key in ("antonyms", "categories"):
+        for attribute in getattr(column_map, key):
+            if attribute not in attributes:
+                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
 
 
 def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> list[Sheet]:

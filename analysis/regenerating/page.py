@@ -138,14 +138,17 @@ def rests_on(results: Sequence[QuestionResult]) -> str:
     answers = [result.answer for result in results if result.answer is not None]
     if not answers:
         return ""
-    people, values = (
-        f"{least:,}" if least == most else f"{least:,} to {most:,}"
-        for numbers in ([answer.participants for answer in answers], [answer.values for answer in answers])
-        for least, most in [(min(numbers), max(numbers))]
-    )
+    people = _range_text([answer.participants for answer in answers])
+    values = _range_text([answer.values for answer in answers])
     gaps = dict.fromkeys(result.missing.text() for result in results if result.missing.text())
     first = f"{people} participants, {values} values{' for each outcome' * (len(answers) > 1)}."
     return " ".join([first, *(f"Missing: {text}." for text in gaps)])
+
+
+def _range_text(numbers: Sequence[int]) -> str:
+    """Return the least and the most of some numbers in words; one number where they are equal."""
+    least, most = min(numbers), max(numbers)
+    return f"{least:,}" if least == most else f"{least:,} to {most:,}"
 
 
 def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:

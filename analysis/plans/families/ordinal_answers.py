@@ -50,8 +50,7 @@ SOURCE = "McCullagh 1980; Christensen 2018"
 
 def model_answer(selected: Selected, settings: Ordinal) -> Answer:
     """Return one row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
-    needed = (*settings.fixed, *settings.numeric)
-    require_columns(selected.table, ("participant", *needed, "value"))
+    require_columns(selected.table, ("participant", *settings.fixed, *settings.numeric, "value"))
     table, notes = selected.table, list[str]()
     if settings.missing == "listwise" and (empty := int(table["value"].isna().sum())):
         table = table[table["value"].notna()]
@@ -68,41 +67,41 @@ def model_answer(selected: Selected, settings: Ordinal) -> Answer:
         orders={name: selected.levels[name] for name in settings.fixed if name in selected.levels},
         confidence=settings.confidence,
     )
-    wald = share(settings.confidence, "Wald interval")
-    kinds = {
-        **{"estimate": "maximum likelihood estimate on the latent scale", "se": "standard error", "z": "Wald z"},
-        **{"p": "two-sided p of Wald's z", "ci_low": wald, "ci_high": wald, "ddof": "degrees of freedom"},
-        **{"LR": "likelihood ratio", "p_unc": "p of the likelihood ratio, type II"},
-        **{"log_likelihood": "log likelihood", "aic": "Akaike's criterion", "n": "answers"},
-        "participants": "participants with an intercept of their own",
-    }
     if settings.random is None and bool(table["participant"].duplicated().any()):
         notes.append("Answers of one participant count as independent; `random: participant` would not.")
-    more = {
-        "tests": plain_rows(model.tests),
-        "proportional": plain_rows(model.proportional),
-        "fit": (
-            plain_row(
-                {
-                    **{"log_likelihood": model.log_likelihood, "aic": model.aic, "n": model.n},
-                    **{"participants": model.participants, "levels": ", ".join(model.levels)},
-                }
-            ),
-        ),
+    fit = {
+        **{"log_likelihood": model.log_likelihood, "aic": model.aic, "n": model.n},
+        **{"participants": model.participants, "levels": ", ".join(model.levels)},
     }
     return answer_of(
         selected,
         _model_rows(model),
         _method(settings),
-        kinds,
+        _model_kinds(settings.confidence),
         table=table,
         headline="; ".join(
             f"{row['Source']}: χ²({row['ddof']}) = {number(float(row['LR']))}, {apa_p(float(row['p_unc']))}"
             for row in model.tests.to_dict("records")
         ),
         notes=notes,
-        more=more,
+        more={
+            "tests": plain_rows(model.tests),
+            "proportional": plain_rows(model.proportional),
+            "fit": (plain_row(fit),),
+        },
     )
+
+
+def _model_kinds(confidence: float) -> dict[str, str]:
+    """Say of each column of the model's tables what it is."""
+    wald = share(confidence, "Wald interval")
+    return {
+        **{"estimate": "maximum likelihood estimate on the latent scale", "se": "standard error", "z": "Wald z"},
+        **{"p": "two-sided p of Wald's z", "ci_low": wald, "ci_high": wald, "ddof": "degrees of freedom"},
+        **{"LR": "likelihood ratio", "p_unc": "p of the likelihood ratio, type II"},
+        **{"log_likelihood": "log likelihood", "aic": "Akaike's criterion", "n": "answers"},
+        "participants": "participants with an intercept of their own",
+    }
 
 
 def _model_rows(model: OrdinalModel) -> list[Row]:

@@ -60,13 +60,30 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         limits = eta_squared_intervals(pd.DataFrame([record]), confidence=settings.interval, correction=correction)
         rows.append(_row(record, limits.to_dict("records")[0], settings))
         sentences.append(f"{record['Source']}: {apa_f(record, settings.eta, correction)}")
-    sphericity: tuple[Row, ...] = ()  # Mauchly's tests, where an effect has more than one contrast; they decide nothing
-    if settings.within:
-        between = settings.between or None
-        tests = mauchly_tests(selected.table, "value", within=settings.within, between=between, **_options(settings))
-        sphericity = plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
+    sphericity = _sphericity(selected.table, settings) if settings.within else ()
     sizes = table.attrs.get("group_sizes", {}) if settings.between else {}
     groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
+    return answer_of(
+        selected,
+        rows,
+        _method(settings),
+        _kinds(rows, settings),
+        table=used(selected, table),
+        headline="; ".join(sentences),
+        notes=[*reversed(table_notes(table)), f"Participants by group: {groups}." if groups else ""],
+        more={"sphericity": sphericity} if sphericity else {},
+    )
+
+
+def _sphericity(rows: pd.DataFrame, settings: Anova) -> tuple[Row, ...]:
+    """Return Mauchly's test of each effect with more than one contrast; the tests decide nothing."""
+    between = settings.between or None
+    tests = mauchly_tests(rows, "value", within=settings.within, between=between, **_options(settings))
+    return plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
+
+
+def _method(settings: Anova) -> str:
+    """Name the design, the sums of squares, the correction for sphericity and the intervals of eta squared."""
     kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
     if not settings.between:
         design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
@@ -84,16 +101,7 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         "none": "; no correction for sphericity",
     }
     end = f"; {100 * settings.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
-    return answer_of(
-        selected,
-        rows,
-        design + (corrected[settings.correction] if settings.within else "") + end,
-        _kinds(rows, settings),
-        table=used(selected, table),
-        headline="; ".join(sentences),
-        notes=[*reversed(table_notes(table)), f"Participants by group: {groups}." if groups else ""],
-        more={"sphericity": sphericity} if sphericity else {},
-    )
+    return design + (corrected[settings.correction] if settings.within else "") + end
 
 
 def anova_with_gaps(selected: Selected, settings: Anova) -> Answer:
