@@ -219,7 +219,7 @@ def calibrate_coil(
             f"{job.name}: --seconds {seconds:g}: {FEWEST} at least are needed to tell noise from response"
         )
     if level_V is None:  # half of the peak that the coil bears, and no more than it bears for long
-        level_V = min(LOUDEST_V, settings.peak_V / 2, settings.peak_V, settings.rms_V)
+        level_V = min(LOUDEST_V, settings.peak_V / 2, settings.rms_V)
     shaking = Shaking(level_V=level_V, measured=whole)
     path = job.file.path.parent / f"{job.name}-{job.date}.json"
     if path.exists() and not force:
