@@ -73,7 +73,7 @@ def staircase(
         sorting = _order_of_trials(data[order], order)
         levels, hits = levels[sorting], hits[sorting]
     if not np.diff(levels).any():
-        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
+        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is not a staircase")
     table = _reversals(levels)
     if len(table) < 2:
         raise TooFew(f"{len(table)} reversals in {len(levels)} trials; a threshold needs two or more")
@@ -81,7 +81,7 @@ def staircase(
     table["used"] = np.arange(len(table)) >= len(table) - used
     chosen = table.loc[table["used"], "level"]
     rule = explaining_rule(levels, hits)
-    notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
+    notes = [] if used == last else [f"{used} of the {last} reversals requested: there were {len(table)}"]
     notes += _leap_notes(levels, int(table["trial"].iloc[0]))
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
@@ -92,7 +92,7 @@ def _order_of_trials(column: pd.Series[Any], name: Hashable) -> Codes:
     """Return the rows in order of the trials. Raises BadValue where two trials have the same place, or one has none."""
     numbers = numbers_of(column, name)
     if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
-        raise BadValue(f"column {name!r} does not give each trial a place of its own; is this one staircase?")
+        raise BadValue(f"column {name!r} does not give each trial its own position; is this one staircase?")
     return np.argsort(numbers)
 
 
@@ -117,7 +117,7 @@ def _leap_notes(levels: Floats, first_reversal: int) -> list[str]:
     leaps = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
     return [
         f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
-        "staircases stand in one table, name the column that tells them apart"
+        "staircases are in one table, name the column that identifies them"
         for i in leaps[:1].tolist()
     ]
 

@@ -82,7 +82,9 @@ def _refuse_unknown_attributes(column_map: ColumnMap, attributes: Sequence[str])
     for key in ("antonyms", "categories"):
         for attribute in getattr(column_map, key):
             if attribute not in attributes:
-                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
+                raise MapRefused(
+                    f"{key}: {attribute!r} is not an attribute of the table; {nearest(attribute, attributes)}"
+                )
 
 
 def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> list[Sheet]:
