@@ -10,8 +10,11 @@ import pandas as pd
 from sqlalchemy import Engine, create_engine, insert
 from sqlalchemy.pool import StaticPool
 
+from palpate.analysis.plans.material import Material, read_material
 from palpate.analysis.ratings.dataset import Ratings
 from palpate.studies.collecting import schema
+from palpate.studies.collecting.collect import collect, open_database
+from tests.test_recorded import LEDGERS
 
 STUDY = "doors"
 CARS = {"1": ("BC3", "FORD"), "2": ("K3", "K8")}
@@ -121,3 +124,12 @@ def small_ratings(rows: Iterable[tuple[str, str, str, float]], **changes: Any) -
         "attributes": tuple(dict.fromkeys(table["attribute"])),
     }  # fmt: skip
     return Ratings(**(fields | changes))
+
+
+def recorded_material() -> Material:
+    """Return what the recorded sessions of `doors_small` give an analysis plan."""
+    engine = open_database("sqlite://")
+    list(collect(LEDGERS, engine))
+    material = read_material(engine, "doors_small", digest=None, include_incomplete=False, simulated=None)
+    engine.dispose()
+    return material

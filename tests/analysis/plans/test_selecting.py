@@ -5,22 +5,16 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from palpate.analysis.plans.material import imported_material, read_material
+from palpate.analysis.plans.material import imported_material
 from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.analysis.plans.selecting import apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
-from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.ratings_for_tests import small_ratings
-from tests.test_recorded import LEDGERS
+from tests.analysis.ratings_for_tests import recorded_material, small_ratings
 
 
 @pytest.fixture(scope="module")
 def material():
-    engine = open_database("sqlite://")
-    list(collect(LEDGERS, engine))
-    found = read_material(engine, "doors_small", digest=None, include_incomplete=False, simulated=None)
-    engine.dispose()
-    return found
+    return recorded_material()
 
 
 def left(material, *rules):

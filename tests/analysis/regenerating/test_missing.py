@@ -5,13 +5,11 @@ import pandas as pd
 import pytest
 import yaml
 
-from palpate.analysis.plans.material import read_material
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.regenerating.comparison import exact_checks
 from palpate.analysis.regenerating.plan_tests import cells_cut, run_tests
-from palpate.studies.collecting.collect import collect, open_database
-from tests.test_recorded import LEDGERS
+from tests.analysis.ratings_for_tests import recorded_material
 
 GAP = {"participant": "P003", "car": "K3", "variant": "g3"}
 BOTH = {"test": "anova", "within": ["car", "variant"]}
@@ -23,11 +21,7 @@ MODEL = {"test": "mixed_model", "fixed": ["variant"], "random": {"participant": 
 
 @pytest.fixture(scope="module")
 def material():
-    engine = open_database("sqlite://")
-    list(collect(LEDGERS, engine))
-    found = read_material(engine, "doors_small", digest=None, include_incomplete=False, simulated=None)
-    engine.dispose()
-    return found
+    return recorded_material()
 
 
 def answered(material, tmp_path, test, missing, left_out=None, tables=None):
