@@ -54,6 +54,13 @@ class _Tape:
         self.count += len(block.data) // (4 * len(self.signal.channels))
 
 
+def _read(sensor: Sensor, tapes: Mapping[str, _Tape]) -> None:
+    """Put on the tapes, one for each signal, what the sensor has given since it was read last."""
+    for name, blocks in sensor.read(0.0).items():
+        for block in blocks:
+            tapes[name].take(block)
+
+
 def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
     """The streams of a need over a scene, each of seconds x rate samples; the seed decides the sensors' noise."""
     samples: list[Samples] = []
@@ -92,18 +99,15 @@ class VirtualRecorder:
     def take(self) -> tuple[Samples, ...]:
         """Return what each signal gave since the last call. Raises RigError where a twin lost samples."""
         tapes = {
-            (stream, signal.name): _Tape(signal, count=self.taken.get((stream, signal.name), 0))
+            stream: {s.name: _Tape(s, count=self.taken.get((stream, s.name), 0)) for s in sensor.signals}
             for stream, sensor in self.streams.items()
-            for signal in sensor.signals
         }
         while self.clock.ns() < self.now_ns():
             self.clock.at_s = min(self.clock.at_s + STEP_S, self.now_ns() / NS)
             for stream, sensor in self.streams.items():
-                for name, blocks in sensor.read(0.0).items():
-                    for block in blocks:
-                        tapes[stream, name].take(block)
+                _read(sensor, tapes[stream])
         samples: list[Samples] = []
-        for (stream, name), tape in tapes.items():
+        for stream, name, tape in ((stream, *item) for stream, own in tapes.items() for item in own.items()):
             signal, first = tape.signal, self.taken.get((stream, name), 0)
             self.taken[stream, name] = tape.count
             if data := b"".join(tape.parts):
@@ -136,9 +140,7 @@ def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: i
         sensor.start(clock.ns)
         while any(tape.count < round(seconds * tape.signal.rate_hz) for tape in tapes.values()):
             clock.at_s += STEP_S
-            for name, blocks in sensor.read(0.0).items():
-                for block in blocks:
-                    tapes[name].take(block)
+            _read(sensor, tapes)
         sensor.stop()
     except DeviceFault as fault:
         raise RigError(f"{stream}: a simulated sensor does not bear this stimulus: {fault}") from fault
