@@ -99,7 +99,8 @@ def simulated(person: Any, ask: Ask, form: Ranking) -> tuple[Reply, float]:
     if (new := form.new(ranks)) is None:
         return _reply(person, ask, form, ranks, {})
     placed = [name for name in form.stimuli if ranks[name]]
-    rank = 1 + sum(_perceived(person, ask, form, name) < _perceived(person, ask, form, new) for name in placed)
+    felt = _perceived(person, ask, form, new)
+    rank = 1 + sum(_perceived(person, ask, form, name) < felt for name in placed)
     if uniform(*person.moment("lapse", ask, new)) < person.simulation.lapse_rate:
         rank = 1 + floor(uniform(*person.moment("anywhere", ask, new)) * (len(placed) + 1))
     ranks = {name: r + 1 if r >= rank else r for name, r in ranks.items()} | {new: rank}

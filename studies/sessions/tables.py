@@ -185,9 +185,9 @@ def _anchor_row(session: str, answer: Answer, anchor: Mapping[str, Any]) -> Row:
 
 def _answer_rows(session: str, answer: Answer, kinds: Mapping[str, str]) -> Iterator[Row]:
     """The rows of a form outside trials; `kinds` are those of the lab's questions by name."""
+    kind = FORMS[answer.form].answer_kind if answer.form in FORMS else TEXT
     for item in answer.items:
         value = answer.values[item]
-        kind = FORMS[answer.form].answer_kind if answer.form in FORMS else TEXT
         yield {
             "session": session,
             "seq": answer.seq,
