@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -171,12 +171,14 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
     from palpate.modeling.textures.evaluation_outputs import default_of
     from palpate.modeling.textures.training import train_textures as trained
 
-    asked_for = options_for(request, request.methods or None)
+    options = options_for(request, request.methods or None)
     with going_on("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(request, simulator, report)
-        methods = asked_for.methods or (default_of(request.lab, recordings),)
-        written = trained(recordings, simulator, options_for(request, methods), to or request.lab / "models", report)
+        methods = options.methods or (default_of(request.lab, recordings),)
+        written = trained(
+            recordings, simulator, replace(options, methods=methods), to or request.lab / "models", report
+        )
     if as_json:
         echo_json([model.plain() for model in written])
         return
