@@ -44,6 +44,10 @@ MARK = ".palpate-regenerated.json"
 Seconds = Mapping[int, float]
 
 
+class PlaceRefused(ValueError):
+    """The outputs cannot be written there without loss."""
+
+
 def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
     """Return the text of every table and of statistics.json by its path in the folder; the same for equal inputs."""
     texts = {STATISTICS: statistics_json(study, seconds)}
@@ -228,10 +232,6 @@ def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
     if fresh:
         write_text(file, json_text(known, indent=0, sort_keys=True))
     return seconds
-
-
-class PlaceRefused(ValueError):
-    """The outputs cannot be written there without loss."""
 
 
 @contextmanager

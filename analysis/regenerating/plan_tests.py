@@ -27,6 +27,39 @@ OUTCOME = "attribute"
 IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
 ALL = ""
 """The outcome of a question that is asked once for all outcomes."""
+ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
+WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
+FORBIDDEN: tuple[ProblemKind, ...] = ("duplicate", "undeclared")
+"""What no policy allows: a cell filled more often than planned, or one that the design does not have."""
+
+
+class NoModel(ValueError):
+    """Cells are missing and the plan asks for a model that this kind of test does not have."""
+
+
+@dataclass(frozen=True)
+class MissingSummary:
+    """What was missing for one question and what was done: participants with gaps, cells missing in all, who left."""
+
+    policy: Missing
+    participants: int = 0
+    cells: int = 0
+    left_out: tuple[str, ...] = ()
+    unanswered: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """Return one sentence, "" where nothing was missing."""
+        silent = f"left out without an answer about themselves: {', '.join(self.unanswered)}" if self.unanswered else ""
+        if not self.cells:
+            return silent
+        cells = f"{self.describe_cells()}; answered from what is there"
+        if self.policy == "listwise":
+            cells = f"{self.describe_cells()}; left out listwise: {', '.join(self.left_out)}"
+        return "; ".join(filter(None, (cells, silent)))
+
+    def describe_cells(self) -> str:
+        """Return how much is missing, in words."""
+        return f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
 
 
 @dataclass(frozen=True)
@@ -132,10 +165,6 @@ def _answer(selector: Selector, question: Question, clock: Clock, digests: _Dige
     return QuestionResult(settings, question.outcome, answer, "", inputs, missing, seconds, selected.table)
 
 
-class NoModel(ValueError):
-    """Cells are missing and the plan asks for a model that this kind of test does not have."""
-
-
 def digest(table: pd.DataFrame, own: bool = False) -> str:
     """Return the SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
 
@@ -156,37 +185,6 @@ def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answ
         if result.answer is not None:
             answers.setdefault(result.settings.name, {})[result.outcome] = result.answer
     return answers
-
-
-ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
-WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
-FORBIDDEN: tuple[ProblemKind, ...] = ("duplicate", "undeclared")
-"""What no policy allows: a cell filled more often than planned, or one that the design does not have."""
-
-
-@dataclass(frozen=True)
-class MissingSummary:
-    """What was missing for one question and what was done: participants with gaps, cells missing in all, who left."""
-
-    policy: Missing
-    participants: int = 0
-    cells: int = 0
-    left_out: tuple[str, ...] = ()
-    unanswered: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """Return one sentence, "" where nothing was missing."""
-        silent = f"left out without an answer about themselves: {', '.join(self.unanswered)}" if self.unanswered else ""
-        if not self.cells:
-            return silent
-        cells = f"{self.describe_cells()}; answered from what is there"
-        if self.policy == "listwise":
-            cells = f"{self.describe_cells()}; left out listwise: {', '.join(self.left_out)}"
-        return "; ".join(filter(None, (cells, silent)))
-
-    def describe_cells(self) -> str:
-        """Return how much is missing, in words."""
-        return f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
 
 
 def handle_missing(
