@@ -117,19 +117,19 @@ def material_for(request: AttributeRequest, report: Report) -> Material:
         report("looking for the cluster")
         demand_cluster(request.cluster)
     report("making features")
-    asked_for: dict[str, Any] = {"weights": request.weights, "quick": request.quick, "workers": request.workers}
+    options: dict[str, Any] = {"weights": request.weights, "quick": request.quick, "workers": request.workers}
     if request.folder is not None:
         from palpate.modeling.attributes.reading_folder import read_folder
 
         if request.scale is not None:
-            asked_for["scale"] = request.scale
-        asked_for["recordings"] = request.recordings
-        return read_folder(request.folder, request.lab, table=request.ratings, report=report, **asked_for)
-    from palpate.modeling.attributes.reading import MOST_IN_A_HURRY, read_material
+            options["scale"] = request.scale
+        options["recordings"] = request.recordings
+        return read_folder(request.folder, request.lab, table=request.ratings, report=report, **options)
+    from palpate.modeling.attributes.reading import MOST_WHEN_QUICK, read_material
 
-    asked_for |= {"most": MOST_IN_A_HURRY if request.quick else None, "seed": request.seed}
+    options |= {"most": MOST_WHEN_QUICK if request.quick else None, "seed": request.seed}
     only = only_simulated(request.sessions)
-    return read_material(request.lab, simulated=only, report=report, **asked_for)
+    return read_material(request.lab, simulated=only, report=report, **options)
 
 
 def options_for(

@@ -244,13 +244,13 @@ def refused(name: str, code: int, message: str) -> DeviceError:
 
 def failed(name: str, code: int, text: str) -> DeviceFault:
     """Return the fault of a card that failed while it sampled."""
-    told = f"NI-DAQmx {code}: {first_line(text)}"
+    reported = f"NI-DAQmx {code}: {first_line(text)}"
     if code in STOPPED or code == OVERWRITTEN:
         why = "samples came faster than they were stored, and how many are missing is unknown"
-        return DeviceFault(name, "overrun", f"{name}: {why}; lower `rate_hz` or raise `buffer_s`. {told}")
+        return DeviceFault(name, "overrun", f"{name}: {why}; lower `rate_hz` or raise `buffer_s`. {reported}")
     if code in GONE:
-        return DeviceFault(name, "link_lost", f"{name}: the card is gone; see its cable and power. {told}")
-    return DeviceFault(name, "refused", f"{name}: the card refused to continue. {told}")
+        return DeviceFault(name, "link_lost", f"{name}: the card is gone; see its cable and power. {reported}")
+    return DeviceFault(name, "refused", f"{name}: the card refused to continue. {reported}")
 
 
 def first_line(message: str, otherwise: str = "no message") -> str:

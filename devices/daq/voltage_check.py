@@ -51,13 +51,13 @@ class VoltageCheck:
         if self.stuck_s > 0 and (self.still >= self.stuck_s * self.rate_hz).any():
             wire = int(np.argmax(self.still))
             value = float(volts[-1, wire])
-            told = (
+            stuck = (
                 f"{self.device}: {self.wires[wire]} has stood at {value:.4g} V for {self.stuck_s:g} s without any noise"
             )
             edge = EDGE * (self.high_V - self.low_V)
             ended = value <= self.low_V + edge or value >= self.high_V - edge
             why = "the end of its range: a broken sensor or cable, or no power" if ended else "no live sensor does so"
-            raise DeviceFault(self.device, "stuck", f"{told}: {why}")
+            raise DeviceFault(self.device, "stuck", f"{stuck}: {why}")
         margin = EDGE * (self.high_V - self.low_V)
         at_end: NDArray[np.bool_] = (volts <= self.low_V + margin) | (volts >= self.high_V - margin)
         return at_end

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.folds import some_of
 from palpate.modeling.attributes.joining import CATEGORY, NOTHING, Parts, joined
-from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
+from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError, Texture
 from palpate.modeling.attributes.reading_pictures import STUDY as PHOTOS
 from palpate.modeling.attributes.reading_pictures import Photographed, photographed
 from palpate.modeling.attributes.reading_ratings import STUDY as RATINGS
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from palpate.modeling.attributes.reading_touch import FeltRows, Recorded
 
 CAPTURE = "texture_capture"
-MOST_IN_A_HURRY = 15
+MOST_WHEN_QUICK = 15
 """Textures that are enough to try an evaluation out."""
 
 
@@ -66,7 +66,7 @@ def read_material(
     weights_text = how.weights.description if any(texture.sight for texture in textures) else ""
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
-    notes = (*rated.notes, *unfelt, *unseen, *few, *((HURRIED,) if quick and photos else ()))
+    notes = (*rated.notes, *unfelt, *unseen, *few, *((QUICK_LOOK,) if quick and photos else ()))
     # The material counts as simulated where twins rated, recorded or photographed any of it.
     recorded = any(texture.simulated for texture in parts.felt.values())
     simulated = rated.simulated or recorded or any(photo.simulated for photo in photos)

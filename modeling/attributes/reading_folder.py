@@ -14,8 +14,8 @@ import numpy as np
 from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.joining import untouched
 from palpate.modeling.attributes.material import (
-    HURRIED,
     NOT_PHOTOGRAPHED,
+    QUICK_LOOK,
     Material,
     MaterialError,
     Pair,
@@ -127,7 +127,7 @@ def read_folder(
     loose = _nobodys(folder, albums) if sight else ()
     file_notes = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
     photographed = any(album.pictures for album in albums)
-    weights_told, hurried = (how.weights.description, (HURRIED,) if quick else ()) if photographed else ("", ())
+    weights_told, hurried = (how.weights.description, (QUICK_LOOK,) if quick else ()) if photographed else ("", ())
     return Material(textures, columns.pairs, weights_told, simulated, (*file_notes, *hurried))
 
 

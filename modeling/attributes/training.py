@@ -14,7 +14,7 @@ from palpate.modeling.attributes.evaluation import AttributeEvaluation, Attribut
 from palpate.modeling.attributes.evaluation_report import banners
 from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
 from palpate.modeling.attributes.folds import all_of_them
-from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
+from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.model_file import NAME, ModelFileError, Saveable, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
@@ -137,5 +137,5 @@ def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tu
         notes.append("Simulated raters: this model says nothing about how a texture feels to people.")
     if evaluation.options.quick:
         notes.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
-        notes += [f"Learned from: {note}" for note in evaluation.material.notes if note in (HURRIED, FEW_READ)]
+        notes += [f"Learned from: {note}" for note in evaluation.material.notes if note in (QUICK_LOOK, FEW_READ)]
     return tuple(notes)

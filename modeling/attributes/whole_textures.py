@@ -288,8 +288,8 @@ class Boosted:
         single = z.astype(np.float32).astype(np.float64)  # it compares in single precision
         steps = RATE * self.trees.value[self.trees.leaves(single), 0]
         parts = [steps[:, start:end] for start, end in pairwise(self.first)]
-        begun = [np.column_stack([np.full(len(z), bias), part]) for bias, part in zip(self.bias, parts, strict=True)]
-        return np.stack([np.add.accumulate(terms, axis=1)[:, -1] for terms in begun], axis=1)
+        terms_of = [np.column_stack([np.full(len(z), bias), part]) for bias, part in zip(self.bias, parts, strict=True)]
+        return np.stack([np.add.accumulate(terms, axis=1)[:, -1] for terms in terms_of], axis=1)
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return arrays and plain values, for `restore_boosting`."""

@@ -89,7 +89,7 @@ class RankingScreen(Base):
         self._place()
 
     def body(self) -> Iterator[Element]:
-        yield self._told
+        yield self._progress
         yield from self._ends
         if self.new is not None and not self.ranks[self.new]:
             yield Slot("tray", self._tray)
@@ -192,8 +192,8 @@ class RankingScreen(Base):
         page, body, count = self.page, self.frame.body, len(self.form.stimuli)
         unit, gap = page.metrics.unit, max(page.metrics.unit(1.6), page.metrics.mm(NEAREST_TARGETS_MM) + 1)
         line, apart, button = round(1.5 * page.metrics.text(STEPS[0])), unit(4), page.metrics.target(11)
-        told = line if self.form.attribute.explanation is None else 3 * line
-        below = 2 * line + told + 2 * apart + (button + apart if self.form.again else 0)
+        explained = line if self.form.attribute.explanation is None else 3 * line
+        below = 2 * line + explained + 2 * apart + (button + apart if self.form.again else 0)
         height = min(unit(TALLEST), (body.height - line - below - 2 * apart) // 2)
         width = min(unit(WIDEST), (body.width - (count - 1) * gap) // count)
         top = body.top + max(0, body.height - line - below - 2 * apart - 2 * height) // 3
@@ -207,9 +207,9 @@ class RankingScreen(Base):
         self._row = Box(left, row_top - min(reach, apart), row_width, height + min(reach, apart) + reach)
         wide = max(row_width, body.width * 2 // 3)
         ends = Box(body.left + (body.width - wide) // 2, row_top + height + apart // 2, wide, 2 * line)
-        self._ends = tuple(self._texts(ends, told - line if told > line else 0))
+        self._ends = tuple(self._texts(ends, explained - line if explained > line else 0))
         self._button = Box(
-            body.left + (body.width - unit(90)) // 2, ends.bottom + told - line + apart, unit(90), button
+            body.left + (body.width - unit(90)) // 2, ends.bottom + explained - line + apart, unit(90), button
         )
         for name in self.form.stimuli:
             fitted(page, self._again(name), self._button.width, button, STEPS)
@@ -229,7 +229,7 @@ class RankingScreen(Base):
             yield Label("explanation", box, laid=laid, align="centre")
 
     @property
-    def _told(self) -> Label:
+    def _progress(self) -> Label:
         """How many stimuli have been felt, and what to do now."""
         texts, new = self.page.texts, self.new
         now = texts("ranking_all") if new is None or self.ranks[new] else texts("ranking_new", card=self._letter(new))

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from PIL import Image
 
 from palpate.modeling.attributes import seeing
-from palpate.modeling.attributes.material import HURRIED, MaterialError
+from palpate.modeling.attributes.material import QUICK_LOOK, MaterialError
 from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.model_file import NAME, read_model, write_model
 from palpate.modeling.attributes.reading import read_material
@@ -247,7 +247,7 @@ def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt
     before, lines = set((felt_lab / "features").iterdir()), []
     library = index(LibraryOptions(felt_lab, workers=1), lines.append).indexed.library
     assert set((felt_lab / "features").iterdir()) == before and not any("pictures of T" in line for line in lines)
-    assert HURRIED in library.notes
+    assert QUICK_LOOK in library.notes
     first = material_in(felt_lab, "sight").textures[0]
     expected = read_model(felt_lab / "models").predict(first).mean(axis=0)
     assert library.textures[0].predicted.value == pytest.approx(np.clip(expected, 0, 100), abs=1e-3)
