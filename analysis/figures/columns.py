@@ -72,14 +72,6 @@ def find_answer(settings: FigureSettings, inputs: FigureInput, columns: Sequence
     return answers[0]
 
 
-def find_optional_answer(
-    settings: FigureSettings, inputs: FigureInput, columns: Sequence[str], role: str
-) -> Answer | None:
-    """Return what `find_answer` does; None where no test that the figure names has these columns."""
-    names = [name for name in settings.tests if _answer_with(settings, inputs, name, columns) is not None]
-    return find_answer(settings, inputs, columns, role) if names else None
-
-
 def _answer_with(settings: FigureSettings, inputs: FigureInput, name: str, columns: Sequence[str]) -> Answer | None:
     answer = answer_of_test(settings, inputs, name)
     return answer if answer.rows and all(column in answer.rows[0] for column in columns) else None

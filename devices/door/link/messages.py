@@ -262,11 +262,6 @@ def sent(message: Message, sequence: int) -> bytes:
     return on_the_line(Frame(message.KIND, sequence, message.pack()))
 
 
-def kind_name(kind: int) -> str:
-    """Return the message's name by its type, also for one that this version does not know."""
-    return _BY_KIND[kind].__name__ if kind in _BY_KIND else f"type {kind:#04x}"
-
-
 @dataclass(frozen=True)
 class Profile:
     """An uploaded profile: torques in N m, as the device holds them (float32), and the place of its rendered stop."""
