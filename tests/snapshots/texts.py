@@ -23,7 +23,7 @@ FROZEN = RECORDED / "frozen"
 RENEW = bool(os.environ.get("RENEW_SNAPSHOTS"))
 WIDTH = 100
 NUMBER = re.compile(
-    r"(?<![\w.])[-−]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d)|(?<![\w.])[-−]?\.\d+"
+    r"(?<![\w.])[-−]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+−]?\d+)?(?!\w|\.\d)|(?<![\w.])[-−]?\.\d+"
 )
 LEFT_OUT = {
     "a file that Palpate brings, wherever it lies": (
@@ -146,6 +146,7 @@ def without_numbers(text: str) -> str:
     The time that is left goes: where less than five seconds are, it is not said, and that depends on the machine.
     """
     text = re.sub(r"(?<![\w.])(?=\w*[a-f])[0-9a-f]{16,64}\b", "DIGEST", text)
+    text = re.sub(r"(?m)^(Data, SHA-256)\n[0-9a-f]{12}$", r"\1\nDIGEST", text)
     text = re.sub(r"(?m)^.* done: job .*$\n?|^.*captured in .*$\n?", "", text)
     text = re.sub(r"native \([^)]*\)", "native (CPU)", text)
     lines = (line if line.startswith(("$ ", "= ")) else NUMBER.sub("#", line) for line in text.split("\n"))
