@@ -15,7 +15,7 @@ from palpate.protocols.extras import MODELS
 from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 
 if TYPE_CHECKING:
-    from palpate.modeling.doors.evaluation import DoorEvaluation
+    from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
     from palpate.modeling.doors.registry import Direction
 
 QUICK = click.option(
@@ -70,7 +70,7 @@ def train_doors(
 
     Example: palpate train doors --lab LAB
     """
-    from palpate.modeling.doors.evaluation_outputs import NAME, default_of
+    from palpate.modeling.doors.evaluation.outputs import NAME, default_of
     from palpate.modeling.doors.registry import demand_file
     from palpate.modeling.doors.results import DoorOptions, folds_for
     from palpate.modeling.doors.training import Training, train_pair
@@ -133,8 +133,8 @@ def evaluate_doors(
 
     Example: palpate evaluate doors --lab LAB --methods ridge,generator
     """
-    from palpate.modeling.doors.evaluation import evaluate_doors as evaluated
-    from palpate.modeling.doors.evaluation_outputs import NAME, folder_for, write_all
+    from palpate.modeling.doors.evaluation.evaluate import evaluate_doors as evaluated
+    from palpate.modeling.doors.evaluation.outputs import NAME, folder_for, write_all
     from palpate.modeling.doors.results import DoorOptions, folds_for
     from palpate.modeling.evaluate.outputs import jobs_folder
 
@@ -156,7 +156,7 @@ def evaluate_doors(
             evaluation, to or folder_for(asked.lab, split), report, not quick if figures is None else figures
         )
     if as_json:
-        from palpate.modeling.doors.evaluation_results import as_json as results
+        from palpate.modeling.doors.evaluation.result_tables import as_json as results
 
         echo_json({**results(evaluation), "files": list(map(str, paths))})
         return
@@ -192,7 +192,7 @@ def _show(evaluation: DoorEvaluation, page: Path) -> None:
 
     from palpate.analysis.reports.tables import written
     from palpate.analysis.reports.terminal import print_banners
-    from palpate.modeling.doors.evaluation_report import banners, reached
+    from palpate.modeling.doors.evaluation.report import banners, reached
 
     print_banners(banners(evaluation))
     console = Console(highlight=False)

@@ -26,7 +26,7 @@ from palpate.studies.options import (
 )
 
 if TYPE_CHECKING:
-    from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions
+    from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions
     from palpate.modeling.attributes.material import Material
     from palpate.modeling.attributes.reading_recordings import Recordings
 
@@ -136,8 +136,8 @@ def options_for(
     request: AttributeRequest, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None
 ) -> AttributeOptions:
     """Return the options of the evaluation or the training. Raises MaterialError for an unknown method."""
-    from palpate.modeling.attributes.evaluation import AttributeOptions, require_methods
-    from palpate.modeling.attributes.evaluation_outputs import NAME
+    from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, require_methods
+    from palpate.modeling.attributes.evaluation.outputs import NAME
     from palpate.modeling.attributes.registry import METHODS
     from palpate.modeling.evaluate.outputs import jobs_folder
 
@@ -170,7 +170,7 @@ def train_attributes(
     Example: palpate train attributes --lab LAB --method ridge
     """
     from palpate.analysis.reports.terminal import print_banners
-    from palpate.modeling.attributes.evaluation_outputs import default_of
+    from palpate.modeling.attributes.evaluation.outputs import default_of
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
     from palpate.modeling.attributes.training import demand_no_loss
     from palpate.modeling.attributes.training import train_attributes as trained
@@ -230,9 +230,9 @@ def evaluate_attributes(
 
     Example: palpate evaluate attributes --lab LAB --methods ridge,visuo_tactile
     """
-    from palpate.modeling.attributes.evaluation import evaluate_methods
-    from palpate.modeling.attributes.evaluation_outputs import NAME, write_all
-    from palpate.modeling.attributes.evaluation_outputs import as_json as results
+    from palpate.modeling.attributes.evaluation.evaluate import evaluate_methods
+    from palpate.modeling.attributes.evaluation.outputs import NAME, write_all
+    from palpate.modeling.attributes.evaluation.outputs import as_json as results
     from palpate.modeling.attributes.feature_times import feature_seconds
     from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
     from palpate.modeling.evaluate.outputs import evaluation_folder
@@ -259,8 +259,8 @@ def _show(evaluation: AttributeEvaluation, page: Path) -> None:
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners
-    from palpate.modeling.attributes.evaluation_report import banners, choice_of, reached
-    from palpate.modeling.attributes.evaluation_tables import method_rows
+    from palpate.modeling.attributes.evaluation.report import banners, choice_of, reached
+    from palpate.modeling.attributes.evaluation.tables import method_rows
 
     print_banners(banners(evaluation))
     rows = method_rows(evaluation)

@@ -25,7 +25,7 @@ from palpate.protocols.progress import Report
 from palpate.studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
 
 if TYPE_CHECKING:
-    from palpate.modeling.textures.evaluation import TextureEvaluation, TextureOptions
+    from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation, TextureOptions
     from palpate.modeling.textures.reading_tables import Held
     from palpate.modeling.textures.recording import Recording
     from palpate.modeling.textures.simulator import GetSimulator, TextureSimulator
@@ -95,7 +95,7 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
 def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
     """Return the requested recordings. Raises TextureDataError, or what reading a lab raises."""
     from palpate.modeling.evaluate.outputs import jobs_folder
-    from palpate.modeling.textures.evaluation_outputs import NAME
+    from palpate.modeling.textures.evaluation.outputs import NAME
     from palpate.modeling.textures.recording import TextureDataError
     from palpate.protocols.did_you_mean import nearest
 
@@ -139,8 +139,8 @@ def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
 def options_for(request: TextureRequest, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> TextureOptions:
     """Return the options of the evaluation or the training. Raises TextureDataError for an unknown method."""
     from palpate.modeling.evaluate.outputs import jobs_folder
-    from palpate.modeling.textures.evaluation import TextureOptions
-    from palpate.modeling.textures.evaluation_outputs import NAME
+    from palpate.modeling.textures.evaluation.evaluate import TextureOptions
+    from palpate.modeling.textures.evaluation.outputs import NAME
     from palpate.modeling.textures.registry import demand_known
 
     demand_known(methods or ())
@@ -168,7 +168,7 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
 
     Example: palpate train textures --lab LAB --methods foten_generative
     """
-    from palpate.modeling.textures.evaluation_outputs import default_of
+    from palpate.modeling.textures.evaluation.outputs import default_of
     from palpate.modeling.textures.training import train_textures as trained
 
     options = options_for(request, request.methods or None)
@@ -231,10 +231,10 @@ def evaluate_textures(
     Example: palpate evaluate textures --simulated --methods ar,foten_generative
     """
     from palpate.modeling.evaluate.outputs import evaluation_folder
-    from palpate.modeling.textures.evaluation import domain_for, evaluate_methods
-    from palpate.modeling.textures.evaluation_outputs import NAME, write_all
-    from palpate.modeling.textures.evaluation_outputs import as_json as results
-    from palpate.modeling.textures.evaluation_tables import VARIANTS
+    from palpate.modeling.textures.evaluation.evaluate import domain_for, evaluate_methods
+    from palpate.modeling.textures.evaluation.outputs import NAME, write_all
+    from palpate.modeling.textures.evaluation.outputs import as_json as results
+    from palpate.modeling.textures.evaluation.tables import VARIANTS
     from palpate.modeling.textures.registry import THESIS
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
@@ -254,9 +254,9 @@ def _show(evaluation: TextureEvaluation, page: Path) -> None:
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners
-    from palpate.modeling.textures.evaluation_reached import reached
-    from palpate.modeling.textures.evaluation_report import banners, choice_of
-    from palpate.modeling.textures.evaluation_tables import method_rows
+    from palpate.modeling.textures.evaluation.report import banners, choice_of
+    from palpate.modeling.textures.evaluation.tables import method_rows
+    from palpate.modeling.textures.evaluation.targets import reached
 
     print_banners(banners(evaluation))
     Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(evaluation)], COLUMNS))

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
 from palpate.modeling.attributes.entries import PROPOSED, Own
-from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
+from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.training.jobs import local_cluster

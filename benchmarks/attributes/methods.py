@@ -17,8 +17,8 @@ from benchmarks.attributes.folds import AREA, named, whole_folds
 from benchmarks.attributes.material import WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
 from palpate.modeling.attributes.domain import learning, mean_of_rows
 from palpate.modeling.attributes.entries import Entry, Own
-from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
-from palpate.modeling.attributes.evaluation_tables import Row, features_of, method_rows
+from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
+from palpate.modeling.attributes.evaluation.tables import Row, features_of, method_rows
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
-from palpate.modeling.doors.evaluation import floors
-from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
-from palpate.modeling.doors.evaluation_tables import Row
+from palpate.modeling.doors.evaluation.evaluate import floors
+from palpate.modeling.doors.evaluation.method_rows import attainable, loop_rows, method_rows
+from palpate.modeling.doors.evaluation.tables import Row
 from palpate.modeling.doors.plausibility import corners
 from palpate.modeling.doors.rated import Rated
 from palpate.modeling.doors.reading import simulated_ratings

@@ -10,9 +10,9 @@ from typing import Any, cast
 
 from palpate.modeling.attributes.domain import learning
 from palpate.modeling.attributes.entries import Entry, Own
-from palpate.modeling.attributes.evaluation import AttributeEvaluation, AttributeOptions, evaluate_methods
-from palpate.modeling.attributes.evaluation_report import banners
-from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
+from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
+from palpate.modeling.attributes.evaluation.report import banners
+from palpate.modeling.attributes.evaluation.tables import RANDOM, method_rows, resnet_of, title_of
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError
 from palpate.modeling.attributes.methods import Learning, Method

@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.domain import ALL, WHOLE, FoldJob, trained, with_below
-from palpate.modeling.doors.evaluation_overall import attainable, forward_row, inverse_row
+from palpate.modeling.doors.evaluation.method_rows import attainable, forward_row, inverse_row
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method

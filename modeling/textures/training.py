@@ -10,7 +10,7 @@ from pathlib import Path
 
 from palpate.modeling.evaluate.engine import evaluate
 from palpate.modeling.textures.domain import Fit, Play, TextureDomain, TextureResult, drive_for
-from palpate.modeling.textures.evaluation import TextureOptions, domain_for, waves
+from palpate.modeling.textures.evaluation.evaluate import TextureOptions, domain_for, waves
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import Recording, TextureDataError, recording_digest
 from palpate.modeling.textures.registry import METHODS

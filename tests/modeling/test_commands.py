@@ -112,7 +112,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
     def stop(*_args, **_more):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("palpate.modeling.doors.evaluation.evaluate_doors", stop)
+    monkeypatch.setattr("palpate.modeling.doors.evaluation.evaluate.evaluate_doors", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
     result = CliRunner().invoke(evaluate, arguments)
     assert result.exit_code == 130

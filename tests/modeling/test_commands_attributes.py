@@ -67,7 +67,7 @@ def test_training_says_which_method_it_takes_and_why(made, tmp_path, monkeypatch
     """A quick evaluation does not decide, and is not passed over in silence either."""
     asked = ("--lab", tmp_path, "--workers", 1)
     few = ("--methods", "ridge,mean", "--no-ablations", "--no-figures")
-    monkeypatch.setattr("palpate.modeling.attributes.evaluation_outputs.DEFAULT", "mean")
+    monkeypatch.setattr("palpate.modeling.attributes.evaluation.outputs.DEFAULT", "mean")
     told = done(train, *asked).stdout
     assert told.startswith("training mean: the shipped default, for this lab has no evaluation that can be read.")
     done(evaluate, *asked, *few, "--quick")

@@ -142,7 +142,7 @@ def test_a_partial_is_of_the_module_of_its_function():
                 "palpate.analysis.statistics",
             },
             {
-                "palpate.modeling.doors.evaluation_report",
+                "palpate.modeling.doors.evaluation.report",
                 "palpate.modeling.commands",
                 "palpate.modeling.textures.foten",
             },

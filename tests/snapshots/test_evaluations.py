@@ -1,8 +1,9 @@
 """What a quick evaluation and a quick training print and write: words and headings exactly, numbers to 2 %.
 
 Held to the letter: the names of files, columns, rows and methods, the keys of JSON, and the report without its numbers.
-Numbers of tables may differ by what another processor's last bits can do, never by more. A network's few epochs, and the segments of
-an autoregression, make of such bits numbers that differ by a third: in their rows, only the words are held.
+Numbers of tables may differ by what another processor's last bits can do, never by more. A network's few epochs, and
+the segments of an autoregression, make of such bits numbers that differ by a third: in their rows, only the words are
+held.
 """
 
 from __future__ import annotations

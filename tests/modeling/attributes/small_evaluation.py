@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.modeling.attributes.evaluation import AttributeOptions, evaluate_methods
+from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material, MaterialError
 from palpate.modeling.attributes.methods import Method
 from tests.modeling.attributes.made_material import made_material

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from palpate.modeling.attributes.evaluation_report import banners, report_html
+from palpate.modeling.attributes.evaluation.report import banners, report_html
 from palpate.modeling.attributes.joining import lacking
 from tests.modeling.attributes import small_evaluation as small
 

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.modeling.attributes.domain import learning
 from palpate.modeling.attributes.entries import Entry
-from palpate.modeling.attributes.evaluation import AttributeOptions, domain_for
+from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, domain_for
 from palpate.modeling.attributes.material import load_material
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 from tests.modeling.attributes.made_material import made_material

@@ -5,8 +5,8 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from palpate.modeling.attributes.evaluation import AttributeOptions, evaluate_methods
-from palpate.modeling.attributes.evaluation_tables import method_rows
+from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, evaluate_methods
+from palpate.modeling.attributes.evaluation.tables import method_rows
 from palpate.modeling.attributes.reading import read_material
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.training import train_attributes

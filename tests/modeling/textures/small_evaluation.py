@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.modeling.files.model_files import Exported
-from palpate.modeling.textures.evaluation import TextureOptions, domain_for
+from palpate.modeling.textures.evaluation.evaluate import TextureOptions, domain_for
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows

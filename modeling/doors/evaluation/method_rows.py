@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from palpate.modeling.doors.data import TOP, ModelDataError
-from palpate.modeling.doors.evaluation_tables import Row, waveform_errors
+from palpate.modeling.doors.evaluation.tables import Row, waveform_errors
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.plausibility import TOLERANCE

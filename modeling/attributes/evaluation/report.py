@@ -8,9 +8,9 @@ from palpate.analysis.reports.figures import DrawnFigure, figure_block
 from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.page import EVALUATION, Block, Column, Heading, Page, Section, Words, page_html, table
 from palpate.analysis.reports.tables import in_seconds
-from palpate.modeling.attributes import evaluation_words as words
-from palpate.modeling.attributes.evaluation import RULE, AttributeEvaluation, choice, fusion
-from palpate.modeling.attributes.evaluation_tables import (
+from palpate.modeling.attributes.evaluation import words
+from palpate.modeling.attributes.evaluation.evaluate import RULE, AttributeEvaluation, choice, fusion
+from palpate.modeling.attributes.evaluation.tables import (
     Row,
     Which,
     attribute_rows,

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.modeling.attributes.entries import FEELING, SEEING
-from palpate.modeling.attributes.evaluation import DEFAULT, RULE, AttributeEvaluation, usable
-from palpate.modeling.attributes.evaluation_report import choice_of, reached
-from palpate.modeling.attributes.evaluation_tables import (
+from palpate.modeling.attributes.evaluation.evaluate import DEFAULT, RULE, AttributeEvaluation, usable
+from palpate.modeling.attributes.evaluation.report import choice_of, reached
+from palpate.modeling.attributes.evaluation.tables import (
     Row,
     attribute_rows,
     class_rows,
@@ -90,8 +90,8 @@ def write_all(
     evaluation: AttributeEvaluation, folder: Path, report: Report = silent, drawings: bool = True
 ) -> list[Path]:
     """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
-    from palpate.modeling.attributes.evaluation_figures import figures
-    from palpate.modeling.attributes.evaluation_report import report_html
+    from palpate.modeling.attributes.evaluation.figures import figures
+    from palpate.modeling.attributes.evaluation.report import report_html
 
     return write_evaluation(
         folder, tables(evaluation), partial(figures, evaluation) if drawings else None,

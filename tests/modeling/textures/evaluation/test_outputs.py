@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from palpate.modeling.evaluate.outputs import REPORT, RESULTS
-from palpate.modeling.textures.evaluation import evaluate_methods
-from palpate.modeling.textures.evaluation_figures import free_beginning
-from palpate.modeling.textures.evaluation_outputs import default_of, tables, write_all
-from palpate.modeling.textures.evaluation_report import report_html
-from palpate.modeling.textures.evaluation_tables import printed_errors, printed_times, printed_variant, start_of
+from palpate.modeling.textures.evaluation.evaluate import evaluate_methods
+from palpate.modeling.textures.evaluation.figures import free_beginning
+from palpate.modeling.textures.evaluation.outputs import default_of, tables, write_all
+from palpate.modeling.textures.evaluation.report import report_html
+from palpate.modeling.textures.evaluation.tables import printed_errors, printed_times, printed_variant, start_of
 from tests.modeling.textures import small_evaluation as small
 
 pytestmark = pytest.mark.needs("torch")

@@ -11,7 +11,7 @@ import numpy as np
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
 from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.domain import DoorDomain
-from palpate.modeling.doors.evaluation_overall import method_rows
+from palpate.modeling.doors.evaluation.method_rows import method_rows
 from palpate.modeling.doors.measured_door import Recovered, measured
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import NO_FILE, THESIS, Direction

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.modeling.evaluate.outputs import evaluation_folder, read_results, tables_as_json, write_evaluation
-from palpate.modeling.textures.evaluation import RULE, TextureEvaluation
-from palpate.modeling.textures.evaluation_report import choice_of
-from palpate.modeling.textures.evaluation_tables import (
+from palpate.modeling.textures.evaluation.evaluate import RULE, TextureEvaluation
+from palpate.modeling.textures.evaluation.report import choice_of
+from palpate.modeling.textures.evaluation.tables import (
     Row,
     curve_rows,
     figure_4_5,
@@ -81,8 +81,8 @@ def write_all(
     evaluation: TextureEvaluation, folder: Path, report: Report = silent, drawings: bool = True
 ) -> list[Path]:
     """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
-    from palpate.modeling.textures.evaluation_figures import figures
-    from palpate.modeling.textures.evaluation_report import report_html
+    from palpate.modeling.textures.evaluation.figures import figures
+    from palpate.modeling.textures.evaluation.report import report_html
 
     return write_evaluation(
         folder, tables(evaluation), partial(figures, evaluation) if drawings else None,

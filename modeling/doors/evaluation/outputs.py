@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_results import as_json, tables
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.result_tables import as_json, tables
 from palpate.modeling.doors.folding import Kinds
 from palpate.modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
 from palpate.modeling.evaluate.outputs import evaluation_folder, read_results, write_evaluation
@@ -23,8 +23,8 @@ def folder_for(lab: Path, split: Kinds) -> Path:
 
 def write_all(evaluation: DoorEvaluation, folder: Path, report: Report = silent, drawings: bool = True) -> list[Path]:
     """Write tables, figures, results and the report, and return the paths, the report last; see `write_evaluation`."""
-    from palpate.modeling.doors.evaluation_figures import figures
-    from palpate.modeling.doors.evaluation_report import report_html
+    from palpate.modeling.doors.evaluation.figures import figures
+    from palpate.modeling.doors.evaluation.report import report_html
 
     return write_evaluation(
         folder, tables(evaluation), partial(figures, evaluation) if drawings else None,

@@ -18,12 +18,12 @@ from palpate.analysis.reports.page import (
     table,
 )
 from palpate.analysis.reports.tables import NONE, in_seconds, written
-from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_forward import forward_section
-from palpate.modeling.doors.evaluation_inverse import inverse_section
-from palpate.modeling.doors.evaluation_tables import Row
-from palpate.modeling.doors.evaluation_words import LEAD
+from palpate.modeling.doors.evaluation import words
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.forward_section import forward_section
+from palpate.modeling.doors.evaluation.inverse_section import inverse_section
+from palpate.modeling.doors.evaluation.tables import Row
+from palpate.modeling.doors.evaluation.words import LEAD
 from palpate.modeling.doors.measured_door import Recovered
 from palpate.modeling.evaluate.outputs import software_table
 

@@ -1,4 +1,4 @@
-from palpate.modeling.textures.evaluation import better, choice
+from palpate.modeling.textures.evaluation.evaluate import better, choice
 
 
 def row(method, kept, felt, ran=6):

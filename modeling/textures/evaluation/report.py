@@ -10,10 +10,9 @@ from palpate.analysis.reports.figures import chosen as pictures
 from palpate.analysis.reports.page import EVALUATION, Block, Column, Heading, Page, Section, Words, page_html, table
 from palpate.analysis.reports.tables import in_seconds
 from palpate.modeling.evaluate.outputs import Choice, software_table
-from palpate.modeling.textures import evaluation_words as words
-from palpate.modeling.textures.evaluation import RULE, TextureEvaluation, choice
-from palpate.modeling.textures.evaluation_reached import reached
-from palpate.modeling.textures.evaluation_tables import (
+from palpate.modeling.textures.evaluation import words
+from palpate.modeling.textures.evaluation.evaluate import RULE, TextureEvaluation, choice
+from palpate.modeling.textures.evaluation.tables import (
     Row,
     free_rows,
     grid_rows,
@@ -23,6 +22,7 @@ from palpate.modeling.textures.evaluation_tables import (
     table_4_3,
     texture_rows,
 )
+from palpate.modeling.textures.evaluation.targets import reached
 from palpate.modeling.textures.free_run import LIMITS
 from palpate.modeling.textures.recording import recording_digest
 from palpate.modeling.textures.registry import METHODS

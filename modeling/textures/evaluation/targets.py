@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from palpate.modeling.textures.evaluation import TextureEvaluation, better
-from palpate.modeling.textures.evaluation_tables import Row, least, most, texture_rows
+from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation, better
+from palpate.modeling.textures.evaluation.tables import Row, least, most, texture_rows
 from palpate.modeling.textures.free_run import CYCLE, ENVELOPE, GFC, LEVEL
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 

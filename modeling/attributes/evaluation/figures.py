@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.attributes import evaluation_words as words
 from palpate.modeling.attributes.entries import MAIN, PROPOSED, Entry
-from palpate.modeling.attributes.evaluation import AttributeEvaluation, choice
-from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
+from palpate.modeling.attributes.evaluation import words
+from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, choice
+from palpate.modeling.attributes.evaluation.tables import Row, attribute_rows, method_rows, names_of, prediction_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.evaluation import forward_choice, inverse_choice
-from palpate.modeling.doors.evaluation_tables import (
+from palpate.modeling.doors.evaluation.evaluate import forward_choice, inverse_choice
+from palpate.modeling.doors.evaluation.tables import (
     AVERAGE,
     OVERALL,
     SAID,

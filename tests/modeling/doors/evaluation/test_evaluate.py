@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.evaluation import evaluate_doors, floors
-from palpate.modeling.doors.evaluation_results import as_json, tables
+from palpate.modeling.doors.evaluation.evaluate import evaluate_doors, floors
+from palpate.modeling.doors.evaluation.result_tables import as_json, tables
 from palpate.modeling.doors.results import DoorOptions, domain_for, evaluate_methods, waves
 from palpate.modeling.doors.training import Training, train_pair
 from tests.modeling.doors.small_evaluation import METHODS, options, small_data

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.analysis.reports.page import Block, Column, Heading, Section, TableBlock, Words, table
-from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_forward import with_refusals
-from palpate.modeling.doors.evaluation_overall import attainable, loop_rows
-from palpate.modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
-from palpate.modeling.doors.evaluation_tables import OVERALL, Row, printed_waveforms, waveform_rows
+from palpate.modeling.doors.evaluation import words
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.forward_section import with_refusals
+from palpate.modeling.doors.evaluation.method_rows import attainable, loop_rows
+from palpate.modeling.doors.evaluation.result_tables import corner_rows, plausible_row, slider_rows, splits_inverse
+from palpate.modeling.doors.evaluation.tables import OVERALL, Row, printed_waveforms, waveform_rows
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG

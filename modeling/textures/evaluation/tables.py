@@ -13,7 +13,7 @@ import numpy as np
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.textures.domain import Fit, Play, TextureResult
 from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from palpate.modeling.textures.evaluation import TextureEvaluation
+from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.free_run import beyond
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS

@@ -2,8 +2,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from palpate.modeling.textures import evaluation_reached
-from palpate.modeling.textures.evaluation_reached import reached
+from palpate.modeling.textures.evaluation import targets
+from palpate.modeling.textures.evaluation.targets import reached
 
 SIX = ("a", "b", "c", "d", "e", "f")
 GOOD = {"level": 1.0, "smoothed_gfc": 0.99, "envelope": 0.95, "cycle_excess": 0.01, "felt_dB": 1.0, "beyond": ""}
@@ -18,7 +18,7 @@ def rows(method, *of):
 @pytest.fixture
 def said(monkeypatch):
     def found(*every):
-        monkeypatch.setattr(evaluation_reached, "texture_rows", lambda _found: [row for each in every for row in each])
+        monkeypatch.setattr(targets, "texture_rows", lambda _found: [row for each in every for row in each])
         textures = tuple(dict.fromkeys(row["texture"] for row in every[0]))
         return dict(reached(SimpleNamespace(textures=textures, ceilings={})))
 

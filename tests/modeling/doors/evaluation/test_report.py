@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from palpate.analysis.reports.tables import written
-from palpate.modeling.doors.evaluation import evaluate_doors
-from palpate.modeling.doors.evaluation_inverse import inverse_section
-from palpate.modeling.doors.evaluation_outputs import default_of, write_all
-from palpate.modeling.doors.evaluation_report import report_html
+from palpate.modeling.doors.evaluation.evaluate import evaluate_doors
+from palpate.modeling.doors.evaluation.inverse_section import inverse_section
+from palpate.modeling.doors.evaluation.outputs import default_of, write_all
+from palpate.modeling.doors.evaluation.report import report_html
 from tests.modeling.doors.small_evaluation import options, small_data
 
 pytestmark = pytest.mark.needs("torch")

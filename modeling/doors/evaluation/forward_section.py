@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from palpate.analysis.reports.figures import DrawnFigure, chosen, figure_block
 from palpate.analysis.reports.page import Block, Column, Heading, Section, Words, table
-from palpate.modeling.doors import evaluation_words as words
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward
-from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, printed, thesis_rows, variant_rows
+from palpate.modeling.doors.evaluation import words
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.result_tables import ceiling_rows, splits_forward
+from palpate.modeling.doors.evaluation.tables import AVERAGE, Row, cell_rows, printed, thesis_rows, variant_rows
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults

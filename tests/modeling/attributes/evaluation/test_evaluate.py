@@ -9,7 +9,14 @@ import pytest
 
 from palpate.modeling.attributes.domain import LeaveOut, learning, predict_texture
 from palpate.modeling.attributes.entries import KINDS, MAIN, SAME, Entry, entries
-from palpate.modeling.attributes.evaluation import DEFAULT, choice, domain_for, evaluate_methods, fusion, usable
+from palpate.modeling.attributes.evaluation.evaluate import (
+    DEFAULT,
+    choice,
+    domain_for,
+    evaluate_methods,
+    fusion,
+    usable,
+)
 from palpate.modeling.attributes.material import MaterialError, digest_of, load_material, save_material
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.evaluate.engine import result_of

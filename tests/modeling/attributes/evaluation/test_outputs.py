@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from palpate.modeling.attributes.evaluation_outputs import as_json, default_of, tables, write_all
-from palpate.modeling.attributes.evaluation_report import banners, reached, report_html
-from palpate.modeling.attributes.evaluation_tables import fold_rows, method_rows, number_of, printed, table_rows
+from palpate.modeling.attributes.evaluation.outputs import as_json, default_of, tables, write_all
+from palpate.modeling.attributes.evaluation.report import banners, reached, report_html
+from palpate.modeling.attributes.evaluation.tables import fold_rows, method_rows, number_of, printed, table_rows
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.evaluate.outputs import REPORT, RESULTS, evaluation_folder

@@ -6,8 +6,8 @@ import pytest
 
 from palpate.modeling.evaluate.engine import result_of
 from palpate.modeling.textures.domain import Explore, Fit, Play
-from palpate.modeling.textures.evaluation import domain_for, evaluate_methods
-from palpate.modeling.textures.evaluation_tables import figure_4_5, grid_rows
+from palpate.modeling.textures.evaluation.evaluate import domain_for, evaluate_methods
+from palpate.modeling.textures.evaluation.tables import figure_4_5, grid_rows
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.training.refusals import JobBroken
 from tests.modeling.textures import small_evaluation as small

@@ -7,9 +7,9 @@ from typing import Any
 
 from palpate.modeling.doors.ceiling import Ceiling
 from palpate.modeling.doors.domain import door_code
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, widths
-from palpate.modeling.doors.evaluation_tables import (
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.method_rows import attainable, loop_rows, widths
+from palpate.modeling.doors.evaluation.tables import (
     OVERALL,
     Row,
     cells_table,

@@ -11,11 +11,11 @@ import numpy as np
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.textures import evaluation_words as words
 from palpate.modeling.textures.domain import Fit, Play
 from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from palpate.modeling.textures.evaluation import TextureEvaluation
-from palpate.modeling.textures.evaluation_tables import (
+from palpate.modeling.textures.evaluation import words
+from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
+from palpate.modeling.textures.evaluation.tables import (
     FIRST,
     TRUTH,
     WARM_UP,

@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.modeling.attributes.domain import LeaveOut, textures_named
 from palpate.modeling.attributes.entries import KINDS, MAIN, PROPOSED, SAME, Entry
-from palpate.modeling.attributes.evaluation import AttributeEvaluation
+from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation
 from palpate.modeling.attributes.feature_times import steps_of
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.scores import Errors, by_class, difference, errors

@@ -11,11 +11,11 @@ import numpy as np
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.doors.evaluation import DoorEvaluation
-from palpate.modeling.doors.evaluation_overall import widths
-from palpate.modeling.doors.evaluation_results import curve_rows
-from palpate.modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows, waveform_errors
-from palpate.modeling.doors.evaluation_words import CURVES, PROFILES, WORK_PRECISION
+from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
+from palpate.modeling.doors.evaluation.method_rows import widths
+from palpate.modeling.doors.evaluation.result_tables import curve_rows
+from palpate.modeling.doors.evaluation.tables import prediction_rows, waveform_error_rows, waveform_errors
+from palpate.modeling.doors.evaluation.words import CURVES, PROFILES, WORK_PRECISION
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults
 from palpate.modeling.doors.scores import by_level
@@ -72,7 +72,7 @@ def _legend(method: MethodResults, row: int) -> str:
 
 def measured_door(evaluation: DoorEvaluation, folder: Path) -> DrawnFigure:
     """Return the measured door and its edits, each beside the profile that its predicted ratings come back to."""
-    from palpate.modeling.doors.evaluation_report import profile_name
+    from palpate.modeling.doors.evaluation.report import profile_name
 
     panels: list[tuple[str, list[Line]]] = [
         (

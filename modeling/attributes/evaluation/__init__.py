@@ -1,0 +1,1 @@
+"""The evaluation of predicted attributes: every method without each texture once, its tables, figures and report."""
