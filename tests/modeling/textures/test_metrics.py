@@ -1,16 +1,29 @@
+"""Spectral errors as the thesis has them, levels as they are felt, and what is compared while a model runs."""
+
+import math
+
 import numpy as np
 import pytest
 
 from palpate.modeling.textures.metrics import (
+    BANDS_HZ,
+    correlation,
+    cycle,
     density,
+    envelope,
     explained,
+    felt_distance,
+    felt_levels,
     gfc,
     goodness,
+    greatest_ratio,
     level_ratio,
     mae,
     mean_of,
     raw_gfc,
+    slow,
     smoothed_gfc,
+    threshold_m_s2,
 )
 from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
@@ -83,3 +96,97 @@ def test_signals_that_do_not_belong_together_are_refused(one, other):
 def test_too_short_a_signal_has_no_smoothed_spectrum():
     with pytest.raises(TextureDataError, match="256"):
         smoothed_gfc(np.ones(255), np.ones(1000))
+
+
+T = np.arange(20_000) / 1000
+
+
+def displacement_dB(hertz):
+    """The threshold as papers print it: dB re 1 um, peak."""
+    return 20 * math.log10(threshold_m_s2(hertz) * math.sqrt(2) / (2 * math.pi * hertz) ** 2 / 1e-6)
+
+
+def test_the_threshold_is_that_of_the_papers():
+    assert displacement_dB(250) == pytest.approx(-20)
+    assert displacement_dB(280) == pytest.approx(-20)
+    assert displacement_dB(62.5) - displacement_dB(125) == pytest.approx(12)
+    assert displacement_dB(10) - displacement_dB(20) == pytest.approx(5)
+    assert displacement_dB(500) > displacement_dB(300) + 8
+    assert threshold_m_s2(125) == pytest.approx(0.174, abs=0.001)
+
+
+def test_a_tone_has_its_level_in_its_own_third_octave():
+    found = felt_levels(3.0 * np.sin(2 * np.pi * 100 * T))
+    expected = 20 * math.log10(3 / math.sqrt(2) / threshold_m_s2(100))
+    assert found[BANDS_HZ.index(100.0)] == pytest.approx(expected, abs=0.3)
+    assert found[BANDS_HZ.index(50.0)] == 0
+    assert found[BANDS_HZ.index(200.0)] == 0
+
+
+def test_twice_as_loud_is_6_dB_off_where_every_band_is_felt():
+    loud = 100 * np.random.default_rng(0).standard_normal(60_000)
+    assert felt_distance(loud, 2 * loud) == pytest.approx(6.02, abs=0.01)
+    assert felt_distance(loud, loud) == 0
+
+
+def test_what_is_not_felt_makes_no_difference():
+    faint = 0.01 * vibration(20_000)
+    assert felt_levels(faint).max() == 0
+    assert felt_distance(faint, np.zeros(20_000)) == 0
+
+
+def test_the_distance_grows_with_the_spectrums_difference():
+    truth = vibration(60_000, 1)
+    assert felt_distance(truth, vibration(60_000, 2)) < 0.5
+    assert felt_distance(truth, np.random.default_rng(3).standard_normal(60_000)) > 3
+
+
+def test_too_short_a_signal_is_refused():
+    with pytest.raises(TextureDataError):
+        felt_levels(np.ones(100))
+
+
+def test_an_envelope_follows_what_a_vibration_is_multiplied_by():
+    shape = 1 + 0.8 * np.sin(2 * np.pi * 0.4 * T)
+    found = envelope(vibration(len(T)) * shape)
+    assert len(found) == 80  # of 250 ms
+    assert correlation(found, slow(shape)) > 0.95
+
+
+def test_a_correlation_with_what_does_not_vary_is_none():
+    rising = np.arange(10.0)
+    assert correlation(rising, rising) == pytest.approx(1.0)
+    assert correlation(rising, np.full(10, 1e9)) is None
+    assert correlation(rising, 1e9 + 1e-3 * np.sin(rising)) is None
+    assert correlation(rising[:2], rising[:2]) is None
+    with pytest.raises(TextureDataError):
+        correlation(rising, rising[1:])
+
+
+def test_noise_does_not_repeat_itself_and_a_limit_cycle_does():
+    assert cycle(vibration(len(T))) < 0.3
+    assert cycle(np.sin(2 * np.pi * 93 * T)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_limit_cycle_is_seen_where_its_frequency_moves_and_under_noise():
+    moving = np.sin(2 * np.pi * (90 * T + 0.3 * np.sin(2 * np.pi * 0.1 * T)))
+    assert cycle(moving) > 0.9
+    assert cycle(moving + 0.3 * np.random.default_rng(0).standard_normal(len(T))) > 0.7
+
+
+def test_a_cycle_between_rests_is_one():
+    sounding = (T % 6) < 3
+    assert cycle(np.where(sounding, np.sin(2 * np.pi * 93 * T), 0.0)) > 0.9
+
+
+def test_silence_and_short_signals_have_no_cycle():
+    assert cycle(np.zeros(5000)) is None
+    assert cycle(vibration(800)) is None
+    assert cycle(np.empty(0)) is None
+    assert cycle(vibration(1000)) is not None
+
+
+def test_what_is_no_number_is_infinitely_great():
+    assert greatest_ratio(np.array([1.0, -4.0]), np.array([2.0, 1.0])) == 2
+    assert greatest_ratio(np.array([np.nan]), np.ones(1)) == float("inf")
+    assert greatest_ratio(np.ones(1), np.zeros(1)) is None

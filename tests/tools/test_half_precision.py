@@ -18,9 +18,9 @@ def written(folder, weight):
 
 def test_single_precision_is_halved_and_double_stays(tmp_path):
     card = halved(written(tmp_path, np.array([[0.1, 2.0]], dtype=np.float32)), tmp_path / "to")
-    found = load_file(card.with_suffix(".safetensors"))
-    assert found["w"].dtype == np.float16 and found["b"].dtype == np.float64
-    assert np.allclose(found["w"], [[0.1, 2.0]], rtol=1e-3)
+    tensors = load_file(card.with_suffix(".safetensors"))
+    assert tensors["w"].dtype == np.float16 and tensors["b"].dtype == np.float64
+    assert np.allclose(tensors["w"], [[0.1, 2.0]], rtol=1e-3)
     assert Card.model_validate_json(card.read_bytes()).notes == (NOTE,)
 
 
