@@ -31,26 +31,26 @@ SEED = 7
 def cases(quick: bool) -> Iterator[Case]:
     """Play a second of vibration again and again; the error is taken over the seconds after the first two."""
     seconds = SETTLED_S + (2 if quick else 10)
-    wished = commanded(seconds)
+    wished = commanded_signal(seconds)
     median = float(np.median(np.abs(true_response(Coil()).response)))
     filters = {
         "no filter, median gain": np.array([1 / median]),
         "filter of the true response": invert(true_response(Coil()), Wish()).taps,
-        "palpate, identified by shaking": identified(),
+        "palpate, identified by shaking": identify_twin(),
     }
     for method, taps in filters.items():
         yield Case(
             AREA, "voice coil: strength by frequency", method, f"{seconds} s, {LOW_HZ} to {HIGH_HZ} Hz", len(wished),
-            "dB RMS over the lines", partial(played, taps, wished), partial(strength_error_dB, wished), 3,
+            "dB RMS over the lines", partial(play_through_twin, taps, wished), partial(strength_error_dB, wished), 3,
         )  # fmt: skip
-    ways = {"palpate, 8 s of multisine": identified,
+    ways = {"palpate, 8 s of multisine": identify_twin,
             "filter of the true response": lambda: invert(true_response(Coil()), Wish()).taps}  # fmt: skip
     for method, run in ways.items():
         yield Case(AREA, "voice coil: identification", method, "twin with sensor noise", 8 * RATE_HZ,
                    "dB at most, filter and coil against flat", run, ripple_dB, 3)  # fmt: skip
 
 
-def commanded(seconds: int) -> Array:
+def commanded_signal(seconds: int) -> Array:
     """Return acceleration at 1 kHz that repeats every second: all lines of the band, random phases."""
     lines = np.zeros(RATE_HZ // 2 + 1, dtype=np.complex128)
     turns = np.random.PCG64(SEED).random_raw(HIGH_HZ - LOW_HZ + 1) / 2.0**64
@@ -59,7 +59,7 @@ def commanded(seconds: int) -> Array:
     return np.tile(second * (LEVEL_M_S2 / float(np.sqrt(np.mean(second**2)))), seconds)
 
 
-def played(taps: Array, wished: Array) -> Array:
+def play_through_twin(taps: Array, wished: Array) -> Array:
     """Play through the device and its twin; return what is felt, in m/s^2, as long as what was commanded."""
     clock = [0.0]
     settings = Settings(kind="voice_coil", driver="twin", peak_V=10.0, rms_V=10.0)
@@ -80,8 +80,8 @@ def strength_error_dB(wished: Array, felt: Array) -> float:
 
     Phases do not count: a hand feels a vibration's strength, and the filter has the least delay (`invert`).
     """
-    sizes = [np.abs(np.fft.rfft(each.reshape(-1, RATE_HZ)[SETTLED_S:]))[:, LOW_HZ : HIGH_HZ + 1]
-             for each in (wished, felt)]  # fmt: skip
+    sizes = [np.abs(np.fft.rfft(signal.reshape(-1, RATE_HZ)[SETTLED_S:]))[:, LOW_HZ : HIGH_HZ + 1]
+             for signal in (wished, felt)]  # fmt: skip
     return float(np.sqrt(np.mean((20 * np.log10(sizes[1] / sizes[0])) ** 2)))
 
 
@@ -94,7 +94,7 @@ def true_response(coil: Coil) -> Response:
     return Response(hz, over / under, nothing + 1.0, nothing, nothing)
 
 
-def identified() -> Array:
+def identify_twin() -> Array:
     """Return the filter identified by shaking the noisy twin."""
     shaken = Shaken(Coil(), seed=SEED)
     return identify(lambda volts: (shaken.felt(volts), RATE_HZ), Shaking()).inverse.taps

@@ -28,19 +28,19 @@ def cases(quick: bool) -> Iterator[Case]:
     sizes = [(SQUARE, SQUARE)] if quick else [(SQUARE, SQUARE), (6000, 4000)]
     for width, height in sizes:
         for kind in KINDS:
-            told, n = f"{width}x{height}, {kind}", width * height
-            yield Case(AREA, "camera: exposure", "palpate", told, n, "share of white pixels",
-                       partial(look, encoded(with_white(width, height), kind), LIMITS), white_error, 3)  # fmt: skip
-            yield Case(AREA, "camera: sharpness", "palpate", told, n, "relative; closed form of a grating",
-                       partial(look, encoded(grating(width, height), kind), LIMITS), sharpness_error, 3)  # fmt: skip
-    judged = list(judged_pictures())
+            input_name, n = f"{width}x{height}, {kind}", width * height
+            yield Case(AREA, "camera: exposure", "palpate", input_name, n, "share of white pixels",
+                       partial(look, encode(with_white(width, height), kind), LIMITS), white_error, 3)  # fmt: skip
+            yield Case(AREA, "camera: sharpness", "palpate", input_name, n, "relative; closed form of a grating",
+                       partial(look, encode(grating(width, height), kind), LIMITS), sharpness_error, 3)  # fmt: skip
+    pictures_of_known_flags = list(known_pictures())
     for kind in KINDS:
-        pictures = [encoded(each, kind) for each in judged]
+        pictures = [encode(pixels, kind) for pixels in pictures_of_known_flags]
         yield Case(AREA, "camera: flags", "palpate", f"{len(pictures)} pictures, {kind}", len(pictures), "share wrong",
-                   partial(looks, pictures), flags_error, 3)  # fmt: skip
+                   partial(evaluate_all, pictures), flags_error, 3)  # fmt: skip
 
 
-def encoded(pixels: Pixels, kind: str) -> bytes:
+def encode(pixels: Pixels, kind: str) -> bytes:
     """Return the pixels as a picture file, JPEG at quality 95 as cameras write it."""
     from PIL import Image
 
@@ -58,10 +58,10 @@ def with_white(width: int, height: int) -> Pixels:
     return pixels
 
 
-def white_error(found: Look) -> float | None:
+def white_error(result: Look) -> float | None:
     """Return the error of the share of white against the patch's own."""
     true = round(SQUARE * WHITE_SHARE * 8) * (SQUARE // 8) / SQUARE**2
-    return None if found.white is None else abs(found.white - true)
+    return None if result.white is None else abs(result.white - true)
 
 
 def grating(width: int, height: int) -> Pixels:
@@ -70,16 +70,16 @@ def grating(width: int, height: int) -> Pixels:
     return np.tile(np.round(line).astype(np.uint8), (height, 1))
 
 
-def sharpness_error(found: Look) -> float | None:
+def sharpness_error(result: Look) -> float | None:
     """Return the relative error of the sharpness: a sine's Laplacian is 2 (cos w - 1) times itself."""
     true = (2 * (math.cos(2 * math.pi / GRATING_PX) - 1)) ** 2
-    return None if found.sharpness is None else abs(found.sharpness / true - 1)
+    return None if result.sharpness is None else abs(result.sharpness / true - 1)
 
 
-def judged_pictures() -> Iterator[Pixels]:
+def known_pictures() -> Iterator[Pixels]:
     """Yield a rough surface in focus, ever more out of focus, and over-exposed; `TRUTH` holds the right flags."""
     surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (SQUARE, SQUARE)))
-    blurred = {blur_px: _blurred(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
+    blurred = {blur_px: _blur(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
     for blur_px, white in TRUTH:
         seen = blurred[blur_px]
         pixels = 120 + 30 * seen / float(seen.std())
@@ -94,20 +94,21 @@ Laplacian of Gaussian noise blurred by s has the share 2 / s^4 of its variance, 
 limit."""
 
 
-def _blurred(spectrum: NDArray[np.complex128], px: float) -> NDArray[np.float64]:
-    down, across = (np.exp(-2 * (math.pi * px * hz) ** 2) for hz in (np.fft.fftfreq(SQUARE), np.fft.rfftfreq(SQUARE)))
+def _blur(spectrum: NDArray[np.complex128], blur_px: float) -> NDArray[np.float64]:
+    frequencies = np.fft.fftfreq(SQUARE), np.fft.rfftfreq(SQUARE)
+    down, across = (np.exp(-2 * (math.pi * blur_px * frequency) ** 2) for frequency in frequencies)
     return np.asarray(np.fft.irfft2(spectrum * np.outer(down, across), (SQUARE, SQUARE)))
 
 
-def looks(pictures: Sequence[bytes]) -> list[Look]:
+def evaluate_all(pictures: Sequence[bytes]) -> list[Look]:
     """Judge them all."""
     return [look(data, LIMITS) for data in pictures]
 
 
-def flags_error(found: Sequence[Look]) -> float:
+def flags_error(results: Sequence[Look]) -> float:
     """Return the share of pictures whose flags are not exactly the right ones."""
     true = [
         {name for name, so in (("blurred", blur_px >= 4), ("over_exposed", white > LIMITS.most_white)) if so}
         for blur_px, white in TRUTH
     ]
-    return float(np.mean([set(each.flags) != flags for each, flags in zip(found, true, strict=True)]))
+    return float(np.mean([set(result.flags) != flags for result, flags in zip(results, true, strict=True)]))

@@ -47,14 +47,14 @@ def distributions() -> Iterator[tuple[str, Callable[[Generator, tuple[int, int]]
         ("normal", norm()), ("t(3)", t(3)), ("skewed", expon(-1))
     )  # fmt: skip
     for name, law in frozen:
-        yield name, partial(_drawn, law), partial(_within, law)
+        yield name, partial(_draw, law), partial(_share_within, law)
 
 
-def _drawn(law: Any, chance: Generator, shape: tuple[int, int]) -> Array:
+def _draw(law: Any, chance: Generator, shape: tuple[int, int]) -> Array:
     return np.asarray(law.rvs(size=shape, random_state=chance))
 
 
-def _within(law: Any, width: Array) -> Array:
+def _share_within(law: Any, width: Array) -> Array:
     return np.asarray(law.cdf(width) - law.cdf(-width))
 
 

@@ -28,24 +28,24 @@ SEED = 23
 def cases(quick: bool) -> Iterator[Case]:
     """Yield libraries of 50, 500 and 5,000 textures (`quick`: 50 and 500), a third of them predicted only."""
     for count in (50, 500) if quick else (50, 500, 5_000):
-        library = made_up(count)
+        library = random_library(count)
         wishes = [wishes_of(library, [text]) for text in WISHES]
-        told = f"{count} textures, {len(WISHES)} wishes"
-        exact = [exhaustive(library.textures, each) for each in wishes]
-        methods = {"palpate": partial(searched, library.textures, wishes),
-                   "means taken for sure": partial(searched, surely(library), wishes)}  # fmt: skip
+        input_name = f"{count} textures, {len(WISHES)} wishes"
+        exact = [exhaustive(library.textures, wish) for wish in wishes]
+        methods = {"palpate": partial(search_all, library.textures, wishes),
+                   "means taken for sure": partial(search_all, without_uncertainty(library), wishes)}  # fmt: skip
         for case, kind, error in (
-            ("library: find", "share of the first ten missed", partial(missed, exact)),
+            ("library: find", "share of the first ten missed", partial(share_missed, exact)),
             ("library: find, fits", "fit, at most; numerical integration", partial(fit_error, exact)),
         ):
             for method, run in methods.items():
-                yield Case(AREA, case, method, told, count, kind, run, error, 3)
+                yield Case(AREA, case, method, input_name, count, kind, run, error, 3)
         yield Case(AREA, "library: nearest", "palpate", f"{count} textures", count, "share of the first ten missed",
                    partial(near, library.textures[0], library.textures, len(PAIRS)),
-                   partial(near_missed, library), 3)  # fmt: skip
+                   partial(share_of_nearest_missed, library), 3)  # fmt: skip
 
 
-def made_up(count: int) -> Library:
+def random_library(count: int) -> Library:
     """Return textures anywhere on the scales, each rated (SE 1 to 5) or only predicted (90 % within 10 to 35)."""
     chance = np.random.Generator(np.random.PCG64(SEED))
     return Library(attributes=PAIRS, textures=tuple(_entry(f"T{n:05d}", n % 3 == 0, chance) for n in range(count)))
@@ -62,13 +62,13 @@ def _entry(name: str, only_predicted: bool, chance: np.random.Generator) -> Entr
     return Entry(id=name, label=name, category="made up", rated=Rated(mean=mean, sd=sd, se=se, raters=16))
 
 
-def surely(library: Library) -> tuple[Entry, ...]:
+def without_uncertainty(library: Library) -> tuple[Entry, ...]:
     """Return the same textures as if their values were known exactly."""
     nothing = (0.0,) * len(PAIRS)
     return tuple(
-        Entry(id=each.id, label=each.label, category=each.category,
-              rated=Rated(mean=_means(each), sd=nothing, se=nothing, raters=16))
-        for each in library.textures
+        Entry(id=entry.id, label=entry.label, category=entry.category,
+              rated=Rated(mean=_means(entry), sd=nothing, se=nothing, raters=16))
+        for entry in library.textures
     )  # fmt: skip
 
 
@@ -76,9 +76,9 @@ def _means(entry: Entry) -> tuple[float, ...]:
     return tuple(belief(value_of(entry, at))[0] for at in range(len(PAIRS)))
 
 
-def searched(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> list[list[Match]]:
+def search_all(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> list[list[Match]]:
     """Return all textures in the order of `find`, for each wish."""
-    return [find(entries, each) for each in wishes]
+    return [find(entries, wish) for wish in wishes]
 
 
 def exhaustive(entries: Sequence[Entry], wishes: Sequence[Wish]) -> dict[str, float]:
@@ -103,27 +103,27 @@ def _integral(rule: tuple[Array, Array], soft: Soft, mean: float, sd: float) -> 
     return float(np.sum(np.interp(values, places, shares) * density * half * rule[1]))
 
 
-def missed(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
+def share_missed(exact: Sequence[dict[str, float]], results: Sequence[Sequence[Match]]) -> float:
     """Return the share of the exact best ten that are not among the first ten; fits equal to 0.001 are ties."""
     lost = 0
-    for fits, order in zip(exact, found, strict=True):
+    for fits, order in zip(exact, results, strict=True):
         tenth = sorted(fits.values(), reverse=True)[FIRST - 1]
-        lost += sum(fits[each.entry.id] < tenth - 1e-3 for each in order[:FIRST])
-    return lost / (FIRST * len(found))
+        lost += sum(fits[match.entry.id] < tenth - 1e-3 for match in order[:FIRST])
+    return lost / (FIRST * len(results))
 
 
-def fit_error(exact: Sequence[dict[str, float]], found: Sequence[Sequence[Match]]) -> float:
+def fit_error(exact: Sequence[dict[str, float]], results: Sequence[Sequence[Match]]) -> float:
     """Return the largest difference of a fit from numerical integration."""
     return max(
-        abs(each.fit - fits[each.entry.id])
-        for fits, order in zip(exact, found, strict=True)
-        for each in order
+        abs(match.fit - fits[match.entry.id])
+        for fits, order in zip(exact, results, strict=True)
+        for match in order
     )  # fmt: skip
 
 
-def near_missed(library: Library, found: Sequence[Near]) -> float:
+def share_of_nearest_missed(library: Library, neighbours: Sequence[Near]) -> float:
     """Return the share of the ten nearest by plain distances of all means that are not among the first ten."""
-    table = np.array([_means(each) for each in library.textures])
+    table = np.array([_means(entry) for entry in library.textures])
     apart = np.sqrt(((table - table[0]) ** 2).mean(axis=1))
     nearest = [library.textures[at].id for at in np.argsort(apart, kind="stable")[1 : FIRST + 1]]
-    return len(set(nearest) - {each.entry.id for each in found[:FIRST]}) / FIRST
+    return len(set(nearest) - {entry.entry.id for entry in neighbours[:FIRST]}) / FIRST

@@ -53,9 +53,9 @@ def cases(quick: bool) -> Iterator[Case]:
 def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], float]:
     """Return the product's power curve at one size, and its seconds."""
     place = folder / "two_stimuli"
-    asking = PowerRequest(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
-    begun = time.perf_counter()
-    return power_curve(asking, [PEOPLE], runs), time.perf_counter() - begun
+    request = PowerRequest(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
+    start = time.perf_counter()
+    return power_curve(request, [PEOPLE], runs), time.perf_counter() - start
 
 
 def exact_power(effect: float, alpha: float = 0.05) -> float:
@@ -84,7 +84,7 @@ def _intervals() -> Iterator[Case]:
 
 def all_intervals(interval: Interval, runs: int) -> list[tuple[float, float]]:
     """Return the interval for every possible number of significant studies."""
-    return [interval(found, runs) for found in range(runs + 1)]
+    return [interval(significant, runs) for significant in range(runs + 1)]
 
 
 def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> float:
@@ -92,21 +92,21 @@ def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> fl
     from scipy.stats import binom
 
     runs = len(intervals) - 1
-    held = [binom.pmf(found, runs, power) for found, (low, high) in enumerate(intervals) if low <= power <= high]
-    return abs(math.fsum(held) - 0.95)
+    covering = [significant for significant, (low, high) in enumerate(intervals) if low <= power <= high]
+    return abs(math.fsum(binom.pmf(significant, runs, power) for significant in covering) - 0.95)
 
 
-def wald(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
+def wald(significant: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
     """Return the share and 1.96 of its standard errors, a common choice."""
-    share = found / runs
+    share = significant / runs
     half = z * math.sqrt(share * (1 - share) / runs)
     return share - half, share + half
 
 
-def clopper_pearson(found: int, runs: int) -> tuple[float, float]:
+def clopper_pearson(significant: int, runs: int) -> tuple[float, float]:
     """Return the exact interval, which always holds 95 % or more (Clopper and Pearson 1934)."""
     from scipy.stats import beta
 
-    low = float(beta.ppf(0.025, found, runs - found + 1)) if found else 0.0
-    high = float(beta.ppf(0.975, found + 1, runs - found)) if found < runs else 1.0
+    low = float(beta.ppf(0.025, significant, runs - significant + 1)) if significant else 0.0
+    high = float(beta.ppf(0.975, significant + 1, runs - significant)) if significant < runs else 1.0
     return low, high

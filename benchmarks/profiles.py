@@ -28,8 +28,8 @@ def cases(quick: bool) -> Iterator[Case]:
     seconds = 2 if quick else 6
     angle = opening_deg(seconds)
     force = force_N(angle)
-    told = f"{len(angle)} rows"
-    yield Case(AREA, "doors normalise: the rule", "palpate", told, len(angle), "N at most; exact fractions",
+    input_name = f"{len(angle)} rows"
+    yield Case(AREA, "doors normalise: the rule", "palpate", input_name, len(angle), "N at most; exact fractions",
                partial(palpate, angle, force), partial(worst, exact_N(angle, force)), 5)  # fmt: skip
     noisy = force + NOISE_N * np.random.Generator(np.random.PCG64(3)).standard_normal(len(force))
     rules: dict[str, Rule] = {
@@ -37,10 +37,10 @@ def cases(quick: bool) -> Iterator[Case]:
         "ten evenly chosen rows a degree": ten_rows,
         "the line's value at each point": at_points,
     }
-    for what, values in (("no noise", force), (f"noise of {NOISE_N:g} N", noisy)):
+    for noise, values in (("no noise", force), (f"noise of {NOISE_N:g} N", noisy)):
         for name, rule in rules.items():
-            yield Case(AREA, "doors normalise: a known door", name, f"{told}, {what}", len(angle), "N RMS; integral",
-                       partial(rule, angle, values), partial(rms, means_N()), 5)  # fmt: skip
+            yield Case(AREA, "doors normalise: a known door", name, f"{input_name}, {noise}", len(angle),
+                       "N RMS; integral", partial(rule, angle, values), partial(rms, means_N()), 5)  # fmt: skip
 
 
 def opening_deg(seconds: float) -> Array:
@@ -74,11 +74,11 @@ def palpate(angle: Array, force: Array) -> Array:
 
 def ten_rows(angle: Array, force: Array) -> Array:
     """Normalise as thesis 5.3.1.2 says: the rows of each degree, ten of them evenly chosen, one after another."""
-    found = [force[0]]
+    chosen = [force[0]]
     for degree in range(MAX_ANGLE_DEG):
         rows = np.flatnonzero((angle > degree) & (angle <= degree + 1))
-        found += list(force[rows[np.round(np.linspace(0, len(rows) - 1, POINTS_PER_DEG)).astype(int)]])
-    return np.array(found)
+        chosen += list(force[rows[np.round(np.linspace(0, len(rows) - 1, POINTS_PER_DEG)).astype(int)]])
+    return np.array(chosen)
 
 
 def at_points(angle: Array, force: Array) -> Array:
@@ -102,11 +102,11 @@ def exact_N(angle: Array, force: Array) -> list[Fraction]:
     return [y[0], *((b - a) / (2 * half) for a, b in pairwise(areas))]
 
 
-def worst(exact: list[Fraction], found: Array) -> float:
+def worst(exact: list[Fraction], result: Array) -> float:
     """Return the largest difference from exact fractions."""
-    return float(max(abs(Fraction(float(value)) - true) for value, true in zip(found, exact, strict=True)))
+    return float(max(abs(Fraction(float(value)) - true) for value, true in zip(result, exact, strict=True)))
 
 
-def rms(true: Array, found: Array) -> float:
+def rms(true: Array, result: Array) -> float:
     """Return the root mean square of the differences."""
-    return float(np.sqrt(np.mean((found - true) ** 2)))
+    return float(np.sqrt(np.mean((result - true) ** 2)))

@@ -114,12 +114,12 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
-    place, told = str(lab), f"{sessions} sessions of 50 trials"
+    place, input_name = str(lab), f"{sessions} sessions of 50 trials"
 
     def case(name: str, method: str, kind: str, act: Callable[[], Cost], error: Callable[[], float]) -> Case:
         return Case(
-            "scale", name, method, told, sessions, kind, act, lambda _cost: error(), seconds=lambda cost: cost.seconds,
-            peak_MB=lambda cost: cost.peak_MB,
+            "scale", name, method, input_name, sessions, kind, act, lambda _cost: error(),
+            seconds=lambda cost: cost.seconds, peak_MB=lambda cost: cost.peak_MB,
         )  # fmt: skip
 
     differ = "rows that differ from a rebuild"
@@ -130,35 +130,35 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
     yield case(
         "collect", "every chain (--verify)", differ, lambda: timed(*collect, "--verify"), lambda: rows_that_differ(lab)
     )
-    refused = "sessions that are not repeated"
+    not_repeated = "sessions that are not repeated"
     for workers in (1, 2):
         method = f"{workers} process{'es' if workers > 1 else ''}"
         replay = ("replay", "--lab", place, "--workers", str(workers), "--json")
         yield Case(
-            "scale", "replay", method, told, sessions, refused, partial(timed, *replay, check=False),
+            "scale", "replay", method, input_name, sessions, not_repeated, partial(timed, *replay, check=False),
             lambda cost: float(sessions - sum(row["ok"] for row in json.loads(cost.printed))),
             seconds=lambda cost: cost.seconds, peak_MB=lambda cost: cost.peak_MB,
         )  # fmt: skip
-    yield _first_page(lab, told, sessions)
+    yield _first_page(lab, input_name, sessions)
     page = ("monitor", "--lab", place, "--once", str(lab / "monitor.html"))
-    missing = "sessions that are not on the page"
-    yield case("monitor, a whole page", "never watched", missing, lambda: timed(*page), lambda: _not_shown(lab))
-    yield case("monitor, a whole page", "watched before", missing, lambda: timed(*page), lambda: _not_shown(lab))
-    yield _update(lab, told, sessions)
-    kept = "sessions missing"
+    not_on_page = "sessions that are not on the page"
+    for method in ("never watched", "watched before"):
+        yield case("monitor, a whole page", method, not_on_page, lambda: timed(*page), lambda: _missing_on_page(lab))
+    yield _update(lab, input_name, sessions)
+    sessions_missing = "sessions missing"
     to = str(lab / "exported")
     export = ("export", STUDY, "--lab", place, "--to", to, "--csv", "--replace")
-    yield case("export", "as CSV", kept, lambda: timed(*export), lambda: float(sessions - _lines(Path(to))))
+    yield case("export", "as CSV", sessions_missing, lambda: timed(*export), lambda: float(sessions - _lines(Path(to))))
     some = ("regenerate", STUDY, "--lab", place)
     if sessions > MOST_REGENERATED:
         lab = _copy(lab, lab.parent / "some", MOST_REGENERATED)
-        some, told = ("regenerate", STUDY, "--lab", str(lab)), f"{MOST_REGENERATED} sessions of 50 trials"
+        some, input_name = ("regenerate", STUDY, "--lab", str(lab)), f"{MOST_REGENERATED} sessions of 50 trials"
     files = "files that differ at a second run"
     check = (*some, "--check")
     yield case("regenerate", "tables, figures, report", files, lambda: timed(*some), lambda: float(_fails(*check)))
 
 
-def _first_page(lab: Path, told: str, sessions: int) -> Case:
+def _first_page(lab: Path, input_name: str, sessions: int) -> Case:
     """Return the browser's wait for a lab without cached results: sessions, or how many of them are still to come."""
     from palpate.analysis.monitoring.app import BUDGET_S
     from palpate.analysis.monitoring.finished import FILE
@@ -168,22 +168,22 @@ def _first_page(lab: Path, told: str, sessions: int) -> Case:
     snapshots: list[Snapshot] = []
 
     def first() -> Cost:
-        begun = time.perf_counter()
+        start = time.perf_counter()
         snapshots.append(Watch(lab).look(BUDGET_S))
         Pages().live(snapshots[-1], "nonce")
-        return Cost(time.perf_counter() - begun, 0.0)
+        return Cost(time.perf_counter() - start, 0.0)
 
     def silent(_cost: Cost) -> float:
         shutil.rmtree(lab / FILE.parent, ignore_errors=True)  # what this look kept: the next one shall find nothing
         return float(sessions - len(snapshots[-1].sessions) - snapshots[-1].unread)
 
     return Case(
-        "scale", "monitor, first page", "never watched", told, sessions, "sessions neither shown nor announced",
+        "scale", "monitor, first page", "never watched", input_name, sessions, "sessions neither shown nor announced",
         first, silent, seconds=lambda cost: cost.seconds,
     )  # fmt: skip
 
 
-def _update(lab: Path, told: str, sessions: int) -> Case:
+def _update(lab: Path, input_name: str, sessions: int) -> Case:
     """Return the browser's wait on an open page when a session ends."""
     from palpate.analysis.monitoring.page import Pages
     from palpate.analysis.monitoring.watching import Watch
@@ -193,12 +193,12 @@ def _update(lab: Path, told: str, sessions: int) -> Case:
 
     def update() -> Cost:
         (lab / "sessions" / _name(sessions)).touch()
-        begun = time.perf_counter()
+        start = time.perf_counter()
         pages.fragment(watch.look())
-        return Cost(time.perf_counter() - begun, 0.0)
+        return Cost(time.perf_counter() - start, 0.0)
 
     return Case(
-        "scale", "monitor, an update", "one ledger changed", told, sessions, "sessions that are not on the page",
+        "scale", "monitor, an update", "one ledger changed", input_name, sessions, "sessions that are not on the page",
         update, lambda _cost: float(sessions - len(watch.look().sessions)), seconds=lambda cost: cost.seconds,
     )  # fmt: skip
 
@@ -217,9 +217,9 @@ class Cost:
 
 def timed(*arguments: str, check: bool = True) -> Cost:
     """Run a palpate command in a process of its own. Raises CalledProcessError where it fails and `check` is set."""
-    begun = time.perf_counter()
-    *printed, held = run_verb("-c", MEASURED, *arguments, check=check).splitlines()
-    return Cost(time.perf_counter() - begun, int(held) / 1e6, "\n".join(printed))
+    start = time.perf_counter()
+    *printed, peak_bytes = run_verb("-c", MEASURED, *arguments, check=check).splitlines()
+    return Cost(time.perf_counter() - start, int(peak_bytes) / 1e6, "\n".join(printed))
 
 
 def run_verb(*arguments: str, check: bool = True) -> str:
@@ -259,7 +259,7 @@ def _with_one_new(lab: Path) -> Cost:
     return timed("collect", "--lab", str(lab))
 
 
-def _not_shown(lab: Path) -> float:
+def _missing_on_page(lab: Path) -> float:
     page = (lab / "monitor.html").read_text(encoding="utf-8")
     return float(len(ledgers_in(lab)) - page.count('<tr id="session-'))
 

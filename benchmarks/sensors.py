@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,9 +36,9 @@ def _force() -> DaqSensor:
 
     from palpate.devices.daq.force_torque import Settings, make
 
-    made = make("force", Settings(kind="force_torque", driver="twin", rate_hz=FORCE_HZ, stuck_s=0), Path())
-    vars(made.transducer)["bias_V"] = np.linspace(-0.5, 0.5, 6)
-    return made
+    sensor = make("force", Settings(kind="force_torque", driver="twin", rate_hz=FORCE_HZ, stuck_s=0), Path())
+    vars(sensor.transducer)["bias_V"] = np.linspace(-0.5, 0.5, 6)
+    return sensor
 
 
 def _accelerometer() -> DaqSensor:
@@ -55,7 +56,7 @@ def _volts(sensor: DaqSensor) -> Array:
     return sensor.daq.read(1 << 20, 0.0).volts
 
 
-def _conversions(given: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
+def _conversions(input_name: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
     """Yield the sensor's own way (checks, conversion, float32), and the sum written out sample by sample."""
     volts = _volts(sensor)
     offset, matrix = _linear(sensor)
@@ -69,8 +70,9 @@ def _conversions(given: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
     def whole() -> Array:
         return sensor.transducer.rows(volts).astype("<f4")
 
-    yield _case("0.1 s to units", "checked, in blocks, float32", given, len(volts), whole, error, repeats)
-    yield _case("0.1 s to units", "plain Python", given, len(volts), lambda: _by_sample(*plain), error, repeats // 10)
+    yield _case("0.1 s to units", "checked, in blocks, float32", input_name, len(volts), whole, error, repeats)
+    by_sample = partial(_by_sample, *plain)
+    yield _case("0.1 s to units", "plain Python", input_name, len(volts), by_sample, error, repeats // 10)
 
 
 def _linear(sensor: DaqSensor) -> tuple[Array, Array]:
@@ -79,10 +81,10 @@ def _linear(sensor: DaqSensor) -> tuple[Array, Array]:
 
     from palpate.signals import GRAVITY_M_S2
 
-    told = sensor.describe()
-    if "matrix" in told:
-        return np.array(told["bias_V"]), np.array(told["matrix"])
-    return np.array(told["zero_g_V"]), np.diag(GRAVITY_M_S2 / np.array(told["sensitivity_V_per_g"]))
+    description = sensor.describe()
+    if "matrix" in description:
+        return np.array(description["bias_V"]), np.array(description["matrix"])
+    return np.array(description["zero_g_V"]), np.diag(GRAVITY_M_S2 / np.array(description["sensitivity_V_per_g"]))
 
 
 def _by_sample(offset: list[float], matrix: list[list[float]], volts: list[list[float]]) -> list[list[float]]:
@@ -93,7 +95,7 @@ def _by_sample(offset: list[float], matrix: list[list[float]], volts: list[list[
     return rows
 
 
-def _making(given: str, sensor: DaqSensor, repeats: int) -> Case:
+def _making(input_name: str, sensor: DaqSensor, repeats: int) -> Case:
     """Return a twin's cost; its error is the mean against the true load: nothing, or one g."""
     from palpate.devices.daq.acquire import Pace
 
@@ -101,7 +103,7 @@ def _making(given: str, sensor: DaqSensor, repeats: int) -> Case:
     sensor.daq.open()
     sensor.daq.start(Pace(lambda: times[0], lambda _s: None))
 
-    def made() -> Array:
+    def read_twin() -> Array:
         times[0] += BLOCK_S
         return sensor.daq.read(1 << 20, 0.0).volts
 
@@ -114,10 +116,10 @@ def _making(given: str, sensor: DaqSensor, repeats: int) -> Case:
         return float(abs(mean - truth).max() / abs(matrix).max())
 
     count = round(BLOCK_S * sensor.daq.wiring.rate_hz)
-    return _case("0.1 s by the twin", "noise and 16 bits", given, count, made, error, repeats)
+    return _case("0.1 s by the twin", "noise and 16 bits", input_name, count, read_twin, error, repeats)
 
 
 def _case(
-    case: str, method: str, given: str, n: int, run: Callable[[], Any], error: Callable[[Any], float], repeats: int
+    case: str, method: str, input_name: str, n: int, run: Callable[[], Any], error: Callable[[Any], float], repeats: int
 ) -> Case:
-    return Case("sensors", case, method, given, n, "largest error (V at the input)", run, error, repeats)
+    return Case("sensors", case, method, input_name, n, "largest error (V at the input)", run, error, repeats)

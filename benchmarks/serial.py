@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from benchmarks.serial_drills import DRILLS, Drilled, drilled
+from benchmarks.serial_drills import DRILLS, Drilled, run_drill
 from benchmarks.serial_lines import PacedLine
 from palpate.devices.door.firmware.controller import Firmware
 from palpate.devices.door.firmware.twin_plant import TwinPlant
@@ -24,9 +24,9 @@ BAUD = 1_000_000
 AREA = "serial"
 Call = Callable[[], object]
 WAYS: Mapping[str, Callable[[Drilled], float]] = {
-    "motor off, brake switched on": lambda found: float(found.off_ms),
-    "motor below 1 % of what it gave": lambda found: float(found.without_motor_ms),
-    "brake current at 90 %": lambda found: float(found.braked_ms),
+    "motor off, brake switched on": lambda drill: float(drill.off_ms),
+    "motor below 1 % of what it gave": lambda drill: float(drill.without_motor_ms),
+    "brake current at 90 %": lambda drill: float(drill.braked_ms),
 }
 
 
@@ -63,11 +63,11 @@ def _upload(method: str, link: Link, repeats: int, verify: bool) -> Case:
         dialogue.upload(link, profile)
         return dialogue.read_back(link, len(profile.torque_Nm)) if verify else {}
 
-    def error(held: dict[int, float]) -> float:
-        return float(dialogue.differing(profile, held or dialogue.read_back(link, len(profile.torque_Nm))))
+    def error(read_back: dict[int, float]) -> float:
+        return float(dialogue.differing(profile, read_back or dialogue.read_back(link, len(profile.torque_Nm))))
 
-    told = "621 points, telemetry at 500 Hz meanwhile"
-    return Case(AREA, "upload a profile", method, told, 621, "points that differ", run, error, repeats)
+    input_name = "621 points, telemetry at 500 Hz meanwhile"
+    return Case(AREA, "upload a profile", method, input_name, 621, "points that differ", run, error, repeats)
 
 
 def _linked(latency_ms: int) -> Link:
@@ -86,7 +86,7 @@ def _telemetry(count: int) -> list[says.Telemetry]:
 def _parsing(count: int) -> Iterator[Case]:
     sent = _telemetry(count)
     line = b"".join(says.sent(sample, sample.sample & 0xFFFF) for sample in sent)
-    told = f"{len(line):,} bytes, {count:,} frames"
+    input_name = f"{len(line):,} bytes, {count:,} frames"
 
     def parse(size: int, whole: bool) -> Call:
         def run() -> list[object]:
@@ -97,14 +97,14 @@ def _parsing(count: int) -> Iterator[Case]:
 
         return run
 
-    def lost(found: list[object]) -> float:
-        right = sum(a == b for a, b in zip(found, sent, strict=False)) if found[0] == sent[0] else len(found)
+    def lost(received: list[object]) -> float:
+        right = sum(a == b for a, b in zip(received, sent, strict=False)) if received[0] == sent[0] else len(received)
         return float(count - right)
 
     for size in (64, 4096):
         for whole, what in ((False, "frames"), (True, "frames and messages")):
             yield Case(
-                AREA, "read telemetry", f"{what}, {size} bytes at a time", told, len(line), "frames lost",
+                AREA, "read telemetry", f"{what}, {size} bytes at a time", input_name, len(line), "frames lost",
                 parse(size, whole), lost,
             )  # fmt: skip
 
@@ -130,21 +130,22 @@ def frames_lost(seed: int) -> int:
     sent = [Frame(says.Telemetry.KIND, number, chance.randbytes(30)) for number in range(20)]
     line = b"".join(map(on_the_line, sent))
     at = chance.randrange(len(line))
-    found = Parser().feed(line[:at] + garbage(chance) + line[at:])
-    return len(sent) - sum(frame in set(found) for frame in sent)
+    received = Parser().feed(line[:at] + garbage(chance) + line[at:])
+    return len(sent) - sum(frame in set(received) for frame in sent)
 
 
 def _resynchronising(drills: int) -> Iterator[Case]:
-    told = f"{drills} drills, up to 4 kB of garbage in 20 frames"
+    input_name = f"{drills} drills, up to 4 kB of garbage in 20 frames"
     yield Case(
-        AREA, "garbage on the line", "worst of all drills", told, drills,
+        AREA, "garbage on the line", "worst of all drills", input_name, drills,
         "frames lost", lambda: [frames_lost(seed) for seed in range(drills)], lambda lost: float(max(lost)), 3,
     )  # fmt: skip
 
 
 def _drills() -> Iterator[Case]:
     """Yield the door machine's drills; only their errors matter, not their computing time."""
-    told = "the twin's plant in full swing, 1.6 s into its play"
+    input_name = "the twin's plant in full swing, 1.6 s into its play"
     for name in DRILLS:
         for what, read in WAYS.items():
-            yield Case(AREA, f"safe after: {name}", what, told, 1, "ms of plant time", partial(drilled, name), read, 1)
+            drill = partial(run_drill, name)
+            yield Case(AREA, f"safe after: {name}", what, input_name, 1, "ms of plant time", drill, read, 1)

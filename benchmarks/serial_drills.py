@@ -46,8 +46,8 @@ DRILLS: Mapping[str, Callable[[Ailing, Firmware], None]] = {
 }
 
 
-def drilled(name: str, seed: int = 1) -> Drilled:
-    """Play, and let that happen; only `heartbeat lost` is without a host's heartbeat from then on."""
+def run_drill(name: str, seed: int = 1) -> Drilled:
+    """Play a profile and cause the fault of that name; the host's heartbeat ends only in `heartbeat lost`."""
     twin = TwinPlant(seed)
     plant = Ailing(twin, name if name in AILMENTS else next(iter(AILMENTS)))
     firmware = Firmware(plant)

@@ -1,6 +1,6 @@
 """The emulator in this very process: as a port in virtual time, and as one paced by the wall clock.
 
-In virtual time nothing happens but what is asked for, so that every dialogue and every drill repeats itself exactly.
+Virtual time passes only while a test reads or waits, so that every dialogue and every drill repeats itself exactly.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ UNPLUGGED = "the device is gone"
 class VirtualLine:
     """A port whose time passes only while somebody reads it, or by `run`.
 
-    `each_ms` is called every millisecond, as a thread of the host would run: a link's heartbeat. An unplugged line
+    `every_ms` is called every millisecond, as a thread of the host would run: a link's heartbeat. An unplugged line
     raises OSError; the firmware lives on.
     """
 
     wire: Wire
-    each_ms: Callable[[int], None] = lambda _t_ms: None
+    every_ms: Callable[[int], None] = lambda _t_ms: None
     t_ms: int = 0
     unplugged: bool = False
     arrived: bytearray = field(default_factory=bytearray)
@@ -45,7 +45,7 @@ class VirtualLine:
             out = self.wire.tick()
             if not self.unplugged:
                 self.arrived += out
-            self.each_ms(self.t_ms)
+            self.every_ms(self.t_ms)
 
     def read(self, timeout_s: float) -> bytes:
         """Return what has come, after as much time as it took."""
@@ -77,7 +77,7 @@ class PacedLine:
 
     wire: Wire
     latency_ms: int = 1
-    held: bytearray = field(default_factory=bytearray)
+    in_adapter: bytearray = field(default_factory=bytearray)
     began_s: float = field(default_factory=time.monotonic)
     ticks: int = 0
     arrived: bytearray = field(default_factory=bytearray)
@@ -104,7 +104,7 @@ class PacedLine:
     def _catch_up(self) -> None:
         for _ in range(int((time.monotonic() - self.began_s) * 1000) - self.ticks):
             self.ticks += 1
-            self.held += self.wire.tick()
+            self.in_adapter += self.wire.tick()
             if self.ticks % self.latency_ms == 0:
-                self.arrived += self.held
-                self.held.clear()
+                self.arrived += self.in_adapter
+                self.in_adapter.clear()

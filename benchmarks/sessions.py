@@ -45,25 +45,25 @@ def sessions(quick: bool) -> Iterator[Case]:
         path = start(lab, plan, rig).path
         record = read(path)
         size, virtual_s = len(record.events), record.events[-1].t_ns / NS
-        told = f"45 trials x 7 ratings, {virtual_s:,.0f} virtual s"
+        input_name = f"45 trials x 7 ratings, {virtual_s:,.0f} virtual s"
         fresh = count(2)
 
         def case(
             name: str, method: str, error_kind: str, act: Callable[[], object], error: Callable[..., float]
         ) -> Case:
-            return Case("sessions", name, method, told, size, error_kind, act, error, repeats)
+            return Case("sessions", name, method, input_name, size, error_kind, act, error, repeats)
 
         lost = "events lost if killed at the end"
         yield case(
             "a simulated session", "palpate, durable", lost,
-            lambda: start(lab, plan, rig, next(fresh)).path, lambda one: float(size - len(read(one).events)),
+            lambda: start(lab, plan, rig, next(fresh)).path, lambda path: float(size - len(read(path).events)),
         )  # fmt: skip
         yield case(
-            "a simulated session", "in memory only", lost, lambda: _in_memory(plan), lambda kept: float(len(kept))
+            "a simulated session", "in memory only", lost, lambda: _in_memory(plan), lambda events: float(len(events))
         )
         yield case(
             "replay of the session", "palpate, byte for byte", "events not repeated",
-            lambda: replay(path), lambda found: float(size - found.events),
+            lambda: replay(path), lambda replayed: float(size - replayed.events),
         )  # fmt: skip
         yield case(
             "reading a ledger",

@@ -26,9 +26,12 @@ def cases(quick: bool) -> Iterator[Case]:
     `quick` measures white noise only.
     """
     colours: tuple[Colour, ...] = ("white",) if quick else ("white", "pink")
-    count, given = RATE_HZ * LOOP_S, f"{LOOP_S} s at {RATE_HZ} Hz"
+    count = RATE_HZ * LOOP_S
     for colour in colours:
-        ways = {"palpate": partial(played, colour)} | ({"random samples": random_samples} if colour == "white" else {})
+        ways = {"palpate": partial(play_once, colour)}
+        if colour == "white":
+            ways["random samples"] = partial(random_samples)
+        input_name = f"{colour}, {LOOP_S} s at {RATE_HZ} Hz"
         for case, kind, error in (
             ("level", "dB off the declared level", level_error_db),
             ("each second's level", "dB at most off the declared level", second_error_db),
@@ -36,10 +39,10 @@ def cases(quick: bool) -> Iterator[Case]:
             ("A-weighted level", "dB off the declared one", partial(a_error_db, colour)),
         ):
             for method, run in ways.items():
-                yield Case(AREA, f"masking noise: {case}", method, f"{colour}, {given}", count, kind, run, error, 3)
+                yield Case(AREA, f"masking noise: {case}", method, input_name, count, kind, run, error, 3)
 
 
-def played(colour: Colour) -> Array:
+def play_once(colour: Colour) -> Array:
     """Make the loop and play it once through the player, beginning in its middle, as an output takes it."""
     player = Player(loop(colour, RATE_HZ, SEED) * rms_of(LEVEL_DBFS))
     player.fader.to(1.0, 1)
@@ -49,10 +52,10 @@ def played(colour: Colour) -> Array:
 
 def random_samples() -> Array:
     """Return independent Gaussian samples of the declared level between 20 Hz and 20 kHz."""
-    drawn = np.random.Generator(np.random.PCG64(SEED)).standard_normal(RATE_HZ * LOOP_S)
-    hz = np.fft.rfftfreq(len(drawn), 1 / RATE_HZ)
+    noise = np.random.Generator(np.random.PCG64(SEED)).standard_normal(RATE_HZ * LOOP_S)
+    hz = np.fft.rfftfreq(len(noise), 1 / RATE_HZ)
     inside = (hz >= 20) & (hz <= 20_000)
-    return np.fft.irfft(np.fft.rfft(drawn) * inside, len(drawn)) * rms_of(LEVEL_DBFS) / math.sqrt(inside.mean())
+    return np.fft.irfft(np.fft.rfft(noise) * inside, len(noise)) * rms_of(LEVEL_DBFS) / math.sqrt(inside.mean())
 
 
 def level_error_db(samples: Array) -> float:

@@ -23,7 +23,7 @@ from palpate.signals.arrays import Array
 
 AREA = "surfaces"
 SENSORS = (("acceleration_m_s2", 3000.0), ("wrench", 8000.0), ("position_mm", 120.0))
-SHOWN = ("T01", "T19", "T38", "T48")
+SURFACES = ("T01", "T19", "T38", "T48")
 TONE_HZ = 400.0
 
 
@@ -31,7 +31,7 @@ def cases(quick: bool) -> Iterator[Case]:
     """Yield all sensors of a texture; the contact's blocks; the tip's tracing; the change of rate."""
     table = read_surfaces()
     seconds, repeats = (10.0, 1) if quick else (60.0, 3)
-    for name in SHOWN[:2] if quick else SHOWN:
+    for name in SURFACES[:2] if quick else SURFACES:
         yield _whole(table[name], seconds, repeats)
     for name in ("T19",) if quick else ("T01", "T19", "T38"):
         yield from _contact(table[name], BATCH // (8 if quick else 1))
@@ -41,24 +41,24 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _whole(surface: Surface, seconds: float, repeats: int) -> Case:
-    told = f"{surface.label}, {seconds:g} s: relief, contact, 3 x 3 kHz, 6 x 8 kHz, 3 x 120 Hz"
+    input_name = f"{surface.label}, {seconds:g} s: relief, contact, 3 x 3 kHz, 6 x 8 kHz, 3 x 120 Hz"
     return Case(
-        AREA, "all sensors", "as shipped", told, round(seconds * INTERNAL_HZ), "samples that are no number",
-        lambda: sensed(surface, seconds),
-        lambda found: float(sum((~np.isfinite(each)).sum() for each in found)), repeats,
+        AREA, "all sensors", "as shipped", input_name, round(seconds * INTERNAL_HZ), "samples that are no number",
+        lambda: sense_surface(surface, seconds),
+        lambda signals: float(sum((~np.isfinite(signal)).sum() for signal in signals)), repeats,
     )  # fmt: skip
 
 
-def sensed(surface: Surface, seconds: float) -> list[Array]:
+def sense_surface(surface: Surface, seconds: float) -> list[Array]:
     """Return every sensor's samples of one act, read side by side as sensors do."""
     scene = SurfaceScene(surface, seconds, "bench", under=ground_of(surface))
     pieces = [getattr(scene, name)(rate_hz) for name, rate_hz in SENSORS]
-    found: list[list[Array]] = [[] for _ in SENSORS]
+    blocks: list[list[Array]] = [[] for _ in SENSORS]
     for second in range(1, math.ceil(seconds) + 1):
         for place, (_, rate_hz) in enumerate(SENSORS):
-            while sum(map(len, found[place])) < second * rate_hz:
-                found[place].append(next(pieces[place]))
-    return [np.concatenate(each) for each in found]
+            while sum(map(len, blocks[place])) < second * rate_hz:
+                blocks[place].append(next(pieces[place]))
+    return [np.concatenate(sensor_blocks) for sensor_blocks in blocks]
 
 
 def _contact(surface: Surface, steps: int) -> Iterator[Case]:
@@ -70,7 +70,7 @@ def _contact(surface: Surface, steps: int) -> Iterator[Case]:
             AREA, f"contact, {surface.label}", method, f"{steps} steps of 0.1 ms", steps,
             "m, largest of the tip's height",
             lambda: ride(drive, at_rest(drive, rule), rule, blocks).states[0],
-            lambda found: float(np.abs(found - exact).max()), 1,
+            lambda heights: float(np.abs(heights - exact).max()), 1,
         )  # fmt: skip
 
     yield case("one step after another", 1)
@@ -90,19 +90,19 @@ def free_drive(surface: Surface, steps: int, *key: str) -> Drive:
 
 def _tip(surface: Surface) -> Iterator[Case]:
     height = relief(surface, pixels=392).height_um
-    exact = rolled(height)
+    exact = dilate(height)
     methods: dict[str, Callable[[], Any]] = {
         "rows, then columns": lambda: traced(height),
-        "every point": lambda: rolled(height),
+        "every point": lambda: dilate(height),
     }
     for name, run in methods.items():
         yield Case(
             AREA, "tracing by a sphere", name, f"{surface.label}, 392 x 392", height.size,
-            "um, RMS over the field", run, lambda found: float(np.sqrt(np.mean((found - exact) ** 2))), 3,
+            "um, RMS over the field", run, lambda result: float(np.sqrt(np.mean((result - exact) ** 2))), 3,
         )  # fmt: skip
 
 
-def rolled(height_um: NDArray[np.float32]) -> NDArray[np.float32]:
+def dilate(height_um: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the dilation by a sphere, with every offset under it."""
     count = height_um.shape[0]
     reach = int(RADIUS_MM * count / 100)
@@ -124,5 +124,5 @@ def _rate(rate_hz: float) -> Case:
     return Case(
         AREA, f"a tone from 10 kHz to {rate_hz:g} Hz", "band-limited, 10 points", f"{hertz:g} Hz, 15 s", rows,
         "share of the tone, RMS", lambda: first_rows(at_rate(repeat(tone, 2), INTERNAL_HZ, rate_hz), rows)[:, 0],
-        lambda found: float(np.sqrt(2 * np.mean((found - truth)[inside] ** 2))), 3,
+        lambda result: float(np.sqrt(2 * np.mean((result - truth)[inside] ** 2))), 3,
     )  # fmt: skip

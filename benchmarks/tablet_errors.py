@@ -11,7 +11,7 @@ from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.reports import Report
 
 SETTLED_S = 1.0
-Felt = tuple[float, float, float]
+Sample = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Stroke:
         count = round(seconds * shape.report_hz)
         jitter = gaussians(count, "stroke", self.seed)
         most = 0.45 / shape.report_hz
-        times = (n / shape.report_hz + max(-most, min(most, self.jitter_s * each)) for n, each in enumerate(jitter))
+        times = (n / shape.report_hz + max(-most, min(most, self.jitter_s * error)) for n, error in enumerate(jitter))
         return [self._report(shape, max(0.0, t_s)) for t_s in times]
 
     @property
@@ -65,7 +65,7 @@ class Errors:
     now: float
 
 
-def felt(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Felt]:
+def convert_reports(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Sample]:
     """Time, speed and force of every millisecond, from these reports."""
     stylus, place, out = Stylus(shape), 0, []
     for tick in range(round(seconds * shape.rate_hz)):
@@ -77,12 +77,12 @@ def felt(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Felt]:
     return out
 
 
-def errors(out: Sequence[Felt], channel: int, truth: Callable[[float], float]) -> Errors:
+def errors(out: Sequence[Sample], channel: int, truth: Callable[[float], float]) -> Errors:
     """Return the errors of channel 1 (speed) or 2 (force) against the truth, after the first second."""
-    kept = [(each[0], each[channel]) for each in out if each[0] >= SETTLED_S]
+    settled = [(sample[0], sample[channel]) for sample in out if sample[0] >= SETTLED_S]
 
     def rms(late_s: float) -> float:
-        return math.sqrt(math.fsum((value - truth(t_s - late_s)) ** 2 for t_s, value in kept) / len(kept))
+        return math.sqrt(math.fsum((value - truth(t_s - late_s)) ** 2 for t_s, value in settled) / len(settled))
 
     near = min(range(0, 401, 20), key=lambda tenth_ms: rms(1e-4 * tenth_ms))
     best = min(range(max(0, near - 20), near + 21), key=lambda tenth_ms: rms(1e-4 * tenth_ms))

@@ -73,8 +73,8 @@ OBSERVERS = (
 class Sets(NamedTuple):
     """Data sets of one observer that have an estimate, fitted: the hits (sets, levels), and how many were refused."""
 
-    asked: FunctionSpec
-    given: Levels
+    function: FunctionSpec
+    data: Levels
     problem: Problem
     fits: Fitted
     thresholds: Floats
@@ -85,25 +85,25 @@ class Sets(NamedTuple):
 def simulated(observer: Observer, count: int, trials: int) -> Floats:
     """Return the hits (count, levels) of an observer in `trials` trials at each level."""
     share = observer.guess + (1 - observer.guess - observer.lapse) * ndtr((LEVELS - THRESHOLD) / SD)
-    drawn = stream(0, f"observer: {observer.name}, {trials} trials").binomial(trials, share, (count, len(LEVELS)))
-    return drawn.astype(np.float64)
+    hits = stream(0, f"observer: {observer.name}, {trials} trials").binomial(trials, share, (count, len(LEVELS)))
+    return hits.astype(np.float64)
 
 
 def fitted_sets(rates: Rates, hits: Floats, trials: int) -> Sets:
     """Fit every data set at once; those that `fit_psychometric` refuses are left out and counted."""
-    asked = function_spec("gaussian", rates, 0.5, "x84_x50", False)
-    given = Levels(LEVELS, hits[0], np.full(len(LEVELS), float(trials)))
-    problem = problem_of(given, asked, hits)
+    function = function_spec("gaussian", rates, 0.5, "x84_x50", False)
+    data = Levels(LEVELS, hits[0], np.full(len(LEVELS), float(trials)))
+    problem = problem_of(data, function, hits)
     fits = best_of_starts(problem, STARTS)
-    kept = np.array([_has_estimate(given, asked, problem, fits, i) for i in range(len(hits))])
-    fits = Fitted(*(part[kept] for part in fits))
-    thresholds, jnds = quantities(asked, given, fits.parameters)
-    return Sets(asked, given, problem_of(given, asked, hits[kept]), fits, thresholds, jnds, int((~kept).sum()))
+    has_estimate = np.array([_has_estimate(data, function, problem, fits, i) for i in range(len(hits))])
+    problem, fits = problem_of(data, function, hits[has_estimate]), Fitted(*(part[has_estimate] for part in fits))
+    thresholds, jnds = quantities(function, data, fits.parameters)
+    return Sets(function, data, problem, fits, thresholds, jnds, int((~has_estimate).sum()))
 
 
-def _has_estimate(given: Levels, asked: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> bool:
+def _has_estimate(data: Levels, function: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> bool:
     try:
-        refuse_no_estimate(given, asked, problem, fits, i)
+        refuse_no_estimate(data, function, problem, fits, i)
     except StatisticsError:
         return False
     return True
@@ -148,14 +148,14 @@ def _misses(observer: Observer, trials: int, count: int) -> Iterator[Case]:
 
     def profile(which: Which, draws: int) -> Floats:
         seeds = range(len(sets.thresholds))
-        return profile_ends(sets.problem, sets.fits, sets.asked, sets.given, which, CONFIDENCE, draws, seeds)
+        return profile_ends(sets.problem, sets.fits, sets.function, sets.data, which, CONFIDENCE, draws, seeds)
 
     def posterior() -> Floats:
-        given = sets.given
+        data = sets.data
         rates = rates_of(observer.task, observer.alternatives, None, None, UP_TO_HALF)
-        asked = function_spec("gaussian", rates, 0.5, "x84_x50", False)
-        found = (posterior_of(Levels(given.levels, own, given.trials), asked, False) for own in sets.problem.hits)
-        return np.array([each.threshold_interval for each in found])
+        function = function_spec("gaussian", rates, 0.5, "x84_x50", False)
+        fits = (posterior_of(Levels(data.levels, hits, data.trials), function, False) for hits in sets.problem.hits)
+        return np.array([fit.threshold_interval for fit in fits])
 
     corrected = f"profile, Bartlett's factor from {CORRECTING_DRAWS}"
     ways: list[tuple[Which, str, Callable[[], Floats]]] = [

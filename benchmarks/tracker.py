@@ -38,11 +38,11 @@ def _case(name: str, stroke: Stroke, method: str, window: int, seconds: float) -
     positions, truth = simulated(stroke, seconds, seed=1)
     degree, place = METHODS[method]
     estimate = slope(window, degree, stroke.rate_hz, place)
-    told = f"{stroke.amplitude_mm:g} mm at {stroke.frequency_hz:g} Hz, noise {stroke.noise_mm:g} mm"
-    kind = f"RMS mm/s: {told}, from {stroke.rate_hz:g} Hz"
+    movement = f"{stroke.amplitude_mm:g} mm at {stroke.frequency_hz:g} Hz, noise {stroke.noise_mm:g} mm"
+    kind = f"RMS mm/s: {movement}, from {stroke.rate_hz:g} Hz"
 
-    def error(found: Array) -> float:
-        return math.sqrt(float(np.nanmean((found[:, 0] - truth) ** 2)))
+    def error(speed: Array) -> float:
+        return math.sqrt(float(np.nanmean((speed[:, 0] - truth) ** 2)))
 
     run = partial(velocity, positions, estimate)
     return Case("tracker", name, method, f"{window} samples", len(truth), kind, run, error)

@@ -60,7 +60,7 @@ def _method_cases(known: Known, repeats: int) -> Iterator[Case]:
 
 def _clocked_cases(known: Known, repeats: int) -> Iterator[Case]:
     band = METHODS["bandlimited"]
-    clocked = {name: partial(_onto_grid, known, band, fit) for name, fit in {**CLOCKS, **UNTOLD}.items()}
+    clocked = {name: partial(_onto_grid, known, band, fit) for name, fit in {**CLOCKS, **LATE}.items()}
     clocked["linear, arrivals as times"] = partial(_by_arrivals, known)
     yield from _onto_cases(CLOCKS_AREA, f"bandlimited, {known.kind.name} onto 1 kHz", known, clocked, repeats)
 
@@ -68,23 +68,23 @@ def _clocked_cases(known: Known, repeats: int) -> Iterator[Case]:
 def _onto_cases(
     area: str, case: str, known: Known, ways: Mapping[str, Callable[[], Array]], repeats: int
 ) -> Iterator[Case]:
-    told = f"{known.seconds:g} s, {known.kind.drift_ppm:+g} ppm"
-    for name, way in ways.items():
-        yield Case(area, case, name, told, len(known.times_s), ERROR, way, known.percent_wrong, repeats)
+    input_name = f"{known.seconds:g} s, {known.kind.drift_ppm:+g} ppm"
+    for name, run in ways.items():
+        yield Case(area, case, name, input_name, len(known.times_s), ERROR, run, known.percent_wrong, repeats)
 
 
 def _onto_grid(known: Known, method: Method, clocked: Clocked) -> Array:
     clock = clocked(known)
     times_s = clock.t0_s + np.arange(len(known.times_s)) / clock.rate_hz
-    found = align(times_s, known.values, known.grid_s, method, rate_hz=clock.rate_hz, grid_hz=GRID_HZ)
-    return found.values[:, 0]
+    aligned = align(times_s, known.values, known.grid_s, method, rate_hz=clock.rate_hz, grid_hz=GRID_HZ)
+    return aligned.values[:, 0]
 
 
 def _by_arrivals(known: Known) -> Array:
     """Return the values by a program that stamps blocks as they come and spreads their samples between the stamps."""
-    last, came = np.array(known.arrivals).T
-    came = np.maximum.accumulate(came + 1e-9 * np.arange(len(came)))
-    times_s = np.interp(np.arange(len(known.times_s)), last, came)
+    last, arrived = np.array(known.arrivals).T
+    arrived = np.maximum.accumulate(arrived + 1e-9 * np.arange(len(arrived)))
+    times_s = np.interp(np.arange(len(known.times_s)), last, arrived)
     return np.interp(known.grid_s, times_s, known.values[:, 0])
 
 
@@ -92,15 +92,16 @@ def _fitted(known: Known) -> Clock:
     return fit_clock(known.arrivals, known.kind.rate_hz)
 
 
-def _untold(known: Known) -> Clock:
+def _late_by_1_ms(known: Known) -> Clock:
     """Return a clock whose arrivals are all late by a further millisecond, which no arrival can show."""
-    return fit_clock([(n, came + 1e-3) for n, came in known.arrivals], known.kind.rate_hz)
+    return fit_clock([(n, arrived + 1e-3) for n, arrived in known.arrivals], known.kind.rate_hz)
 
 
-def _stamped(known: Known) -> Clock:
+def _by_stamps(known: Known) -> Clock:
     """Return the clock of the same arrivals where the device stamps its samples: the line through the stamps."""
-    late = _untold(known)
-    stamped = [(n, came + 1e-3, at) for (n, came), at in zip(known.arrivals, known.stamps_s.tolist(), strict=True)]
+    late = _late_by_1_ms(known)
+    arrivals = zip(known.arrivals, known.stamps_s.tolist(), strict=True)
+    stamped = [(n, arrived + 1e-3, at) for (n, arrived), at in arrivals]
     return stamps_of(stamped, known.kind.rate_hz, OF_THE_HOST[0], late).line or late
 
 
@@ -109,8 +110,8 @@ def _nominal(known: Known) -> Clock:
 
 
 def _least_squares(known: Known) -> Clock:
-    n, came = np.array(known.arrivals).T
-    slope, offset = np.polyfit(n, came, 1)
+    n, arrived = np.array(known.arrivals).T
+    slope, offset = np.polyfit(n, arrived, 1)
     return Clock(float(offset), float(1 / slope), known.kind.rate_hz, measured=True)
 
 
@@ -120,10 +121,10 @@ CLOCKS: dict[str, Clocked] = {
     "nominal rate, first arrival": _nominal,
 }
 
-UNTOLD: dict[str, Clocked] = {"1 ms untold": _untold, "1 ms untold, by its stamps": _stamped}
+LATE: dict[str, Clocked] = {"1 ms untold": _late_by_1_ms, "1 ms untold, by its stamps": _by_stamps}
 
 
 def _time_error_us(known: Known, clock: Clock) -> float:
     numbers = np.arange(len(known.times_s))
-    off = clock.t0_s + numbers / clock.rate_hz - (STARTS_S + numbers / known.true_hz)
-    return float(1e6 * np.sqrt(np.mean(off**2)))
+    error_s = clock.t0_s + numbers / clock.rate_hz - (STARTS_S + numbers / known.true_hz)
+    return float(1e6 * np.sqrt(np.mean(error_s**2)))

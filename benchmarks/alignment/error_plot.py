@@ -29,9 +29,9 @@ def save_error_plot(path: Path, points: int) -> Path:
     hz = np.geomspace(1, 40, points)
     for panel, kind in zip(panels, KINDS, strict=True):
         for name in METHODS:
-            held = hz[hz < kind.rate_hz / 2.05]
-            errors = [100 * sine_error(name, kind.rate_hz, GRID_HZ, float(each)) for each in held]
-            panel.loglog(held, errors, color=COLOURS[name], label=name, linewidth=1.8)
+            representable = hz[hz < kind.rate_hz / 2.05]
+            errors = [100 * sine_error(name, kind.rate_hz, GRID_HZ, float(frequency)) for frequency in representable]
+            panel.loglog(representable, errors, color=COLOURS[name], label=name, linewidth=1.8)
         panel.axvline(HAND_HZ, color="black", linewidth=0.8, linestyle=":")
         panel.axhline(0.5, color="black", linewidth=0.8, linestyle=":")
         panel.set(title=f"from {kind.name}", xlabel="Hz", xlim=(1, 40), ylim=(1e-5, 300))

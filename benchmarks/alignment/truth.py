@@ -60,16 +60,16 @@ class Known:
     @cached_property
     def values(self) -> Array:
         """The samples (n, 1), rounded to float32 as in a ledger."""
-        found = self.motion(self.times_s) + self._vibration()
-        return found.astype(np.float32).astype(np.float64)[:, None]
+        clean = self.motion(self.times_s) + self._vibration()
+        return clean.astype(np.float32).astype(np.float64)[:, None]
 
     @cached_property
     def arrivals(self) -> tuple[tuple[int, float], ...]:
         """The last sample of each block, and when the block was there; one that is late holds up those behind it."""
         last = np.arange(self.kind.block - 1, len(self.times_s), self.kind.block)
         delays = np.random.default_rng([self.seed, 1]).exponential(self.kind.delay_s, len(last))
-        came = np.maximum.accumulate(self.times_s[last] + delays)
-        return tuple(zip(last.tolist(), came.tolist(), strict=True))
+        arrived = np.maximum.accumulate(self.times_s[last] + delays)
+        return tuple(zip(last.tolist(), arrived.tolist(), strict=True))
 
     @cached_property
     def stamps_s(self) -> Array:
@@ -89,15 +89,15 @@ class Known:
         rng = np.random.default_rng([self.seed, 0])
         hz = np.linspace(SLOWEST_HZ, HAND_HZ, TONES)
         phases = rng.uniform(0, 2 * np.pi, TONES)
-        found = np.zeros_like(at_s)
-        for each, phase in zip(hz, phases, strict=True):
-            found += np.cos(2 * np.pi * each * at_s + phase)
-        return np.asarray(found * np.sqrt(2 / TONES))
+        total = np.zeros_like(at_s)
+        for frequency, phase in zip(hz, phases, strict=True):
+            total += np.cos(2 * np.pi * frequency * at_s + phase)
+        return np.asarray(total * np.sqrt(2 / TONES))
 
-    def percent_wrong(self, found: Array) -> float:
+    def percent_wrong(self, values: Array) -> float:
         """Return the RMS error of values (m,) on the grid, low-passed at 25 Hz, in percent of the motion's RMS."""
         truth = _below_25_hz(self.motion(self.grid_s))
-        return float(100 * _rms(_below_25_hz(found) - truth) / _rms(truth))
+        return float(100 * _rms(_below_25_hz(values) - truth) / _rms(truth))
 
     def _vibration(self) -> Array:
         """Return noise with a flat spectrum, which needs no truth, because it is filtered away."""
@@ -106,8 +106,8 @@ class Known:
             return np.zeros(count)
         rng = np.random.default_rng([self.seed, 2])
         hz = np.fft.rfftfreq(count, 1 / self.kind.rate_hz)
-        kept = (hz >= VIBRATES_FROM_HZ) & (hz <= 0.45 * self.kind.rate_hz)
-        noise = np.fft.irfft(np.where(kept, rng.normal(size=len(hz)) + 1j * rng.normal(size=len(hz)), 0), count)
+        in_band = (hz >= VIBRATES_FROM_HZ) & (hz <= 0.45 * self.kind.rate_hz)
+        noise = np.fft.irfft(np.where(in_band, rng.normal(size=len(hz)) + 1j * rng.normal(size=len(hz)), 0), count)
         return np.asarray(VIBRATION * noise / _rms(noise))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
+from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, random_material
 from palpate.modeling.attributes.entries import PROPOSED, Own
 from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material
@@ -24,7 +24,7 @@ WORKERS = 2
 """Dask workers, and as many folds: each has one."""
 
 
-def named(method: str) -> str:
+def method_name(method: str) -> str:
     """Return a method's name in the table; the proposed one is marked."""
     return f"palpate, {method}" if method == PROPOSED else method
 
@@ -33,17 +33,17 @@ def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
     """Yield two of the fifty folds, trained with the method's own epochs; the evaluation has 25 times as many."""
     if PROPOSED not in methods:
         return
-    material = made_up(WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
-    told = f"{WHOLE} made-up textures, {WHOLE_SEGMENTS} segments, {WHOLE_PICTURES} pictures each"
+    material = random_material(WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
+    input_name = f"{WHOLE} made-up textures, {WHOLE_SEGMENTS} segments, {WHOLE_PICTURES} pictures each"
     for way, workers in (("one after another", 0), (f"{WORKERS} Dask workers", WORKERS)):
-        run = partial(_judged, material, methods, own, workers)
+        run = partial(_evaluate, material, methods, own, workers)
         yield Case(
-            AREA, f"{WORKERS} folds of a study, training and answers", f"{named(PROPOSED)}, {way}", told, WORKERS,
-            "MAE of textures left out, 0 to 100", run, _error, seconds=attrgetter("seconds"),
+            AREA, f"{WORKERS} folds of a study, training and answers", f"{method_name(PROPOSED)}, {way}",
+            input_name, WORKERS, "MAE of textures left out, 0 to 100", run, _error, seconds=attrgetter("seconds"),
         )  # fmt: skip
 
 
-def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
+def _evaluate(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
     """Evaluate in a folder of its own, so that nothing is taken from cached results."""
     with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
         options = AttributeOptions(

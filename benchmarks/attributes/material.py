@@ -11,7 +11,7 @@ from palpate.signals.arrays import Array
 
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
 SIZES: Mapping[str, int] = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 256}
-FELT, SEEN = np.array([1.0, 0.0, 1.0, 1.0]), np.array([0.4, 1.0, 0.0, 0.0])
+IN_TOUCH, IN_SIGHT = np.array([1.0, 0.0, 1.0, 1.0]), np.array([0.4, 1.0, 0.0, 0.0])
 """How much of roughness, bumps, slipperiness and softness is in what is felt, and in what is seen."""
 CLASSES = ("wood", "foam", "mesh", "paper")
 RATING_SD, PEOPLE_SD, PEOPLE = 18.0, 8.0, 20
@@ -19,28 +19,26 @@ WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
 """Textures of a study; segments of one (60 s less 5 s of ends), and its pictures: a network answers for each pair."""
 
 
-def made_up(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:
+def random_material(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:
     """Return features of four latent numbers in drawn directions with noise, and noisy latents as mean ratings."""
     chance = np.random.Generator(np.random.PCG64(seed))
-    ways = {kind: chance.standard_normal((4, size)) for kind, size in SIZES.items()}
-    found = []
+    directions = {kind: chance.standard_normal((4, size)) for kind, size in SIZES.items()}
+    built = []
     for place, own in enumerate(chance.standard_normal((textures, 4))):
 
-        def rows(kinds: Sequence[str], count: int, told: Array) -> dict[str, Rows]:
-            return {
-                kind: (told @ ways[kind] + noise * chance.standard_normal((count, SIZES[kind]))).astype(np.float32)
-                for kind in kinds
-            }
+        def rows(kinds: Sequence[str], count: int, latent: Array) -> dict[str, Rows]:
+            noises = {kind: noise * chance.standard_normal((count, SIZES[kind])) for kind in kinds}
+            return {kind: (latent @ directions[kind] + noises[kind]).astype(np.float32) for kind in kinds}
 
         off = PEOPLE_SD / np.sqrt(PEOPLE) * chance.standard_normal(4)
-        found.append(
+        built.append(
             Texture(
                 f"M{place + 1:02d}", f"made up {place + 1}", CLASSES[place % len(CLASSES)],
-                touch=rows(("mfcc", "hand", "dft", "dwt"), segments, own * FELT),
-                sight=rows(("resnet", "glcm"), pictures, own * SEEN),
-                variants=rows(("resnet", "glcm"), pictures, own * SEEN),
+                touch=rows(("mfcc", "hand", "dft", "dwt"), segments, own * IN_TOUCH),
+                sight=rows(("resnet", "glcm"), pictures, own * IN_SIGHT),
+                variants=rows(("resnet", "glcm"), pictures, own * IN_SIGHT),
                 rated=Rated(np.clip(50 + RATING_SD * own + off, 0, 100), np.full(4, PEOPLE_SD), PEOPLE),
                 made_from=frozenset({f"made up {seed} {place}"}),
             )
         )  # fmt: skip
-    return Material(tuple(found), PAIRS, weights="made up: no network looked at anything", simulated=True)
+    return Material(tuple(built), PAIRS, weights="made up: no network looked at anything", simulated=True)

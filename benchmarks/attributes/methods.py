@@ -1,24 +1,25 @@
 """Figures of predicted attributes: every method's error on textures left out, beside the time of training and answer.
 
-On textures that are made up, in small. Everything is judged once, before the first row, by as many processes as there
-are cores; the rows of the trainings hold the seconds that were taken while they ran.
+On few made-up textures. Everything is evaluated once, before the first row, by as many processes as there are cores;
+the rows of the trainings hold the seconds that were measured while they ran.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from benchmarks.attributes.folds import AREA, named, whole_folds
-from benchmarks.attributes.material import WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
+from benchmarks.attributes.folds import AREA, method_name, whole_folds
+from benchmarks.attributes.material import WHOLE_PICTURES, WHOLE_SEGMENTS, random_material
+from benchmarks.precomputed import constant, precomputed_case
 from palpate.modeling.attributes.domain import learning, mean_of_rows
 from palpate.modeling.attributes.entries import Entry, Own
 from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
-from palpate.modeling.attributes.evaluation.tables import Row, features_of, method_rows
+from palpate.modeling.attributes.evaluation.tables import features_of, method_rows
 from palpate.modeling.attributes.folds import all_of_them
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method
@@ -29,22 +30,22 @@ from palpate.signals.arrays import Array
 
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
-"""So many of them are left out, each once: all sixteen would take twice as long."""
-ASKED = 50
-"""So many predictions are asked for at once: of one segment and one picture of each of so many textures."""
+"""Textures that are left out, one at a time: all sixteen would take twice as long."""
+PREDICTIONS = 50
+"""Predictions that are computed at once: of one segment and one picture of each of as many textures."""
 
 
 @dataclass(frozen=True)
-class Found:
+class EvaluatedMethods:
     """The results of one evaluation, and the textures to predict."""
 
     evaluation: AttributeEvaluation
     folder: Path
-    asked: Material
+    fifty: Material
     whole: Material
 
     @property
-    def given(self) -> str:
+    def input_name(self) -> str:
         """The data, as named in a row."""
         textures, left_out = len(self.evaluation.material.textures), len(self.evaluation.tested)
         epochs = "few" if self.evaluation.options.quick else "own"
@@ -59,46 +60,48 @@ def cases(
 
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
-        material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
+        material = random_material(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
         options = AttributeOptions(work=Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
         evaluation = evaluate_methods(material, options, every, features)
-        whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
-        found = Found(evaluation, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
-        yield from _trainings(found)
-        yield from _answers(found)
+        whole = random_material(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
+        evaluated = EvaluatedMethods(evaluation, Path(folder), random_material(PREDICTIONS, 1, 1, seed=1), whole)
+        yield from _trainings(evaluated)
+        yield from _answers(evaluated)
     if not quick:
         yield from whole_folds(every, features)
 
 
-def _trainings(found: Found) -> Iterator[Case]:
+def _trainings(evaluated: EvaluatedMethods) -> Iterator[Case]:
     kind = "MAE of textures left out, 0 to 100; time of a fold's training"
-    for row in method_rows(found.evaluation):
-        seconds = partial(_taken, row["train_s"] or 0.0)
-        yield _case(found, "attributes of a texture left out", row, kind, _nothing, seconds)
+    case, n = "attributes of a texture left out", len(evaluated.evaluation.tested)
+    for row in method_rows(evaluated.evaluation):
+        method, seconds = method_name(row["method"]), row["train_s"] or 0.0
+        yield precomputed_case(AREA, case, method, evaluated.input_name, n, kind, row["mae"], seconds)
 
 
-def _answers(found: Found) -> Iterator[Case]:
+def _answers(evaluated: EvaluatedMethods) -> Iterator[Case]:
     """Yield each method's answers from features to attributes, from its file: 50 rows, and one whole texture."""
-    evaluation, kind = found.evaluation, "MAE of textures left out, 0 to 100"
+    evaluation, kind = evaluated.evaluation, "MAE of textures left out, 0 to 100"
     rows = [(row, evaluation.main(row["method"])) for row in method_rows(evaluation) if row["mae"] is not None]
-    models = [(row, _from_file(found, entry)) for row, entry in rows if entry is not None]
+    models = [(row, _from_file(evaluated, entry)) for row, entry in rows if entry is not None]
     whole = f"a texture of {WHOLE_SEGMENTS} segments and {WHOLE_PICTURES} pictures"
-    for case, of in (("50 predictions, of a segment and a picture", found.asked), (whole, found.whole)):
+    for case, material in (("50 predictions, of a segment and a picture", evaluated.fifty), (whole, evaluated.whole)):
         for row, model in models:
-            run = partial(asked, model, of.textures, len(of.attributes))
-            yield replace(_case(found, case, row, kind, run), n=len(of.textures))
+            run = partial(predict_all, model, material.textures, len(material.attributes))
+            yield Case(AREA, case, method_name(row["method"]), evaluated.input_name, len(material.textures), kind, run,
+                       constant(row["mae"]))  # fmt: skip
 
 
-def asked(model: AttributeModel, textures: Sequence[Texture], attributes: int) -> list[Array]:
+def predict_all(model: AttributeModel, textures: Sequence[Texture], attributes: int) -> list[Array]:
     """Return every texture's prediction, as the library makes it: all at once, with one thread."""
     with limited(1):
-        said = model.predictions(textures)
-        return [mean_of_rows(rows, each, attributes)[0] for rows, each in zip(said, textures, strict=True)]
+        predictions = model.predictions(textures)
+        return [mean_of_rows(rows, texture, attributes)[0] for rows, texture in zip(predictions, textures, strict=True)]
 
 
-def _from_file(found: Found, entry: Entry) -> AttributeModel:
+def _from_file(evaluated: EvaluatedMethods, entry: Entry) -> AttributeModel:
     """Return the method fitted to all, written to a file and read back."""
-    evaluation, methods = found.evaluation, found.evaluation.domain.methods
+    evaluation, methods = evaluated.evaluation, evaluated.evaluation.domain.methods
     method, settings = evaluation.method(entry), evaluation.options.settings
     with limited(1):
         fold = all_of_them(evaluation.material)
@@ -107,26 +110,4 @@ def _from_file(found: Found, entry: Entry) -> AttributeModel:
         "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,
         "attributes": tuple((pair.low, pair.high) for pair in evaluation.material.attributes),
     }  # fmt: skip
-    return read_model(write_model(found.folder, cast(Saveable, fitted), card, methods), methods)
-
-
-def _case(
-    found: Found, case: str, row: Row, kind: str, run: Callable[[], object],
-    seconds: Callable[[object], float] | None = None,
-) -> Case:  # fmt: skip
-    told = partial(_told, row["mae"])
-    return Case(
-        AREA, case, named(row["method"]), found.given, len(found.evaluation.tested), kind, run, told, seconds=seconds
-    )
-
-
-def _told(error: float | None, _answer: object) -> float | None:
-    return error
-
-
-def _nothing() -> None:
-    """Do nothing: there is nothing to run again."""
-
-
-def _taken(seconds: float, _answer: object) -> float:
-    return seconds
+    return read_model(write_model(evaluated.folder, cast(Saveable, fitted), card, methods), methods)

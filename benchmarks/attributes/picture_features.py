@@ -14,7 +14,7 @@ from palpate.protocols.bench import Case
 AREA = "features of pictures"
 QUICK_SIDE = 224
 ERROR = "largest difference from counted pairs"
-BESIDE = ((0, 1), (1, 0), (1, 1), (1, -1))
+NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 """Rows down and columns on to the neighbour in each of the four directions."""
 Shares = NDArray[np.float64]
 
@@ -22,21 +22,21 @@ Shares = NDArray[np.float64]
 def cases(quick: bool) -> Iterator[Case]:
     """Yield the times of a picture at full size (1568 x 1568), or of a patch of it if `quick`."""
     side, repeats = (QUICK_SIDE, 3) if quick else (SIDE, 5)
-    values = drawn(side)
-    wanted = counted(values)
+    values = crossing_threads(side)
+    expected = count_pairs(values)
     ways: dict[str, Callable[[], NDArray[np.floating]]] = {
         "palpate": lambda: glcm(values),
         "scikit-image": lambda: by_scikit_image(values),
-        "pairs counted by NumPy": lambda: counted(values),
+        "pairs counted by NumPy": lambda: count_pairs(values),
     }
     for name, run in ways.items():
         yield Case(
             AREA, "co-occurrence", name, f"{side} x {side} pixels", side**2, ERROR, run,
-            lambda found: float(np.abs(found - wanted).max()), repeats,
+            lambda result: float(np.abs(result - expected).max()), repeats,
         )  # fmt: skip
 
 
-def drawn(side: int, seed: int = 0) -> Gray:
+def crossing_threads(side: int, seed: int = 0) -> Gray:
     """Return brightness (side, side) from 0 to 1: threads that cross, with noise."""
     chance = np.random.Generator(np.random.PCG64(seed))
     down, along = np.mgrid[:side, :side]
@@ -49,20 +49,20 @@ def by_scikit_image(values: Gray) -> Shares:
     """Return (256,) by scikit-image, of the same levels."""
     from skimage.feature import graycomatrix
 
-    found = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)
-    return np.asarray(found.mean(axis=(2, 3)).ravel())
+    shares = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)
+    return np.asarray(shares.mean(axis=(2, 3)).ravel())
 
 
-def counted(values: Gray) -> Shares:
+def count_pairs(values: Gray) -> Shares:
     """Return (256,) by the definition: all pairs of neighbours, both ways round.
 
     Source: Haralick, Shanmugam and Dinstein 1973.
     """
     level = levels(values).astype(np.int64)
-    found = np.zeros(LEVELS * LEVELS)
-    for down, on in BESIDE:
+    shares = np.zeros(LEVELS * LEVELS)
+    for down, on in NEIGHBOURS:
         one, other = level[: len(level) - down], level[down:]
         one, other = (one[:, -on:], other[:, :on]) if on < 0 else (one[:, : one.shape[1] - on], other[:, on:])
         pairs = np.concatenate([(one * LEVELS + other).ravel(), (other * LEVELS + one).ravel()])
-        found += np.bincount(pairs, minlength=LEVELS * LEVELS) / len(pairs) / len(BESIDE)
-    return found
+        shares += np.bincount(pairs, minlength=LEVELS * LEVELS) / len(pairs) / len(NEIGHBOURS)
+    return shares

@@ -36,8 +36,8 @@ def cases(quick: bool) -> Iterator[Case]:
     seconds, repeats = (QUICK_SECONDS, 1) if quick else (SECONDS, 3)
     touched = tones(seconds)
     ways: dict[str, Callable[[], Touch]] = {
-        "as shipped": partial(_featured, touched, remove_hum=True),
-        "hum not looked for": partial(_featured, touched, remove_hum=False),
+        "as shipped": partial(_compute_features, touched, remove_hum=True),
+        "hum not looked for": partial(_compute_features, touched, remove_hum=False),
     }
     for name, run in ways.items():
         yield Case(
@@ -54,7 +54,7 @@ class _Texture:
 
 
 @dataclass(frozen=True)
-class _Made:
+class TextureCost:
     """The error of a texture's vibration, in percent, and its process' peak memory in MB."""
 
     percent: float
@@ -66,27 +66,29 @@ def _study(count: int, seconds: float) -> Iterator[Case]:
     jobs = [_Texture(f"recording {place + 1}", seconds) for place in range(count)]
 
     @functools.cache
-    def run() -> tuple[list[_Made], float]:
+    def run() -> tuple[list[TextureCost], float]:
         began = time.perf_counter()
-        made = run_jobs(_one, jobs, workers=WORKERS)
-        return made, time.perf_counter() - began
+        costs = run_jobs(_one, jobs, workers=WORKERS)
+        return costs, time.perf_counter() - began
 
-    looks: dict[str, Callable[[_Made], float]] = {ERROR: lambda made: made.percent, MEMORY: lambda made: made.peak_MB}
+    looks: dict[str, Callable[[TextureCost], float]] = {
+        ERROR: lambda cost: cost.percent, MEMORY: lambda cost: cost.peak_MB
+    }  # fmt: skip
     for kind, look in looks.items():
         yield Case(
             AREA, "features of a study's recordings", "as shipped", f"{count} x {seconds:g} s, {WORKERS} processes",
             count * round(seconds * SENSORS_HZ["force"]), kind, run,
-            partial(_greatest, look), seconds=lambda found: found[1],
+            partial(_greatest, look), seconds=lambda answer: answer[1],
         )  # fmt: skip
 
 
-def _greatest(look: Callable[[_Made], float], found: tuple[list[_Made], float]) -> float:
-    return max(look(each) for each in found[0])
+def _greatest(look: Callable[[TextureCost], float], answer: tuple[list[TextureCost], float]) -> float:
+    return max(look(cost) for cost in answer[0])
 
 
-def _one(texture: _Texture) -> _Made:
-    percent = _percent_wrong(_featured(_tones_once(texture.seconds), remove_hum=True))
-    return _Made(percent, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+def _one(texture: _Texture) -> TextureCost:
+    percent = _percent_wrong(_compute_features(_tones_once(texture.seconds), remove_hum=True))
+    return TextureCost(percent, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
 @functools.cache
@@ -95,15 +97,15 @@ def _tones_once(seconds: float) -> Touched:
     return tones(seconds)
 
 
-def _featured(touched: Touched, remove_hum: bool) -> Touch:
+def _compute_features(touched: Touched, remove_hum: bool) -> Touch:
     """Compute all features and return them with their inputs, to be evaluated."""
-    found, _ = touch_of("made up", [touched], filtering(remove_hum=remove_hum))
-    touch_features(found)
-    return found
+    touch, _ = touch_of("made up", [touched], filtering(remove_hum=remove_hum))
+    touch_features(touch)
+    return touch
 
 
-def _percent_wrong(found: Touch) -> float:
+def _percent_wrong(touch: Touch) -> float:
     """Return the error in percent; the truth begins `TRIM_S` after the first sample."""
-    (stretch,) = found.stretches
-    wanted = felt_at(TRIM_S + np.arange(len(stretch.axes)) / RATE_HZ)
-    return float(100 * np.sqrt(((stretch.axes - wanted) ** 2).sum() / (wanted**2).sum()))
+    (stretch,) = touch.stretches
+    expected = felt_at(TRIM_S + np.arange(len(stretch.axes)) / RATE_HZ)
+    return float(100 * np.sqrt(((stretch.axes - expected) ** 2).sum() / (expected**2).sum()))

@@ -32,10 +32,10 @@ FINITE_ERROR = "numbers that are not finite"
 def cases(quick: bool) -> Iterator[Case]:
     """Yield cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
     seconds, repeats = (QUICK_SECONDS, 3) if quick else (SECONDS, 5)
-    made = strokes(seconds)
-    yield from _cepstra(made, repeats)
-    yield from _on_one_axis(made, repeats)
-    yield from _kinds(made, repeats)
+    recording = strokes(seconds)
+    yield from _cepstra(recording, repeats)
+    yield from _on_one_axis(recording, repeats)
+    yield from _kinds(recording, repeats)
 
 
 def strokes(seconds: float, seed: int = 0) -> Touch:
@@ -47,21 +47,21 @@ def strokes(seconds: float, seed: int = 0) -> Touch:
     return Touch("made up", (Stretch(axes, speed, 1.2 + 0.5 * np.cos(3 * t)),))
 
 
-def _told(made: Touch) -> tuple[str, int]:
-    return f"{made.seconds:g} s", round(made.seconds * RATE_HZ)
+def _input_of(recording: Touch) -> tuple[str, int]:
+    return f"{recording.seconds:g} s", round(recording.seconds * RATE_HZ)
 
 
-def _cepstra(made: Touch, repeats: int) -> Iterator[Case]:
-    vibration = segments(made).vibration
-    wanted = by_librosa(vibration)
+def _cepstra(recording: Touch, repeats: int) -> Iterator[Case]:
+    vibration = segments(recording).vibration
+    expected = by_librosa(vibration)
     ways: dict[str, Callable[[], Array]] = {
         "palpate, all segments at once": lambda: mfcc(vibration),
         "librosa, segment by segment": lambda: by_librosa(vibration),
     }
     for name, run in ways.items():
         yield Case(
-            AREA, "cepstral coefficients", name, *_told(made), CEPSTRA_ERROR, run,
-            lambda found: float(np.abs(found - wanted).max()), repeats,
+            AREA, "cepstral coefficients", name, *_input_of(recording), CEPSTRA_ERROR, run,
+            lambda cepstra: float(np.abs(cepstra - expected).max()), repeats,
         )  # fmt: skip
 
 
@@ -69,30 +69,30 @@ def by_librosa(vibration: Array) -> Array:
     """Return segments (s, 500) as (s, 40, 13) by librosa, each from the waveform of its frames on."""
     import librosa
 
-    found = []
+    cepstra = []
     for cut in frames(vibration):
         bands = librosa.feature.melspectrogram(
             y=cut.ravel(), sr=RATE_HZ, n_fft=FRAME, hop_length=FRAME, window="boxcar", center=False, n_mels=COEFFICIENTS
         )
         level = librosa.power_to_db(bands, amin=FLOOR, top_db=None)
-        found.append(librosa.feature.mfcc(S=level, n_mfcc=COEFFICIENTS).T)
-    return np.stack(found)
+        cepstra.append(librosa.feature.mfcc(S=level, n_mfcc=COEFFICIENTS).T)
+    return np.stack(cepstra)
 
 
-def _on_one_axis(made: Touch, repeats: int) -> Iterator[Case]:
-    (stretch,) = made.stretches
+def _on_one_axis(recording: Touch, repeats: int) -> Iterator[Case]:
+    (stretch,) = recording.stretches
     axes = stretch.axes[: len(stretch.axes) // SEGMENT * SEGMENT]
-    wanted = _energy((axes**2).sum(axis=1))
+    expected = _energy((axes**2).sum(axis=1))
     ways: dict[str, Callable[[], Array]] = {
-        "DFT321, segment by segment": lambda: np.ravel(segments(made).vibration),
+        "DFT321, segment by segment": lambda: np.ravel(segments(recording).vibration),
         "DFT321 in frames, as for rendering": lambda: one_axis(axes, RATE_HZ),
         "DFT321 of the whole recording": lambda: dft321(axes),
         "sum of the axes": lambda: np.asarray(axes.sum(axis=1)),
     }
     for name, run in ways.items():
         yield Case(
-            AREA, "three axes on one", name, *_told(made), ENERGY_ERROR, run,
-            lambda found: float(np.abs(_energy(found**2) / wanted - 1).max()), repeats,
+            AREA, "three axes on one", name, *_input_of(recording), ENERGY_ERROR, run,
+            lambda axis: float(np.abs(_energy(axis**2) / expected - 1).max()), repeats,
         )  # fmt: skip
 
 
@@ -101,17 +101,17 @@ def _energy(power: Array) -> Array:
     return np.asarray(power.reshape(-1, SEGMENT).sum(axis=1))
 
 
-def _kinds(made: Touch, repeats: int) -> Iterator[Case]:
-    cut = segments(made)
+def _kinds(recording: Touch, repeats: int) -> Iterator[Case]:
+    cut = segments(recording)
     ways: dict[str, Callable[[], Array]] = {
         "mfcc": lambda: mfcc(cut.vibration),
         "hand": lambda: hand(cut.speed_mm_s, cut.force_N),
         "dft": lambda: spectrum(cut.vibration),
         "dwt": lambda: wavelets(cut.vibration),
-        "all of them, from filtered axes on": lambda: np.concatenate(list(touch_features(made).values()), axis=1),
+        "all of them, from filtered axes on": lambda: np.concatenate(list(touch_features(recording).values()), axis=1),
     }
     for name, run in ways.items():
         yield Case(
-            AREA, "features of a recording", name, *_told(made), FINITE_ERROR, run,
-            lambda found: float((~np.isfinite(found)).sum()), repeats,
+            AREA, "features of a recording", name, *_input_of(recording), FINITE_ERROR, run,
+            lambda features: float((~np.isfinite(features)).sum()), repeats,
         )  # fmt: skip

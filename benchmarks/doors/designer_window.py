@@ -40,17 +40,17 @@ def cases(quick: bool) -> Iterator[Case]:
 
     count, maker = QUICK_MOVES if quick else MOVES, maker_for(None)
     for size in SIZES:
-        told = f"{size[0]}x{size[1]}, {count} moves"
-        yield _moves("painted, no window", told, count, partial(painted_s, maker, size, count))
+        input_name = f"{size[0]}x{size[1]}, {count} moves"
+        yield _moves("painted, no window", input_name, count, partial(painted_s, maker, size, count))
         if not missing():
-            yield _moves("window, framebuffer", told, count, partial(drawn_in_window, size, count))
+            yield _moves("window, framebuffer", input_name, count, partial(moves_in_window_s, size, count))
         error = partial(line_error_px, neutral_door(maker), size)
         yield Case(AREA, "drawn line", "mask", f"{size[0]}x{size[1]}, neutral door", POINTS, "px off", error, float, 1)
 
 
-def _moves(method: str, told: str, n: int, run: Callable[[], Array]) -> Case:
+def _moves(method: str, input_name: str, n: int, run: Callable[[], Array]) -> Case:
     """Return a case whose run gives the seconds of each move."""
-    return Case(AREA, "slider move to drawn profile", method, told, n, "ms p99", run, _p99_ms, 1)
+    return Case(AREA, "slider move to drawn profile", method, input_name, n, "ms p99", run, _p99_ms, 1)
 
 
 def _p99_ms(seconds: Array) -> float:
@@ -85,7 +85,7 @@ def timed_moves(
     """Drag every slider in turn to random places, each a new door, and return the seconds of each move."""
     from palpate.devices.window.inputs import Moved, Pressed, Released
 
-    chance, taken = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
+    chance, seconds = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
     sliders = [screen.view.slider(screen.work, number) for number in range(len(screen.work.a.wish))]
     for move in range(count):
         slider = sliders[move * len(sliders) // count]
@@ -94,11 +94,11 @@ def timed_moves(
             screen.handle(Released(x, y, 0.0))
             screen.handle(Pressed(x, slider.box.middle[1], 0.0))
             draw()
-        begun = clock()
+        start = clock()
         screen.handle(Moved(x, y, 0.0))
         draw()
-        taken[move] = clock() - begun
-    return taken
+        seconds[move] = clock() - start
+    return seconds
 
 
 def neutral_door(maker: Maker) -> Array:
@@ -130,7 +130,7 @@ def root() -> Path:
     return Path(__file__).resolve().parents[2]
 
 
-def drawn_in_window(size: tuple[int, int], count: int) -> Array:
+def moves_in_window_s(size: tuple[int, int], count: int) -> Array:
     """Return the seconds from each of `count` moves of a slider until its door is on a virtual display of that size."""
     from benchmarks.window.display import virtual_display
 
@@ -150,8 +150,8 @@ def main(width: int, height: int, count: int, seed: int = 1) -> None:
     screen, image = screen_of(maker_for(None), (width, height)), Image.new("RGB", (width, height))
     with closing(open_shell(Calibration((width, height), PX_PER_MM, 0, "never: a virtual display"), 0, True)) as shell:
         shell.show(image, screen.paint(image))
-        taken = timed_moves(screen, lambda: shell.show(image, screen.paint(image)), count, seed)
-    print(json.dumps(taken.tolist()))  # noqa: T201 - what the other process reads
+        seconds = timed_moves(screen, lambda: shell.show(image, screen.paint(image)), count, seed)
+    print(json.dumps(seconds.tolist()))  # noqa: T201 - what the other process reads
 
 
 if __name__ == "__main__":

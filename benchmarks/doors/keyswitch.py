@@ -29,11 +29,11 @@ def cases(quick: bool) -> Iterator[Case]:
 def _case(way: tuple[str, str, int | None], size: Size, curves: Curves) -> Case:
     task, method, code = way
     trained = f", {size.epochs} epochs" if method == "network" else ""
-    told = f"palpate, {method}" if method == "network" else method
-    name = f"{told}{f', {code} numbers' if code else ''}{trained}"
-    given = f"{len(curves)} curves, {size.folds} folds"
+    method_name = f"palpate, {method}" if method == "network" else method
+    name = f"{method_name}{f', {code} numbers' if code else ''}{trained}"
+    input_name = f"{len(curves)} curves, {size.folds} folds"
     return Case(
-        AREA, TITLES[task], name, given, len(curves), ERRORS[task],
+        AREA, TITLES[task], name, input_name, len(curves), ERRORS[task],
         partial(_all_folds, way, size, curves), partial(_error, way, size, curves), 1 if method == "network" else 3,
     )  # fmt: skip
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -40,8 +41,8 @@ Force = Callable[[Setting], Array]
 class Followed:
     """One run: for every move, when the door had taken it and when all of its force was there, and how wrong it is."""
 
-    taken_s: Array
-    felt_s: Array
+    latency_s: Array
+    complete_s: Array
     off_N: float
     missed: int
 
@@ -55,12 +56,12 @@ def methods(designer: Designer) -> Mapping[str, Force]:
     def slopes() -> tuple[Array, Array]:
         """Return the profile in the middle, and its change with each attribute there."""
         steps = STEP * np.eye(len(middle))
-        sides = [(force.run(middle + one) - force.run(middle - one)) / (2 * STEP) for one in steps]
-        return np.asarray(force.run(middle)), np.stack(sides)
+        slopes_N = [(force.run(middle + one) - force.run(middle - one)) / (2 * STEP) for one in steps]
+        return np.asarray(force.run(middle)), np.stack(slopes_N)
 
     def tangent(setting: Setting) -> Array:
-        begun, sides = slopes()
-        return bounded(begun + (np.array(setting) - middle) @ sides)
+        middle_force, slopes_N = slopes()
+        return bounded(middle_force + (np.array(setting) - middle) @ slopes_N)
 
     return {
         "force and perception model (used)": lambda setting: designer.design(np.array(setting)).force_N,
@@ -73,23 +74,23 @@ def cases(quick: bool) -> Iterator[Case]:
     """Yield each method at the twin: median and 95th percentile of the latency, beside its error."""
     designer, moves = designer_for(None), QUICK_MOVES if quick else MOVES
     whole = methods(designer)["force and perception model (used)"]
-    told = f"twin, 1 Mbaud, 20 Hz, {moves} moves"
+    input_name = f"twin, 1 Mbaud, 20 Hz, {moves} moves"
     runs = {
         name: cache(partial(followed, force, whole, len(designer.attributes), moves))
         for name, force in methods(designer).items()
     }
     looks: Mapping[str, Callable[[Followed], Array]] = {
-        "door passes over": lambda found: found.taken_s, "all of it": lambda found: found.felt_s
+        "door passes over": attrgetter("latency_s"), "all of it": attrgetter("complete_s")
     }  # fmt: skip
     for what, seconds in looks.items():
         for percentile, called in ((50, "median"), (95, "95 %")):
             case, late = f"slider to new force: {what}, {called}", partial(_late, seconds, percentile)
             for name, run in runs.items():
-                yield Case(AREA, case, name, told, moves, "N rms", run, lambda found: found.off_N, 1, late)
+                yield Case(AREA, case, name, input_name, moves, "N rms", run, attrgetter("off_N"), 1, late)
 
 
-def _late(seconds: Callable[[Followed], Array], percentile: float, found: Followed) -> float:
-    return float(np.percentile(seconds(found), percentile))
+def _late(seconds: Callable[[Followed], Array], percentile: float, latencies: Followed) -> float:
+    return float(np.percentile(seconds(latencies), percentile))
 
 
 def followed(force: Force, whole: Force, attributes: int, moves: int, seed: int = 1) -> Followed:
@@ -100,7 +101,7 @@ def followed(force: Force, whole: Force, attributes: int, moves: int, seed: int 
     """
     line = VirtualLine(Wire(Firmware(TwinPlant(seed)), BAUD))
     link = Link("door", line, line.clock_s)
-    line.each_ms = lambda t_ms: link.beat() if t_ms % BEAT_MS == 0 else None
+    line.every_ms = lambda t_ms: link.beat() if t_ms % BEAT_MS == 0 else None
     return _followed(link, line, force, whole, attributes, moves, np.random.Generator(np.random.PCG64(seed)))
 
 
@@ -109,16 +110,16 @@ def _followed(
 ) -> Followed:
     setting: Setting = (NEUTRAL,) * attributes
 
-    def made(now: Setting) -> tuple[float, ...]:
-        begun_s = time.perf_counter()
+    def design(now: Setting) -> tuple[float, ...]:
+        start_s = time.perf_counter()
         forces = tuple(force(now).tolist())
-        line.run(max(1, round(1000 * (time.perf_counter() - begun_s))))
+        line.run(max(1, round(1000 * (time.perf_counter() - start_s))))
         return forces
 
-    begun = np.array(made(setting))
-    live: LiveDoor[Setting] = LiveDoor(lambda: setting, made, setting)
+    first_force = np.array(design(setting))
+    live: LiveDoor[Setting] = LiveDoor(lambda: setting, design, setting)
     moved_ns, due_ns = {setting: line.now_ns()}, 0
-    profile = profile_for_door(begun.tolist(), HANDLE_RADIUS_M, Limits())
+    profile = profile_for_door(first_force.tolist(), HANDLE_RADIUS_M, Limits())
     dialogue.greet(link)
     dialogue.upload(link, profile)
     dialogue.play(link, profile)
@@ -133,19 +134,19 @@ def _followed(
             why = dialogue.change(link, change_for_door(new, HANDLE_RADIUS_M, Limits(), END_DEG))
             live.took(line.now_ns(), why)
         link.wait(lambda: False, 0.001)
-    return _latencies(live, moved_ns, begun, whole)
+    return _latencies(live, moved_ns, first_force, whole)
 
 
-def _latencies(live: LiveDoor[Setting], moved_ns: Mapping[Setting, int], begun: Array, whole: Force) -> Followed:
+def _latencies(live: LiveDoor[Setting], moved_ns: Mapping[Setting, int], first_force: Array, whole: Force) -> Followed:
     """Return the latencies of all changes that the door has taken. Raise ValueError where it refused one."""
-    taken, felt, off, before = [], [], [], begun
+    latency_s, complete_s, squared_error, before = [], [], [], first_force
     for change in live.changes:
         if change.taken_ns is None:
             raise ValueError(f"the twin stayed as it was: {change.why}")
         force = np.array(change.force_N)
         passage_s = max(PASSAGE_TICKS / 1000, float(np.abs(force - before).max()) * HANDLE_RADIUS_M / FASTEST_NM_S)
-        taken.append((change.taken_ns - moved_ns[change.wish]) / 1e9)
-        felt.append(taken[-1] + passage_s)
-        off.append(np.mean((force - whole(change.wish)) ** 2))
+        latency_s.append((change.taken_ns - moved_ns[change.wish]) / 1e9)
+        complete_s.append(latency_s[-1] + passage_s)
+        squared_error.append(np.mean((force - whole(change.wish)) ** 2))
         before = force
-    return Followed(np.array(taken), np.array(felt), float(np.sqrt(np.mean(off))), live.missed)
+    return Followed(np.array(latency_s), np.array(complete_s), float(np.sqrt(np.mean(squared_error))), live.missed)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.precomputed import constant, precomputed_case
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
 from palpate.modeling.doors.evaluation.evaluate import floors
 from palpate.modeling.doors.evaluation.method_rows import attainable, loop_rows, method_rows
@@ -41,7 +42,7 @@ SINGLE = 25
 
 
 @dataclass(frozen=True)
-class Found:
+class Trained:
     """The results of one training: all figures, the folder of the exported models, the time in all."""
 
     rated: Rated
@@ -51,7 +52,7 @@ class Found:
     workers: int
 
     @property
-    def given(self) -> str:
+    def input_name(self) -> str:
         """The data, as named in a row."""
         data, folds = self.rated.data, len(self.results.domain.splits["grouped"])
         return f"{len(data)} profiles x {len(self.rated.individual.people)} people, {folds} folds"
@@ -73,46 +74,46 @@ def cases(quick: bool, options: DoorOptions | None = None, rated: Rated | None =
     """
     with tempfile.TemporaryDirectory() as folder:
         people = QUICK_PEOPLE if quick else PEOPLE
-        found = trained(quick, Path(folder), options, rated or simulated_ratings(people))
-        yield from _forward(found)
-        yield from _inverse(found)
-        yield from _floors(found)
-        yield from _slowest(found)
-        yield from _training(found)
+        trained = train_all(quick, Path(folder), options, rated or simulated_ratings(people))
+        yield from _forward(trained)
+        yield from _inverse(trained)
+        yield from _floors(trained)
+        yield from _slowest(trained)
+        yield from _training(trained)
 
 
-def trained(
+def train_all(
     quick: bool, folder: Path, options: DoorOptions | None, rated: Rated, clock: Clock = time.perf_counter
-) -> Found:
-    """Train and ask every method once; the exported models stay in the folder."""
+) -> Trained:
+    """Train and evaluate every method once; the exported models stay in the folder."""
     base = options or DoorOptions(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
-    asked = replace(base, beside=False, work=folder / "jobs", files=folder / "models")
+    train_options = replace(base, beside=False, work=folder / "jobs", files=folder / "models")
     start = clock()
-    results = evaluate_methods(domain_for(rated.data, asked), asked)
-    workers = asked.workers or os.cpu_count() or 1
-    return Found(rated, results, folder / "models", clock() - start, workers)
+    results = evaluate_methods(domain_for(rated.data, train_options), train_options)
+    workers = train_options.workers or os.cpu_count() or 1
+    return Trained(rated, results, folder / "models", clock() - start, workers)
 
 
-def named(way: Direction, method: str) -> str:
+def method_name(way: Direction, method: str) -> str:
     """Return a method's name in the table; the shipped defaults, the reference of the others' times, are marked."""
     return f"palpate, {method}" if method == DEFAULT[way] else method
 
 
-def _forward(found: Found) -> Iterator[Case]:
+def _forward(trained: Trained) -> Iterator[Case]:
     kind, case = "MAE of mean ratings, 0 to 100, grouped folds", "force to feeling"
-    given = found.rated.data.force_N
-    for row in found.rows("forward"):
-        yield _answer(found, case, "forward", row, kind, row["mae"], given)
-    yield Case(AREA, case, "a perfect predictor (noise ceiling)", found.given, len(found.rated.data), kind,
-               partial(noise_ceiling, found.rated), _ceiling_mae, 1)  # fmt: skip
+    forces = trained.rated.data.force_N
+    for row in trained.rows("forward"):
+        yield _answer(trained, case, "forward", row, kind, row["mae"], forces)
+    yield Case(AREA, case, "a perfect predictor (noise ceiling)", trained.input_name, len(trained.rated.data), kind,
+               partial(noise_ceiling, trained.rated), _ceiling_mae, 1)  # fmt: skip
 
 
-def _ceiling_mae(found: Ceiling) -> float:
-    return float(found.mae[-1])
+def _ceiling_mae(ceiling: Ceiling) -> float:
+    return float(ceiling.mae[-1])
 
 
-def _inverse(found: Found) -> Iterator[Case]:
-    wishes = found.results.domain.scaling.rating_up(found.rated.data.rating)
+def _inverse(trained: Trained) -> Iterator[Case]:
+    wishes = trained.results.domain.scaling.rating_up(trained.rated.data.rating)
     ends = corners(wishes.shape[1])
     for name, kind in (
         ("loop_fresh", "loop: mean off the wish, 0 to 100, by fresh simulated people"),
@@ -120,69 +121,69 @@ def _inverse(found: Found) -> Iterator[Case]:
         ("loop_judge", "loop: mean off the wish, 0 to 100, by the forward model"),
         ("waveform_mae", "waveform MAE, % of the range of forces, grouped folds"),
     ):
-        for row in found.rows("inverse"):
-            yield _answer(found, "feeling to force", "inverse", row, kind, row[name], wishes)
+        for row in trained.rows("inverse"):
+            yield _answer(trained, "feeling to force", "inverse", row, kind, row[name], wishes)
     kind = "loop, wishes that can be had: of the attribute that is farthest off"
-    for row, worst in zip(found.rows("inverse"), _farthest(found), strict=True):
-        yield _answer(found, "feeling to force", "inverse", row, kind, worst, wishes)
+    for row, worst in zip(trained.rows("inverse"), _farthest(trained), strict=True):
+        yield _answer(trained, "feeling to force", "inverse", row, kind, worst, wishes)
     kind = "corners that come to a profile beyond the limits"
-    for row in found.rows("inverse"):
+    for row in trained.rows("inverse"):
         yield _answer(
-            found, f"{len(ends)} corners", "inverse", row, kind, row["corners_unplayable"], ends, at_once=True
+            trained, f"{len(ends)} corners", "inverse", row, kind, row["corners_unplayable"], ends, at_once=True
         )
 
 
-def _farthest(found: Found) -> list[float]:
-    methods = found.results.methods("inverse")
+def _farthest(trained: Trained) -> list[float]:
+    methods = trained.results.methods("inverse")
     within = attainable(methods)
-    return [max(row["loop_attainable"] for row in loop_rows(each, within)) for each in methods]
+    return [max(row["loop_attainable"] for row in loop_rows(method, within)) for method in methods]
 
 
-def _floors(found: Found) -> Iterator[Case]:
+def _floors(trained: Trained) -> Iterator[Case]:
     kind = "waveform MAE, % of the range of forces, grouped folds"
-    for row in floors(found.results.domain):
-        run = partial(floors, found.results.domain)
-        yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"], 1)
+    for row in floors(trained.results.domain):
+        run = partial(floors, trained.results.domain)
+        yield _case(trained, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"], 1)
 
 
-def _slowest(found: Found) -> Iterator[Case]:
+def _slowest(trained: Trained) -> Iterator[Case]:
     """Yield the 99th percentile of single answers, for which a person at the slider waits."""
-    wishes = found.results.domain.scaling.rating_up(found.rated.data.rating)
-    for way, what, given in (
-        ("forward", "a prediction", found.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
-    ):  # fmt: skip
-        for method in (each["method"] for each in found.rows("forward" if way == "forward" else "inverse")):
-            side: Direction = "forward" if way == "forward" else "inverse"
-            if (model := found.model(side, method)) is None:
+    wishes = trained.results.domain.scaling.rating_up(trained.rated.data.rating)
+    directions: tuple[tuple[Direction, str, Array], ...] = (
+        ("forward", "a prediction", trained.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
+    )  # fmt: skip
+    for way, what, inputs in directions:
+        for method in (row["method"] for row in trained.rows(way)):
+            if (model := trained.model(way, method)) is None:
                 continue
-            run = partial(_one, model, given)
-            yield Case(AREA, what, named(side, method), found.given, 1, f"ms, 99th percentile of {ANSWERS}", run,
-                       partial(_p99, model, given), SINGLE)  # fmt: skip
+            run = partial(_one, model, inputs)
+            yield Case(AREA, what, method_name(way, method), trained.input_name, 1,
+                       f"ms, 99th percentile of {ANSWERS}", run, partial(_p99, model, inputs), SINGLE)  # fmt: skip
 
 
-def _training(found: Found) -> Iterator[Case]:
+def _training(trained: Trained) -> Iterator[Case]:
     """Yield each training's result and its cost: seconds of all folds together, timed while training."""
-    note = f"time of training, sum over the folds, {found.workers} at a time"
-    forward, inverse = found.rows("forward"), found.rows("inverse")
+    note = f"time of training, sum over the folds, {trained.workers} at a time"
+    forward, inverse = trained.rows("forward"), trained.rows("inverse")
     for row in forward:
         kind = f"MAE of mean ratings, 0 to 100; {note}"
-        yield _told_case(found, "training, force to feeling", named("forward", row["method"]), kind, row["mae"],
-                         row["train_s"])  # fmt: skip
+        method = method_name("forward", row["method"])
+        yield _known_case(trained, "training, force to feeling", method, kind, row["mae"], row["train_s"])
     kind, case = f"loop: mean off the wish, 0 to 100, by fresh simulated people; {note}", "training, feeling to force"
     for row in inverse:
-        yield _told_case(found, case, named("inverse", row["method"]), kind, row["loop_fresh"], row["train_s"])
+        yield _known_case(trained, case, method_name("inverse", row["method"]), kind, row["loop_fresh"], row["train_s"])
     networks = [row for row in (*forward, *inverse) if row["method"] == THESIS]
     if len(networks) > 1:
         both = sum(row["train_s"] for row in networks)
-        yield _told_case(found, case, "both networks of the thesis", kind, networks[1]["loop_fresh"], both)
+        yield _known_case(trained, case, "both networks of the thesis", kind, networks[1]["loop_fresh"], both)
     if inverse:
         least = min(row["loop_fresh"] for row in inverse)
         whole = "the least loop error; time from the first training to the last answer"
-        yield _told_case(found, case, "all methods", whole, least, found.seconds)
+        yield _known_case(trained, case, "all methods", whole, least, trained.seconds)
 
 
 def _case(
-    found: Found,
+    trained: Trained,
     case: str,
     method: str,
     kind: str,
@@ -190,51 +191,39 @@ def _case(
     error: float | None,
     repeats: int = SINGLE,
 ) -> Case:
-    return Case(AREA, case, method, found.given, len(found.rated.data), kind, run, partial(_told, error), repeats)
-
-
-def _told(error: float | None, _answer: object) -> float | None:
-    return error
+    return Case(AREA, case, method, trained.input_name, len(trained.rated.data), kind, run, constant(error), repeats)
 
 
 def _answer(
-    found: Found, case: str, way: Direction, row: Row, kind: str, error: float | None, given: Array,
+    trained: Trained, case: str, way: Direction, row: Row, kind: str, error: float | None, inputs: Array,
     at_once: bool = False,
 ) -> Case:  # fmt: skip
     """Return a method's error beside its file's time for one answer (`given`), or for all at once (`at_once`).
 
     A method without a file answered during its evaluation; its time is from then.
     """
-    method, model = named(way, row["method"]), found.model(way, row["method"])
+    method, model = method_name(way, row["method"]), trained.model(way, row["method"])
     if model is None:
-        seconds = 1e-3 * row["trained_ms"] * (len(given) if at_once else 1)
-        return _told_case(found, case, f"{method} (no file)", kind, error, seconds)
-    run = partial(model.run, given if at_once else given[0])
-    return _case(found, case, method, kind, run, error, 1 if at_once else SINGLE)
+        seconds = 1e-3 * row["trained_ms"] * (len(inputs) if at_once else 1)
+        return _known_case(trained, case, f"{method} (no file)", kind, error, seconds)
+    run = partial(model.run, inputs if at_once else inputs[0])
+    return _case(trained, case, method, kind, run, error, 1 if at_once else SINGLE)
 
 
-def _told_case(found: Found, case: str, method: str, kind: str, error: float | None, seconds: float) -> Case:
-    """Return a case whose error and time were both measured before."""
-    return replace(_case(found, case, method, kind, _nothing, error), seconds=partial(_taken, seconds))
+def _known_case(trained: Trained, case: str, method: str, kind: str, error: float | None, seconds: float) -> Case:
+    n = len(trained.rated.data)
+    return precomputed_case(AREA, case, method, trained.input_name, n, kind, error, seconds)
 
 
-def _nothing() -> None:
-    """Do nothing: there is nothing to run again."""
-
-
-def _taken(seconds: float, _answer: object) -> float:
-    return seconds
-
-
-def _one(model: Model, given: Array) -> Array:
+def _one(model: Model, inputs: Array) -> Array:
     """Return one answer."""
-    return model.run(given[0])
+    return model.run(inputs[0])
 
 
-def _p99(model: Model, given: Array, _answer: object, clock: Clock = time.perf_counter) -> float:
+def _p99(model: Model, inputs: Array, _answer: object, clock: Clock = time.perf_counter) -> float:
     times = []
     for i in range(ANSWERS):
         start = clock()
-        model.run(given[i % len(given)])
+        model.run(inputs[i % len(inputs)])
         times.append(clock() - start)
     return 1e3 * float(np.percentile(times, 99))

@@ -17,7 +17,7 @@ from benchmarks.keyswitch.bump import bump
 from benchmarks.keyswitch.curves import KINDS
 from benchmarks.keyswitch.networks import classifier
 from benchmarks.keyswitch.outcome import Fitted
-from benchmarks.keyswitch.reconstructing import answered, centring_of, settings_of
+from benchmarks.keyswitch.reconstructing import centring_of, predict, settings_of
 from benchmarks.keyswitch.settings import Size
 from palpate.modeling.training.loop import train
 from palpate.modeling.training.seeding import seeded
@@ -33,21 +33,21 @@ WEIGHTS = "balanced"
 def commonest(train_rows: Array, kinds: Indices, _code: int, _size: Size, _report: Report) -> Fitted:
     """Predict the most frequent kind for every switch."""
     fitted = DummyClassifier(strategy="most_frequent").fit(train_rows, kinds)
-    return lambda held: np.asarray(fitted.predict(held))
+    return lambda curves: np.asarray(fitted.predict(curves))
 
 
 def ridge(train_rows: Array, kinds: Indices, code: int, _size: Size, _report: Report) -> Fitted:
     """Fit ridge regression on principal components, the penalty by leave-one-out within the training side."""
     steps = PCA(code, svd_solver="full"), StandardScaler(), RidgeClassifierCV(PENALTIES, class_weight=WEIGHTS)
     fitted = make_pipeline(*steps).fit(train_rows, kinds)
-    return lambda held: np.asarray(fitted.predict(held))
+    return lambda curves: np.asarray(fitted.predict(curves))
 
 
 def tree(train_rows: Array, kinds: Indices, _code: int, size: Size, _report: Report) -> Fitted:
     """Fit a decision tree of depth 2 on three numbers of the bump."""
     fitted = DecisionTreeClassifier(max_depth=2, class_weight=WEIGHTS, random_state=size.seed)
     fitted.fit(bump(train_rows), kinds)
-    return lambda held: np.asarray(fitted.predict(bump(held)))
+    return lambda curves: np.asarray(fitted.predict(bump(curves)))
 
 
 def network(train_rows: Array, kinds: Indices, _code: int, size: Size, report: Report) -> Fitted:
@@ -60,7 +60,7 @@ def network(train_rows: Array, kinds: Indices, _code: int, size: Size, report: R
     inputs = pairs(centring.up(train_rows), kinds).inputs
     loss = nn.CrossEntropyLoss(weight=weights)
     train(model, Pairs(inputs, torch.from_numpy(kinds)), None, loss, settings_of(size), report=report)
-    return lambda held: np.argmax(answered(model, centring.up(held), size), axis=1)
+    return lambda curves: np.argmax(predict(model, centring.up(curves), size), axis=1)
 
 
 METHODS = {"commonest kind": commonest, "ridge on PCA": ridge, "tree on the bump": tree, "network": network}

@@ -70,10 +70,10 @@ def compare(
 
     Without `curves` the shipped ones. Raises JobError where a job was refused.
     """
-    given = measured() if curves is None else curves
-    parts = [Part(*way, fold, size, given) for way in ways(size) for fold in range(size.folds)]
+    all_curves = measured() if curves is None else curves
+    parts = [Part(*way, fold, size, all_curves) for way in ways(size) for fold in range(size.folds)]
     outcomes = run_jobs(outcome, parts, workers=workers, cluster=cluster, threads=size.threads, report=report)
-    return tuple(row_of(way, given, size, outcomes[at : at + size.folds]) for way, at in _places(size))
+    return tuple(row_of(way, all_curves, size, outcomes[at : at + size.folds]) for way, at in _places(size))
 
 
 def ways(size: Size) -> Iterator[tuple[str, str, int | None]]:
@@ -89,12 +89,12 @@ def ways(size: Size) -> Iterator[tuple[str, str, int | None]]:
 def folds(curves: Curves, size: Size) -> list[tuple[Indices, Indices]]:
     """Return training and held-out rows: families on one side, kinds about equally often."""
     split = StratifiedGroupKFold(size.folds, shuffle=True, random_state=size.seed)
-    return [(train, held) for train, held in split.split(curves.force_gf, curves.kind, curves.family)]
+    return [(train, held_out) for train, held_out in split.split(curves.force_gf, curves.kind, curves.family)]
 
 
 def outcome(part: Part, clock: Clock = time.perf_counter) -> Outcome:
     """Return the method's outcome on the held-out switches of its fold, scaled by the training side alone."""
-    train, held = folds(part.curves, part.size)[part.fold]
+    train, held_out = folds(part.curves, part.size)[part.fold]
     curves = part.curves.force_gf
     low, spread = curves[train].mean(), curves[train].std()
     if not spread > 0:
@@ -103,10 +103,10 @@ def outcome(part: Part, clock: Clock = time.perf_counter) -> Outcome:
     code, size = part.code or 0, part.size
     if part.task == KIND:
         fit_kind, kinds = classifying.METHODS[part.method], part.curves.kind[train]
-        return timed(lambda: fit_kind(scaled[train], kinds, code, size, silent), scaled[held], clock)
+        return timed(lambda: fit_kind(scaled[train], kinds, code, size, silent), scaled[held_out], clock)
     fit = reconstructing.METHODS[part.method]
-    found = timed(lambda: fit(scaled[train], code, size, silent), scaled[held], clock)
-    return Outcome(found.answer * spread + low, found.training_s, found.inference_s)
+    scaled_outcome = timed(lambda: fit(scaled[train], code, size, silent), scaled[held_out], clock)
+    return Outcome(scaled_outcome.answer * spread + low, scaled_outcome.training_s, scaled_outcome.inference_s)
 
 
 def _places(size: Size) -> Iterator[tuple[tuple[str, str, int | None], int]]:
@@ -115,10 +115,10 @@ def _places(size: Size) -> Iterator[tuple[tuple[str, str, int | None], int]]:
 
 def row_of(way: tuple[str, str, int | None], curves: Curves, size: Size, outcomes: Sequence[Outcome]) -> Row:
     """Return the row of one method from the outcomes of its folds, in order."""
-    held = np.concatenate([rows for _, rows in folds(curves, size)])
+    held_out = np.concatenate([rows for _, rows in folds(curves, size)])
     answer = np.concatenate([outcome.answer for outcome in outcomes])
-    judged: Any = _wrong if way[0] == KIND else _off
-    error, second, unit = judged(answer, (curves.kind if way[0] == KIND else curves.force_gf)[held])
+    errors_of: Any = _wrong if way[0] == KIND else _off
+    error, second, unit = errors_of(answer, (curves.kind if way[0] == KIND else curves.force_gf)[held_out])
     training = float(np.mean([outcome.training_s for outcome in outcomes]))
     return Row(*way, error, second, unit, training, float(np.mean([outcome.inference_s for outcome in outcomes])))
 

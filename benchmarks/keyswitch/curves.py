@@ -47,14 +47,14 @@ def measured(folder: Path = MEASURED) -> Curves:
     """Return the 119 shipped curves (NOTICE beside them). Raise CurveError on an invalid file, line or number."""
     curves, kinds = folder / CURVES, folder / KINDS_FILE
     rows = list(_lines(curves, 2 + POINTS))
-    told = {line[0]: line for line in _lines(kinds, 4)}
+    kind_lines = {line[0]: line for line in _lines(kinds, 4)}
     names = tuple(line[0] for line in rows)
-    if unlike := sorted(set(names) ^ set(told)):
+    if unlike := sorted(set(names) ^ set(kind_lines)):
         raise CurveError(f"{curves} and {kinds} name different switches: {', '.join(unlike[:3])}.")
-    makers = tuple(told[name][3] for name in names)
+    makers = tuple(kind_lines[name][3] for name in names)
     numbers = np.array([_numbers(curves, line) for line in rows])
     digest = hashlib.sha256(curves.read_bytes() + kinds.read_bytes()).hexdigest()
-    kind = np.array([_kind(kinds, told[name]) for name in names])
+    kind = np.array([_kind(kinds, kind_lines[name]) for name in names])
     return Curves(names, makers, families(names, makers), kind, numbers[:, 0], numbers[:, 1:], digest)
 
 

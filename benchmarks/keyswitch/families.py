@@ -21,12 +21,12 @@ def families(names: Sequence[str], makers: Sequence[str]) -> tuple[str, ...]:
         linked.join(("switch", name), *(("brand", word) for word in name.split() if word in brands))
         if maker:
             linked.join(("switch", name), ("maker", maker))
-    return _named(names, [linked.root(("switch", name)) for name in names])
+    return _names_of_families(names, [linked.root(("switch", name)) for name in names])
 
 
-def _named(names: Sequence[str], roots: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+def _names_of_families(names: Sequence[str], groups: Iterable[tuple[str, str]]) -> tuple[str, ...]:
     first: dict[tuple[str, str], str] = {}
-    return tuple(first.setdefault(root, name) for name, root in zip(names, roots, strict=True))
+    return tuple(first.setdefault(root, name) for name, root in zip(names, groups, strict=True))
 
 
 class _Linked:

@@ -21,10 +21,10 @@ class Outcome:
     inference_s: float
 
 
-def timed(fit: Callable[[], Fitted], held: Array, clock: Clock) -> Outcome:
+def timed(fit: Callable[[], Fitted], held_out: Array, clock: Clock) -> Outcome:
     """Fit, then answer for the held-out rows in one batch."""
     began = clock()
     fitted = fit()
     between = clock()
-    answer = fitted(held)
-    return Outcome(answer, between - began, (clock() - between) / len(held))
+    answer = fitted(held_out)
+    return Outcome(answer, between - began, (clock() - between) / len(held_out))

@@ -24,13 +24,13 @@ from palpate.signals.arrays import Array
 def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:
     """Predict the mean of the training curves for every switch, without a code."""
     mean = train_rows.mean(axis=0)
-    return lambda held: np.broadcast_to(mean, held.shape)
+    return lambda curves: np.broadcast_to(mean, curves.shape)
 
 
 def pca(train_rows: Array, code: int, _size: Size, _report: Report) -> Fitted:
     """Fit the best linear code of this size to the training curves (principal components)."""
     fitted = PCA(code, svd_solver="full").fit(train_rows)
-    return lambda held: np.asarray(fitted.inverse_transform(fitted.transform(held)))
+    return lambda curves: np.asarray(fitted.inverse_transform(fitted.transform(curves)))
 
 
 def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
@@ -38,7 +38,7 @@ def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
     model, centring = seeded(lambda: Reconstruction(code), size.seed), centring_of(train_rows)
     rows = centring.up(train_rows)
     train(model, pairs(rows, rows), None, nn.functional.mse_loss, settings_of(size), report=report)
-    return lambda held: centring.down(answered(model, centring.up(held), size))
+    return lambda curves: centring.down(predict(model, centring.up(curves), size))
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ def settings_of(size: Size) -> Settings:
     )  # fmt: skip
 
 
-def answered(model: nn.Module, held: Array, size: Size) -> Array:
+def predict(model: nn.Module, curves: Array, size: Size) -> Array:
     """Return the trained network's answer to all rows at once."""
     with training_state(size.seed, size.threads), torch.inference_mode():
-        found: Array = model(torch.from_numpy(held.astype(np.float32))).numpy().astype(np.float64)
-    return found
+        restored: Array = model(torch.from_numpy(curves.astype(np.float32))).numpy().astype(np.float64)
+    return restored
 
 
 METHODS = {"mean curve": mean_curve, "PCA": pca, "network": network}

@@ -10,11 +10,11 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import torch
 
+from benchmarks.precomputed import precomputed_case
 from benchmarks.synthesis.stock_foten import DELTA, train_plainly
 from palpate.modeling.textures.fitting import Rows, answers, rows_of
 from palpate.modeling.textures.foten import SETTINGS
@@ -108,16 +108,4 @@ def _mae(network: Foten, rows: Rows) -> float:
 def _case(what: str, way: Way, given: str, n: int, kind: str, outcome: Outcome) -> Case:
     case = f"training FoTEN, {what}"
     name = way.name if outcome.epochs == 1 else f"{way.name}, {outcome.epochs} epochs"
-    return Case(AREA, case, name, given, n, kind, _nothing, partial(_error, outcome), 1, partial(_seconds, outcome))
-
-
-def _nothing() -> None:
-    """Do nothing: the training was already timed."""
-
-
-def _error(outcome: Outcome, _found: object) -> float:
-    return outcome.mae
-
-
-def _seconds(outcome: Outcome, _found: object) -> float:
-    return outcome.seconds
+    return precomputed_case(AREA, case, name, given, n, kind, outcome.mae, outcome.seconds)

@@ -9,16 +9,16 @@ from palpate.modeling.library.search import wishes_of
 
 
 def test_the_search_finds_what_the_exhaustive_one_finds_and_sure_means_do_not():
-    library = bench.made_up(60)
+    library = bench.random_library(60)
     wishes = [wishes_of(library, [text]) for text in bench.WISHES]
     exact = [bench.exhaustive(library.textures, each) for each in wishes]
-    found = bench.searched(library.textures, wishes)
-    assert bench.fit_error(exact, found) < 1e-9 and bench.missed(exact, found) == 0
-    assert bench.missed(exact, bench.searched(bench.surely(library), wishes)) > 0
+    found = bench.search_all(library.textures, wishes)
+    assert bench.fit_error(exact, found) < 1e-9 and bench.share_missed(exact, found) == 0
+    assert bench.share_missed(exact, bench.search_all(bench.without_uncertainty(library), wishes)) > 0
 
 
 def test_the_exhaustive_search_is_an_integral():
-    library = bench.made_up(3)
+    library = bench.random_library(3)
     (wish,) = wishes_of(library, ["rough"])
     entry = library.textures[1]
     low, high = entry.rated.mean[0] - 9 * entry.rated.se[0], entry.rated.mean[0] + 9 * entry.rated.se[0]

@@ -49,7 +49,7 @@ def test_the_true_response_is_the_twins_formula():
 
 
 def test_a_silent_second_is_a_wrong_strength():
-    wished = actuator.commanded(4)
+    wished = actuator.commanded_signal(4)
     assert actuator.strength_error_dB(wished, wished) == pytest.approx(0, abs=1e-9)
     assert actuator.strength_error_dB(wished, wished / 2) == pytest.approx(20 * math.log10(2))
 
@@ -75,7 +75,7 @@ def test_the_noise_has_the_level_and_the_spectrum_that_it_declares():
 
 
 def test_pink_noise_taken_for_white_is_wrong_by_decibels():
-    assert sound.spectrum_error_db("white", sound.played("pink")) > 10
+    assert sound.spectrum_error_db("white", sound.play_once("pink")) > 10
 
 
 def test_pictures_are_judged_as_they_are():

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.attributes.folds import whole_folds
-from benchmarks.attributes.material import made_up
+from benchmarks.attributes.material import random_material
 from benchmarks.attributes.methods import AREA, cases
 from palpate.analysis.measuring.rows import MEASURED, REFUSED, measure
 from palpate.modeling.attributes.methods import Method
@@ -46,7 +46,7 @@ def test_nothing_stays_behind(tmp_path, monkeypatch):
 
 
 def test_made_up_textures_are_the_same_ones_each_time():
-    one, again, other = made_up(4, 3, 2), made_up(4, 3, 2), made_up(4, 3, 2, seed=1)
+    one, again, other = random_material(4, 3, 2), random_material(4, 3, 2), random_material(4, 3, 2, seed=1)
     assert (one.textures[2].touch["dwt"] == again.textures[2].touch["dwt"]).all()
     assert (one.textures[2].touch["dwt"] != other.textures[2].touch["dwt"]).all()
     assert {kind: rows.shape for kind, rows in one.textures[0].sight.items()} == {"resnet": (2, 2048), "glcm": (2, 256)}

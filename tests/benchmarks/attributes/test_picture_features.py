@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.attributes.picture_features import cases, counted
+from benchmarks.attributes.picture_features import cases, count_pairs
 from palpate.analysis.features.pictures import SIDE
 
 
@@ -16,7 +16,7 @@ def test_both_ways_give_what_counting_gives():
 
 
 def test_counting_by_hand():
-    found = counted(np.array([[0.0, 1.0], [0.0, 0.0]], np.float32)).reshape(16, 16)
+    found = count_pairs(np.array([[0.0, 1.0], [0.0, 0.0]], np.float32)).reshape(16, 16)
     assert found.sum() == pytest.approx(1)
     assert found[0, 15] == found[15, 0] == pytest.approx((1 / 4 + 1 / 4 + 0 + 1 / 2) / 4)
     assert found[15, 15] == 0

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.doors.models import AREA, Found, cases
+from benchmarks.doors.models import AREA, Trained, cases
 from palpate.analysis.measuring.rows import MEASURED, measure
 from tests.modeling.doors.small_evaluation import options, small_rated
 
@@ -54,7 +54,7 @@ def test_a_training_stands_with_its_methods_error_and_the_seconds_that_it_took(r
 
 
 def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
-    monkeypatch.setattr(Found, "model", lambda *_: None)
+    monkeypatch.setattr(Trained, "model", lambda *_: None)
     asked = options("mean", "nearest", folds=2, quick=True)
     of_mean = [case for case in cases(True, asked, small_rated()) if case.method == "mean (no file)"]
     row = measure(of_mean[0])

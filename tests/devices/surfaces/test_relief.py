@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.surfaces import rolled
+from benchmarks.surfaces import dilate
 from palpate.devices.surfaces.fields import SIZE_MM, chance, self_affine
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import PATTERNS, read_surfaces
@@ -70,7 +70,7 @@ def test_a_pattern_has_its_pitch():
 @pytest.mark.parametrize(("name", "error_um"), [("T01", 0.5), ("T19", 1.0), ("T48", 2.0), ("T50", 12.0)])
 def test_tracing_by_rows_and_columns_is_near_a_real_sphere(name, error_um):
     height = relief(TABLE[name], pixels=SMALL).height_um
-    found, exact = traced(height), rolled(height)
+    found, exact = traced(height), dilate(height)
     assert (found >= height).all() and np.sqrt(np.mean((found - exact) ** 2)) < error_um
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, lfilter_zi
 
-from benchmarks.tablet_errors import Stroke, errors, felt
+from benchmarks.tablet_errors import Stroke, convert_reports, errors
 from palpate.devices.device import DeviceError
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.pipeline import Lowpass, Shape, Stylus, delay_s
@@ -23,7 +23,7 @@ def stroke(speed_mm_s, pressure=0.5, seconds=0.5, first=0.0):
 
 
 def at(reports, seconds, shape=None):
-    return np.array(felt(shape or Shape(report_hz=1 / T), reports, seconds))
+    return np.array(convert_reports(shape or Shape(report_hz=1 / T), reports, seconds))
 
 
 @pytest.mark.parametrize(("cutoff", "rate"), [(20, 1000), (5, 1000), (200, 1000), (0.1, 1000)])
@@ -60,7 +60,7 @@ def test_the_low_passes_delay_is_the_stated():
 @pytest.mark.parametrize("upsampling", ["hold", "line"])
 def test_delay_and_error_are_as_stated(upsampling):
     shape, round_ = Shape(upsampling=upsampling), Stroke(frequency_hz=0.8)
-    out = felt(shape, round_.reports(shape, 11.0), 11.0)
+    out = convert_reports(shape, round_.reports(shape, 11.0), 11.0)
     speed, force = errors(out, 1, round_.speed_mm_s), errors(out, 2, round_.pressed_N)
     assert speed.delay_s == pytest.approx(shape.speed_delay_s, abs=0.0004)
     assert force.delay_s == pytest.approx(shape.force_delay_s, abs=0.0004)
@@ -127,7 +127,7 @@ def test_reports_that_come_bunched_by_a_frame_give_no_nonsense(upsampling):
         for frame in range(120)
         for k in range(3)
     ]
-    out = np.array(felt(shape, bunched, 1.9))
+    out = np.array(convert_reports(shape, bunched, 1.9))
     assert out[200:, 1].min() > 90
     assert out[200:, 1].max() < 110
 

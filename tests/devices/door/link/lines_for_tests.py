@@ -32,7 +32,7 @@ class Bench:
         self.line = VirtualLine(Wire(self.firmware))
         self.link = None
         self.closed = 0
-        self.line.each_ms = self._each_ms
+        self.line.every_ms = self._every_ms
 
     def connect(self):
         self.link = Link("door", self.line, self.line.clock_s, Timing())
@@ -43,7 +43,7 @@ class Bench:
         self.closed += 1
         self.link = None
 
-    def _each_ms(self, t_ms):
+    def _every_ms(self, t_ms):
         if self.link is not None and self.beats and t_ms % 10 == 0:
             self.link.beat()
 

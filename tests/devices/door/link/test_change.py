@@ -71,13 +71,13 @@ def test_the_device_passes_over_to_what_it_was_sent_while_it_plays():
 
 def test_heartbeats_go_between_the_parts_of_a_profile_and_not_behind_them():
     bench, link, _ = playing()
-    firmware, beat, late = bench.firmware, bench.line.each_ms, []
+    firmware, beat, late = bench.firmware, bench.line.every_ms, []
 
-    def each_ms(t_ms):
+    def every_ms(t_ms):
         late.append(firmware.t_ms - firmware.beat_ms)
         beat(t_ms)
 
-    bench.line.each_ms = each_ms
+    bench.line.every_ms = every_ms
     assert dialogue.change(link, change_for_door(HEAVY, 0.9, Limits(), 62.0)) == ""
     assert len(late) > 25  # so many ms does the line take for a profile, and 40 ms without a heartbeat are a fault
     assert max(late) <= 15

@@ -1,7 +1,7 @@
 import pytest
 
 from benchmarks.serial import cases, frames_lost
-from benchmarks.serial_drills import DRILLS, drilled
+from benchmarks.serial_drills import DRILLS, run_drill
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault
 
 
@@ -14,7 +14,7 @@ def test_every_case_of_the_bench_is_right():
 
 def test_after_every_drill_the_motor_is_off_and_the_brake_switched_on_within_50_ms():
     for name in DRILLS:
-        found = drilled(name)
+        found = run_drill(name)
         assert found.fault is not Fault.none and found.off_ms <= found.without_motor_ms <= SAFE_WITHIN_MS, name
 
 
