@@ -51,14 +51,14 @@ if TYPE_CHECKING:
     from palpate.analysis.spaces.vectors import property_vectors
     from palpate.analysis.statistics.anova import anova, rm_anova
     from palpate.analysis.statistics.apa import apa_f, apa_p, apa_t
-    from palpate.analysis.statistics.effect_intervals import (
+    from palpate.analysis.statistics.equivalence import equivalence_tests
+    from palpate.analysis.statistics.exact import self_check
+    from palpate.analysis.statistics.f_and_t import (
         dz_interval,
         eta_squared_interval,
         eta_squared_intervals,
         hedges_interval,
     )
-    from palpate.analysis.statistics.equivalence import equivalence_tests
-    from palpate.analysis.statistics.exact import self_check
     from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
     from palpate.analysis.statistics.pairwise import pairwise_tests
     from palpate.analysis.statistics.refusals import StatisticsError

@@ -21,7 +21,7 @@ from scipy.special import gammaincc, logsumexp, ndtr, ndtri, xlogy
 
 from palpate.analysis.choices.counted import Counted
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
+from palpate.analysis.statistics.f_and_t import SMALLEST, adjusted
 from palpate.analysis.statistics.refusals import BadOption, NoEstimate, UnknownColumn, listed
 
 SUM_ZERO = "sum_zero"

@@ -37,8 +37,7 @@ from palpate.analysis.crosschecking.variance_checks import (
     check_pairs,
     check_wilcoxon,
 )
-from palpate.analysis.plans.answers import Answer, Row, Value
-from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.plans.answers import Answer, QuestionResult, Row, Value
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.canonical import json_text
 from palpate.protocols.extras import installed_version

@@ -24,8 +24,7 @@ from palpate.analysis.crosschecking.conditions import (
     refuse,
     wide_table,
 )
-from palpate.analysis.plans.answers import Answer
-from palpate.analysis.regenerating.plan_tests import QuestionResult
+from palpate.analysis.plans.answers import Answer, QuestionResult
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 LEAST_TAIL = 1e-9

@@ -11,8 +11,8 @@ import pandas as pd
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
 from palpate.analysis.ratings.design import Faults, cell_faults
 from palpate.analysis.statistics.anova import anova, rm_anova
+from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
-from palpate.analysis.statistics.pvalues import adjusted
 from palpate.protocols.progress import Progress
 from palpate.protocols.undefined import finite_or_none
 from palpate.protocols.wording import count, phrase

@@ -7,7 +7,7 @@ import pandas as pd
 from scipy.special import gammaincc
 
 from palpate.analysis.mixed_models.model import MixedModel
-from palpate.analysis.statistics.pvalues import SMALLEST, p_note
+from palpate.analysis.statistics.f_and_t import SMALLEST, p_note
 from palpate.analysis.statistics.refusals import NotComparable
 
 COLUMNS = ["parameters", "aic", "bic", "log_likelihood", "deviance", "chi2", "df", "p", "note"]

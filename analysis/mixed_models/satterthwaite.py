@@ -18,7 +18,7 @@ from palpate.analysis.mixed_models.design import Design, Effect, Random
 from palpate.analysis.mixed_models.optimising import FLAT, Optimum, jacobian
 from palpate.analysis.mixed_models.problem import Problem, Reduced, Solved, degrees_of_freedom, solve
 from palpate.analysis.statistics.doubles import Floats, rescaled
-from palpate.analysis.statistics.pvalues import f_tail, p_note, t_critical, t_two_sided
+from palpate.analysis.statistics.f_and_t import f_tail, p_note, t_critical, t_two_sided
 
 FIXED = ["effect", "estimate", "se", "df", "t", "p", "ci_low", "ci_high", "note"]
 EFFECTS = ["Source", "F", "ddof1", "ddof2", "p_unc", "note"]

@@ -20,7 +20,7 @@ from palpate.analysis.ordinal.resampling import Interval, check_interval, w_inte
 from palpate.analysis.statistics.anova import refuse_too_few
 from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.pvalues import SMALLEST, f_tail, p_note
+from palpate.analysis.statistics.f_and_t import SMALLEST, f_tail, p_note
 from palpate.analysis.statistics.refusals import BadOption, BadValue
 
 NO_RANKS = "undefined: every participant gave one and the same value to all conditions"

@@ -24,7 +24,7 @@ from palpate.analysis.ordinal.friedman import NO_RANKS, one_factor, rank_rows, s
 from palpate.analysis.ordinal.ranks import Ints
 from palpate.analysis.statistics.cells import Aggregate, Missing
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
+from palpate.analysis.statistics.f_and_t import SMALLEST, adjusted
 from palpate.analysis.statistics.refusals import BadOption, shown
 
 MOST_STEPS = 50_000_000  # participants times sums times differences, for the exact test

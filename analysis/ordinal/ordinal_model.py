@@ -23,7 +23,7 @@ from palpate.analysis.ordinal.ordinal_data import Coding, Orders, OrdinalData, P
 from palpate.analysis.ordinal.random_intercept import fit_intercepts
 from palpate.analysis.ordinal.resampling import check_interval
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.f_and_t import SMALLEST
 from palpate.analysis.statistics.refusals import (
     BadOption,
     NotConverged,

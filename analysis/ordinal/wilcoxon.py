@@ -25,9 +25,9 @@ from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rou
 from palpate.analysis.ordinal.resampling import check_interval
 from palpate.analysis.statistics.cells import Aggregate, Missing
 from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.f_and_t import SMALLEST, adjusted, p_note
 from palpate.analysis.statistics.groups import gather_groups
 from palpate.analysis.statistics.pairwise import ADJUSTMENTS
-from palpate.analysis.statistics.pvalues import SMALLEST, adjusted, p_note
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Zeros: TypeAlias = Literal["wilcoxon", "pratt"]

@@ -18,8 +18,7 @@ from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
-from palpate.analysis.regenerating.plan_tests import run_tests
-from palpate.analysis.regenerating.regeneration import read_table
+from palpate.analysis.regenerating.regeneration import read_table, run_tests
 from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import staged_files, write_text

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import prod
 from types import MappingProxyType
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.wording import some
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OF_THE_TABLE = (
     "participant", "attribute", "value", "group", "study", "session", "trial", "block", "stimulus",

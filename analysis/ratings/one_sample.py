@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.analysis.statistics.doubles import Floats, scaled
-from palpate.analysis.statistics.pvalues import p_note, t_critical, t_two_sided
+from palpate.analysis.statistics.f_and_t import p_note, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import BadOption
 
 NAN = math.nan

@@ -22,7 +22,7 @@ from palpate.analysis.ratings.person_cells import (
     texts_of,
 )
 from palpate.analysis.statistics.doubles import Floats, differences
-from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.refusals import BadOption, listed
 from palpate.protocols.did_you_mean import nearest
 

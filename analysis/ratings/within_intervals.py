@@ -20,7 +20,7 @@ from palpate.analysis.ratings.person_cells import (
     person_cells,
 )
 from palpate.analysis.statistics.doubles import Floats, centred, differences
-from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import (
     BadOption,
     DuplicatedCells,

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from palpate.analysis.plans.answers import QuestionResult
 from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.outputs import OUTCOMES, STATISTICS, listed
-from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.reports.tables import is_p
 from palpate.analysis.statistics.exact import self_check
 from palpate.analysis.statistics.refusals import SHOWN

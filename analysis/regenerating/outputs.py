@@ -18,10 +18,9 @@ import pandas as pd
 
 from palpate.analysis.crosschecking.checks import FILE as CROSSCHECK
 from palpate.analysis.crosschecking.checks import crosscheck_json
-from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.answers import Answer, QuestionResult
 from palpate.analysis.regenerating.page import numbered_tables, report_html
 from palpate.analysis.regenerating.plan_figures import draw_all
-from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.csv_files import csv_text, json_row, table_csv
 from palpate.analysis.reports.latex import latex_text

@@ -13,12 +13,11 @@ from itertools import groupby
 from palpate.analysis.crosschecking.checks import difference_text, disagreements, line_of, sentence
 from palpate.analysis.figures.interactive import figure_markup
 from palpate.analysis.figures.style import inline_svg
-from palpate.analysis.plans.answers import Row
+from palpate.analysis.plans.answers import QuestionResult, Row
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.analysis.regenerating.plan_tests import QuestionResult
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import (

@@ -1,9 +1,15 @@
-"""A study regenerated: from its raw ledgers to every answer and figure that its analysis plan asks for."""
+"""A study regenerated: from its raw ledgers to every answer and figure that its analysis plan asks for.
+
+Each answer has its inputs' hash, what was missing, and the seconds it took. Missing cells of a question are counted,
+and handled as the plan declares, never averaged away.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import hashlib
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
@@ -12,19 +18,35 @@ import pandas as pd
 
 from palpate.analysis.crosschecking.checks import CrossCheck, cross_check
 from palpate.analysis.first_look.analysis import software
+from palpate.analysis.plans.answers import (
+    COLUMNS,
+    Answer,
+    Kind,
+    Missing,
+    MissingSummary,
+    QuestionResult,
+    Selected,
+    StatisticSettings,
+    columns_named,
+)
+from palpate.analysis.plans.idle import effective, idle_notes
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material, imported_material, read_material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
+from palpate.analysis.plans.where import Where, keeps, kept_rows
 from palpate.analysis.ratings.dataset import Exclusion, Input
-from palpate.analysis.ratings.design_report import data_notes
+from palpate.analysis.ratings.design import CellsRefused, Faults
+from palpate.analysis.ratings.design_report import Place, ProblemKind, data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import collected_sample
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gathered, nothing_of
 from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
-from palpate.analysis.regenerating.plan_tests import QuestionResult, by_name, run_tests
+from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
-from palpate.protocols.progress import Progress
+from palpate.protocols.progress import Clock, Progress
+from palpate.protocols.wording import count
 from palpate.studies.catalogue import STUDY_FILE, names
 from palpate.studies.collecting.collect import open_database
 from palpate.studies.participants.registry import withdrawn
@@ -32,6 +54,18 @@ from palpate.studies.sessions.session_files import ledgers_in
 
 MOST_LETTERS = 300
 """Of what qualifies the data, beside a refusal."""
+OUTCOME = "attribute"
+IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
+ALL = ""
+"""The outcome of a question that is asked once for all outcomes."""
+ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
+WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
+FORBIDDEN: tuple[ProblemKind, ...] = ("duplicate", "undeclared")
+"""What no policy allows: a cell filled more often than planned, or one that the design does not have."""
+
+
+class NoModel(ValueError):
+    """Cells are missing and the plan asks for a model that this kind of test does not have."""
 
 
 @dataclass(frozen=True)
@@ -187,3 +221,186 @@ def read_table(path: Path) -> pd.DataFrame:
         if numbers.notna().equals(table[column].notna()):
             table[column] = numbers
     return table
+
+
+@dataclass(frozen=True)
+class Question:
+    """One test of the plan for one outcome (ALL: for all of them together), and the rows it is asked about."""
+
+    settings: StatisticSettings
+    kind: Kind
+    outcome: str
+    selected: Selected | None
+    refused: str = ""
+
+
+def run_tests(
+    selector: Selector, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
+) -> tuple[QuestionResult, ...]:
+    """Return every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
+    tests, results, digests = selector.plan.tests, [], _Digests()
+    with one_thread():
+        for done, settings in enumerate(tests):
+            for question in _questions(selector, settings):  # one by one: the rows of all would not fit into memory
+                progress(done, len(tests), " ".join((settings.name, question.outcome)))
+                results.append(_answer(selector, question, clock, digests))
+    progress(len(tests), len(tests), "")
+    return tuple(results)
+
+
+def _questions(selector: Selector, settings: StatisticSettings) -> Iterator[Question]:
+    kind = TESTS[settings.test]
+    try:
+        selected = selector.of(settings, kind.takes)
+    except ValueError as refusal:
+        yield Question(settings, kind, ALL, None, str(refusal))
+        return
+    # The outcomes themselves may be a factor of the test, as the items of a questionnaire are.
+    compares_outcomes = OUTCOME in columns_named(settings, COLUMNS)
+    if kind.each == "all" or settings.table is not None or compares_outcomes:
+        yield Question(settings, kind, ALL, selected)
+        return
+    for selection in selector.by_outcome(selected):
+        yield Question(settings, kind, selection.outcome, selection)
+
+
+@dataclass
+class _Digests:
+    """Digests of tables, each made once: many tests ask about the same one."""
+
+    known: dict[int, tuple[pd.DataFrame, str]] = field(default_factory=dict)
+
+    def of(self, table: pd.DataFrame, own: bool) -> str:
+        if id(table) not in self.known:
+            self.known[id(table)] = table, digest(table, own)  # the table too, so that no other one gets its id
+        return self.known[id(table)][1]
+
+
+def _answer(selector: Selector, question: Question, clock: Clock, digests: _Digests) -> QuestionResult:
+    """Return the answer to a question, or the reason why there is none."""
+    settings, kind, selected = question.settings, question.kind, question.selected
+    policy = settings.missing or selector.plan.declared.missing
+    missing = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
+    if selected is None:
+        return QuestionResult(settings, question.outcome, None, question.refused, "", missing, 0.0)
+    own = settings.table is not None
+    start = clock()
+    try:
+        if kind.complete is not None and not own and (settings.source or kind.takes) == "ratings":
+            trials, faults = selector.trials(settings.where), selector.faults(settings)
+            selected, gaps = handle_missing(selected, faults, settings.where, policy, trials)
+            missing = replace(gaps, unanswered=missing.unanswered)
+        start = clock()
+        answer_of = kind.answer
+        if missing.cells and policy == "mixed_model":
+            if kind.with_gaps is None:
+                raise NoModel(
+                    f"{missing.describe_cells()}, and {settings.test!r} has no form that takes gaps; give this test"
+                    " `missing: listwise`, or ask a test of kind mixed_model instead"
+                )
+            answer_of = kind.with_gaps
+        answer = answer_of(selected, effective(settings, kind).model_copy(update={"missing": policy}))
+        answer = replace(answer, notes=(*answer.notes, *idle_notes(settings, kind)))
+    except ValueError as refusal:
+        inputs = digests.of(selected.table, own)
+        return QuestionResult(settings, question.outcome, None, str(refusal), inputs, missing, clock() - start)
+    seconds, inputs = clock() - start, digests.of(selected.table, own)
+    return QuestionResult(settings, question.outcome, answer, "", inputs, missing, seconds, selected.table)
+
+
+def digest(table: pd.DataFrame, own: bool = False) -> str:
+    """Return the SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
+
+    Of a study's answers it takes who answered what to which stimulus; the stimulus' other columns stand in the study,
+    whose digest is among the inputs. Of a table of the plan's `own` it takes every column.
+    """
+    columns = sorted(map(str, table.columns))
+    if "session" in columns and not own:
+        columns = [name for name in columns if name in IDENTITY]
+    lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
+    return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()
+
+
+def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answer]]:
+    """Return the answers of each test by outcome, as figures look for them."""
+    answers: dict[str, dict[str, Answer]] = {}
+    for result in results:
+        if result.answer is not None:
+            answers.setdefault(result.settings.name, {})[result.outcome] = result.answer
+    return answers
+
+
+def handle_missing(
+    selected: Selected, faults: Faults, where: Where, policy: Missing, trials: pd.DataFrame
+) -> tuple[Selected, MissingSummary]:
+    """Return the selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
+
+    A cell counts where it lies in the test's `where`, also for somebody who has none of them; `trials` are those of
+    the whole study, so that nobody is overlooked. Raises CellsRefused under `refuse`, on cells that are filled
+    more often than planned or are not of the design, and where nobody is left.
+    """
+    # The test is about those whom `where` keeps by what is the same in all of their trials.
+    kept = pd.Series(True, index=trials.index)
+    for column, condition in where.items():
+        if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
+            kept &= kept_rows(trials[column], condition)
+    people = set(trials.loc[kept, "participant"])
+    gaps: dict[str, int] = {}
+    for outcome in selected.outcomes:
+        own = _places(outcome, people, faults, where, "missing")
+        bad = {who for kind in FORBIDDEN for who in _places(outcome, people, faults, where, kind)}
+        if bad or (own and policy == "refuse"):
+            faults.demand_none(outcome, sorted(bad or own), ADVICE)
+        for who, places in own.items():
+            gaps[who] = gaps.get(who, 0) + len(places)
+    for who, lost in cells_cut(selected.table, where, trials, people).items():
+        if policy == "refuse":
+            raise CellsRefused(f"`where` leaves {who} without {count(lost, 'cell')} that others keep; {WHOLE_CELLS}")
+        gaps[who] = max(gaps.get(who, 0), lost)
+    cells = sum(gaps.values())
+    if not gaps or policy == "mixed_model":
+        return selected, MissingSummary(policy, len(gaps), cells)
+    complete = selected.table[~selected.table["participant"].isin(list(gaps))]
+    if not len(complete):
+        raise CellsRefused(f"each of {count(len(gaps), 'participant')} lacks a cell; nobody is left listwise")
+    rest = replace(selected, table=complete.reset_index(drop=True))
+    return rest, MissingSummary(policy, len(gaps), cells, tuple(sorted(gaps)))
+
+
+def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: Iterable[str]) -> dict[str, int]:
+    """Return the cells that `where` takes from somebody and leaves to others of the same group, as a range of trials.
+
+    Columns of the stimulus and of the participant cut nothing: they keep or leave a cell for everyone.
+    """
+
+    def is_of_a_trial(column: str) -> bool:
+        """Return whether it varies within a participant and within a stimulus, as trial, block and revised do."""
+        if column not in trials.columns:
+            return column != "attribute"
+        return all(trials.groupby(by)[column].nunique().max() > 1 for by in ("participant", "stimulus"))
+
+    if "stimulus" not in trials.columns or not any(is_of_a_trial(column) for column in where):
+        return {}
+    named = trials.assign(group="") if "group" not in trials.columns else trials
+    group = named.drop_duplicates("participant").set_index("participant")["group"]
+    cells = table.groupby(["participant", "attribute", "stimulus"]).size().unstack([1, 2], fill_value=0)
+    cells = cells.reindex(sorted(people), fill_value=0)
+    most = cells.groupby(group.reindex(cells.index)).transform("max")
+    lacking = (most - cells).sum(axis=1)
+    return {str(who): int(number) for who, number in lacking.items() if number}
+
+
+def _places(
+    outcome: str, people: Iterable[str], faults: Faults, where: Where, kind: ProblemKind
+) -> dict[str, list[Place]]:
+    """Return the cells at fault in one way for this outcome, by participant, that lie in the test's `where`."""
+
+    def is_inside(place: Place) -> bool:
+        levels = {column: place.cell.get(column) for column in where} | {"participant": place.participant}
+        return all(
+            levels[column] is None or keeps(condition, str(levels[column])) for column, condition in where.items()
+        )
+
+    places = {who: faults.places.get((outcome, who), {}).get(kind, ()) for who in people}
+    inside = {who: [place for place in own if is_inside(place)] for who, own in places.items()}
+    return {who: own for who, own in inside.items() if own}

@@ -17,7 +17,7 @@ from palpate.analysis.reliability.intraclass import GAPS, Missing
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.draws import generator
-from palpate.analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.f_and_t import SMALLEST
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 PKind: TypeAlias = Literal["auto", "exact", "permutation", "chi2"]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import betainccinv, betaincinv, ndtri
 
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, centred, differences, row_sums, scaled, sum_of_squares
-from palpate.analysis.statistics.pvalues import t_two_sided
+from palpate.analysis.statistics.f_and_t import t_two_sided
 
 
 class Correlation(NamedTuple):

@@ -17,7 +17,7 @@ from palpate.analysis.reliability.crossed import cross_table, refuse_few
 from palpate.analysis.statistics.anova import component
 from palpate.analysis.statistics.cells import Aggregate
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, Pair, differences, scaled
-from palpate.analysis.statistics.pvalues import f_tail, p_note
+from palpate.analysis.statistics.f_and_t import f_tail, p_note
 from palpate.analysis.statistics.refusals import BadOption, shown
 
 Missing: TypeAlias = Literal["raise", "drop_targets", "drop_raters"]

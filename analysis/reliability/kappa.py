@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.f_and_t import SMALLEST
 from palpate.analysis.statistics.refusals import BadValue, TooFew
 
 

@@ -16,7 +16,7 @@ from palpate.analysis.reliability.crossed import combine_labels
 from palpate.analysis.reliability.intraclass import demand_confidence, iccs
 from palpate.analysis.statistics.cells import Coded, Codes, check_columns, name_list, numbers_of
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
-from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed
 from palpate.protocols.wording import count
 

@@ -12,7 +12,7 @@ import pandas as pd
 from palpate.analysis.spaces.matrices import Matrix, centred, matrix_of, varies
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.draws import check_draws, p_of_draws, stream
-from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.f_and_t import f_tail
 from palpate.analysis.statistics.refusals import IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500

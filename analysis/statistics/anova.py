@@ -32,8 +32,8 @@ from palpate.analysis.statistics.doubles import (
     scaled,
     sum_of_squares,
 )
+from palpate.analysis.statistics.f_and_t import f_tail, p_note
 from palpate.analysis.statistics.groups import gather_groups
-from palpate.analysis.statistics.pvalues import f_tail, p_note
 from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
 COLUMNS = pd.Index(

@@ -10,8 +10,8 @@ from numbers import Real
 import pandas as pd
 
 from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.f_and_t import p_note, t_critical, t_upper
 from palpate.analysis.statistics.pairwise import Comparison, Comparisons, compare_levels
-from palpate.analysis.statistics.pvalues import p_note, t_critical, t_upper
 from palpate.analysis.statistics.refusals import BadOption, shown
 
 

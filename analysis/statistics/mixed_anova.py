@@ -27,9 +27,9 @@ from palpate.analysis.statistics.anova import (
 )
 from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, check_columns, gather_all, name_list
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, differences, rescaled, scaled
+from palpate.analysis.statistics.f_and_t import SMALLEST, f_tail, p_note
 from palpate.analysis.statistics.groups import Membership, membership
 from palpate.analysis.statistics.hypotheses import GroupSums, SumOfSquares, group_sums, subsets
-from palpate.analysis.statistics.pvalues import SMALLEST, f_tail, p_note
 from palpate.analysis.statistics.refusals import (
     NO_SUBJECT,
     BadOption,

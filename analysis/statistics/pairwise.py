@@ -27,9 +27,16 @@ from palpate.analysis.statistics.doubles import (
     row_sums,
     scaled,
 )
-from palpate.analysis.statistics.effect_intervals import checked_confidence, dz_interval, hedges_interval
+from palpate.analysis.statistics.f_and_t import (
+    adjusted,
+    checked_confidence,
+    dz_interval,
+    hedges_interval,
+    p_note,
+    t_critical,
+    t_two_sided,
+)
 from palpate.analysis.statistics.groups import gather_groups
-from palpate.analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Names: TypeAlias = Hashable | Iterable[Hashable] | None

@@ -13,7 +13,7 @@ import pandas as pd
 from palpate.analysis.statistics.cells import Aggregate, gather
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.exact import exact_within
-from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.f_and_t import f_tail
 from palpate.analysis.statistics.references import (
     edge_cases,
     edge_table,

@@ -99,7 +99,7 @@ def difference(
     n = len(sums)
     if n < LEAST_PAIRS:
         return Difference(mean, None, None, n)
-    from palpate.analysis.statistics.pvalues import t_critical
+    from palpate.analysis.statistics.f_and_t import t_critical
 
     error = math.sqrt(n / (n - 1) * float((sums**2).sum())) / len(off)
     reach = t_critical(n - 1, 1 - (1 - confidence) / max(1, compared)) * error

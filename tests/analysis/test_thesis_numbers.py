@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.analysis import rm_anova
-from palpate.analysis.statistics.effect_intervals import eta_squared_interval
-from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.f_and_t import eta_squared_interval, f_tail
 from tests.analysis.statistics.anova_for_tests import long_table
 
 F, DF1, DF2, PRINTED_ETA = 64.97, 3, 33, 0.8077

@@ -24,7 +24,7 @@ EXCEPTIONS = {
     "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
     "benchmarks/scale.py": "makes the temporary lab of a benchmark",
     "analysis/crosschecking/packages.py": "DataFrame.replace",
-    "analysis/regenerating/plan_tests.py": "to_csv gives text for a digest; no file",
+    "analysis/regenerating/regeneration.py": "to_csv gives text for a digest; no file",
     "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
     "benchmarks/statistics/choices.py": "DataFrame.rename",
 }  # fmt: skip

@@ -86,7 +86,7 @@ class AskedLexicon(StatisticSettings):
 def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
     """Return the relevance of every word, most relevant first."""
     from palpate.analysis.adjectives.relevance import relevance
-    from palpate.analysis.plans.families.rows import plain_rows
+    from palpate.analysis.plans.answers import plain_rows
 
     selections = _selections(selected)
     draws = settings.draws or selected.draws
@@ -159,7 +159,7 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
 def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
     """Return agreement by word, and by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
-    from palpate.analysis.plans.families.rows import plain_rows, with_interval
+    from palpate.analysis.plans.answers import plain_rows, with_interval
 
     selections = _selections(selected)
     by_word = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=settings.confidence)
@@ -188,7 +188,7 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
 def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
     """Return the different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
-    from palpate.analysis.plans.families.rows import plain_rows, require_columns
+    from palpate.analysis.plans.answers import plain_rows, require_columns
     from palpate.analysis.ratings.dataset import DataRefused
     from palpate.analysis.statistics.apa import number
 

@@ -17,13 +17,12 @@ from palpate.analysis.choices.specification import gather_levels
 from palpate.analysis.choices.staircase import Staircase, staircase
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
-from palpate.analysis.plans.answers import Answer
-from palpate.analysis.plans.families.rows import plain_row, require_columns
+from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
 from palpate.analysis.statistics.cells import coded
-from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
 
 if TYPE_CHECKING:

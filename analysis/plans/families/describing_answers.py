@@ -8,19 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.plans.answers import Answer, Row, Selected
-from palpate.analysis.plans.families.rows import (
+from palpate.analysis.plans.answers import (
+    Answer,
+    Row,
+    Selected,
     answer_of,
     averaged_note,
-    complete_rows,
     plain_row,
     plain_rows,
-    refuse_averaging,
     require_columns,
     sample_kinds,
     share,
     turned_note,
 )
+from palpate.analysis.plans.families.rows import complete_rows, refuse_averaging
 from palpate.analysis.ratings.categories import category_cells, category_differences, overall, turned, two_categories
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.disagreement import Disagreement, attribute_spreads, disagreement
@@ -31,7 +32,7 @@ from palpate.analysis.ratings.trends import CORRECTIONS, cell_trends, families_o
 from palpate.analysis.ratings.within_intervals import mean_intervals
 from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.apa import apa_p, number
-from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.wording import some
 

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING
 from palpate.analysis.mixed_models.blups import random_effects
 from palpate.analysis.mixed_models.model import mixed_model
 from palpate.analysis.mixed_models.profiling import profile_intervals
-from palpate.analysis.plans.families.rows import (
-    answer_of,
-    plain_rows,
-    refuse_averaging,
-    require_columns,
-    share,
-    with_numbers,
-)
+from palpate.analysis.plans.answers import answer_of, plain_rows, require_columns, share
+from palpate.analysis.plans.families.rows import refuse_averaging, with_numbers
 from palpate.analysis.statistics.apa import apa_p, number
 from palpate.protocols.wording import count
 

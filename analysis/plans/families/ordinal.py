@@ -50,7 +50,8 @@ class Cochran(StatisticSettings):
 def cochran_answer(selected: Selected, settings: Cochran) -> Answer:
     """Return one row: Cochran's Q; beside it how often each level was answered with yes."""
     from palpate.analysis.ordinal.friedman import cochran_q
-    from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, table_notes
+    from palpate.analysis.plans.answers import answer_of, plain_rows, require_columns, table_notes
+    from palpate.analysis.plans.families.rows import left_out
     from palpate.analysis.statistics.apa import apa_p, number
 
     require_columns(selected.table, ("participant", settings.factor, "value"))

@@ -12,18 +12,17 @@ from palpate.analysis.ordinal.likert import MOST_POINTS, likert
 from palpate.analysis.ordinal.nemenyi import nemenyi
 from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
 from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
-from palpate.analysis.plans.families.rows import (
+from palpate.analysis.plans.answers import (
     CORRECTED,
     answer_of,
-    left_out,
     plain_row,
     plain_rows,
     require_columns,
     share,
     table_notes,
     with_interval,
-    with_numbers,
 )
+from palpate.analysis.plans.families.rows import left_out, with_numbers
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import apa_p, number

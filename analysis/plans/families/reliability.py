@@ -113,7 +113,7 @@ class AskedRaters(StatisticSettings):
 
 def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
     """Return the six intraclass correlations of one outcome."""
-    from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns, with_interval
+    from palpate.analysis.plans.answers import averaged, plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.intraclass import icc
 
     require_columns(selected.table, (settings.targets, settings.raters, settings.value))
@@ -145,7 +145,7 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
 
 def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
     """Return Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
-    from palpate.analysis.plans.families.rows import averaged, plain_rows, plain_value, require_columns, with_interval
+    from palpate.analysis.plans.answers import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
 
     known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
@@ -184,7 +184,7 @@ def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
 
 def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer:
     """Return Kendall's W of one outcome."""
-    from palpate.analysis.plans.families.rows import averaged, coefficient, plain_rows, require_columns
+    from palpate.analysis.plans.answers import averaged, coefficient, plain_rows, require_columns
     from palpate.analysis.reliability.concordance import kendall_w
     from palpate.analysis.statistics.apa import apa_p, number
 
@@ -216,7 +216,8 @@ def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answ
     """Return Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
-    from palpate.analysis.plans.families.rows import averaged, demand_once, plain_value, require_columns, with_interval
+    from palpate.analysis.plans.answers import averaged, plain_value, require_columns, with_interval
+    from palpate.analysis.plans.families.rows import demand_once
     from palpate.analysis.reliability.krippendorff import krippendorff_alpha
 
     require_columns(selected.table, (*settings.units, settings.raters, settings.value))
@@ -241,7 +242,7 @@ def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answ
 
 def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
     """Return the agreement of first and second answers of one outcome; people and pairs in `more`."""
-    from palpate.analysis.plans.families.rows import plain_rows, require_columns, with_interval
+    from palpate.analysis.plans.answers import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
 
     require_columns(selected.table, (*settings.targets, *settings.order))
@@ -272,7 +273,7 @@ def raters_answer(selected: Selected, settings: AskedRaters) -> Answer:
     """Return each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
-    from palpate.analysis.plans.families.rows import averaged, plain_rows, require_columns
+    from palpate.analysis.plans.answers import averaged, plain_rows, require_columns
     from palpate.analysis.reliability.rater_signs import rater_signs
     from palpate.analysis.reliability.sessions import compared_within, session_signs
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.plans.answers import Answer
-from palpate.analysis.plans.families.rows import plain_rows, require_columns
+from palpate.analysis.plans.answers import Answer, plain_rows, require_columns
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.spaces.classical import classical_mds
 from palpate.analysis.spaces.components import Components, parallel_analysis, pca, share_intervals

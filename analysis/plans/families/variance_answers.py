@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
-from palpate.analysis.plans.families.rows import (
+from palpate.analysis.plans.answers import (
     CORRECTED,
     answer_of,
     plain_row,
     plain_rows,
-    refuse_averaging,
     require_columns,
     share,
     table_notes,
 )
+from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
+from palpate.analysis.plans.families.rows import refuse_averaging
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.anova import anova, rm_anova
 from palpate.analysis.statistics.apa import P_COLUMNS, apa_f, is_corrected, number
-from palpate.analysis.statistics.effect_intervals import eta_squared_intervals
 from palpate.analysis.statistics.equivalence import equivalence_tests
+from palpate.analysis.statistics.f_and_t import eta_squared_intervals
 from palpate.analysis.statistics.mixed_anova import mauchly_tests, mixed_anova
 from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
 

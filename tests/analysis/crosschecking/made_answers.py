@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.answers import MissingSummary, QuestionResult, Selected
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.regenerating.plan_tests import MissingSummary, QuestionResult
 
 
 def rated(shape: tuple[int, ...] = (12, 4), *, seed: int = 3, groups: int = 1, apart: float = 8.0) -> pd.DataFrame:

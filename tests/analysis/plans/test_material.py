@@ -11,7 +11,7 @@ from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
-from palpate.analysis.regenerating.plan_tests import run_tests
+from palpate.analysis.regenerating.regeneration import run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
 from palpate.studies.participants.lab_forms import lab_forms

@@ -27,7 +27,7 @@ from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.regenerating.plan_figures import figure_data
-from palpate.analysis.regenerating.plan_tests import by_name, run_tests
+from palpate.analysis.regenerating.regeneration import by_name, run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
 

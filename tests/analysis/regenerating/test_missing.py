@@ -8,7 +8,7 @@ import yaml
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.regenerating.comparison import exact_checks
-from palpate.analysis.regenerating.plan_tests import cells_cut, run_tests
+from palpate.analysis.regenerating.regeneration import cells_cut, run_tests
 from tests.analysis.ratings_for_tests import recorded_material
 
 GAP = {"participant": "P003", "car": "K3", "variant": "g3"}

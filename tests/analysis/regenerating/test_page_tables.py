@@ -1,9 +1,8 @@
 """Answers as tables: the digits that mean something, a dash that says why, columns under names that people know."""
 
-from palpate.analysis.plans.answers import Answer, StatisticSettings
+from palpate.analysis.plans.answers import Answer, MissingSummary, QuestionResult, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating import page as shown
-from palpate.analysis.regenerating.plan_tests import MissingSummary, QuestionResult
 from palpate.analysis.reports.tables import HEADINGS, heading
 
 

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.regenerating.commands import regenerate
-from palpate.analysis.regenerating.plan_tests import digest
+from palpate.analysis.regenerating.regeneration import digest
 from tests.test_recorded import HERE
 
 PLAN = """

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.analysis import pairwise_tests
 from palpate.analysis.statistics.equivalence import equivalence_tests
-from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.references import reference_table
 from palpate.analysis.statistics.refusals import BadOption
 from tests.analysis.statistics.anova_for_tests import long_table, relative_error

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from palpate.analysis import apa_t, pairwise_tests
-from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.references import reference_table, reference_values
 from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells
 from tests.analysis.statistics.anova_for_tests import long_table, relative_error

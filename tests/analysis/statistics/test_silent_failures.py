@@ -18,7 +18,7 @@ import pytest
 from benchmarks.statistics.inputs import edge_cells, long_table, wide_input
 from palpate.analysis import pairwise_tests, rm_anova
 from palpate.analysis.crosschecking import packages
-from palpate.analysis.statistics.effect_intervals import f_chance, f_noncentrality
+from palpate.analysis.statistics.f_and_t import f_chance, f_noncentrality
 from palpate.analysis.statistics.mixed_anova import mixed_anova
 from palpate.analysis.statistics.references import reference_table, reference_values
 from palpate.analysis.statistics.refusals import IncompleteCells

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis import anova, pairwise_tests, rm_anova
-from palpate.analysis.statistics.effect_intervals import (
+from palpate.analysis.statistics.f_and_t import (
     dz_interval,
     eta_squared_interval,
     eta_squared_intervals,
