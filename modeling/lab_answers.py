@@ -8,10 +8,10 @@ from pathlib import Path
 import pandas as pd
 from sqlalchemy import text
 
-from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
+from palpate.analysis.ratings.reading import Material
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.analysis.regenerating.regeneration import whole_material
 from palpate.studies.catalogue import find, names

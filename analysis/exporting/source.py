@@ -14,7 +14,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.dataset import natural_key
-from palpate.analysis.ratings.reading import SessionRow, choose_sessions
+from palpate.analysis.ratings.session_choice import SessionRow, choose_sessions
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
 from palpate.protocols.canonical import parse
 from palpate.protocols.did_you_mean import nearest

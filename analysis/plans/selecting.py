@@ -14,12 +14,13 @@ import pandas as pd
 
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings, Takes, columns_named
-from palpate.analysis.plans.material import OF_A_RATING, SESSION, Material, refuse_small_groups
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
 from palpate.analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
 from palpate.analysis.ratings.design import Faults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
+from palpate.analysis.ratings.people import SESSION, refuse_small_groups
+from palpate.analysis.ratings.reading import OF_A_RATING, Material
 from palpate.analysis.reliability.sessions import answered_trials
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some

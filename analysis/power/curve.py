@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.plans.answers import Answer, Row, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
+from palpate.analysis.ratings.reading import Material
 from palpate.analysis.regenerating.regeneration import read_table, run_tests
 from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.did_you_mean import nearest

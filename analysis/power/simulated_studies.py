@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from palpate.analysis.plans.material import Material, Rows, material_of
-from palpate.analysis.ratings.reading import Choice, Rating, SessionRow, assembled
+from palpate.analysis.ratings.reading import Material, Rating, Rows, assembled, material_of
+from palpate.analysis.ratings.session_choice import Choice, SessionRow
 from palpate.protocols.canonical import digest
 from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan, compile_plan

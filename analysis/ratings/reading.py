@@ -1,19 +1,17 @@
-"""The ratings of a study, read from a collected database: which of its sessions are analysed, and their answers.
-
-One session file and a whole lab take the same path.
-"""
+"""The answers of a study, read from a collected database: ratings alone, or with words, forms, trials and people."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
-from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.analysis.ratings.dataset import (
     RESERVED,
@@ -26,62 +24,41 @@ from palpate.analysis.ratings.dataset import (
     crossed_columns,
     levels_of,
 )
-from palpate.analysis.ratings.sample import DoneSession, achieved_sample
-from palpate.protocols.canonical import parse
+from palpate.analysis.ratings.people import People, people_of
+from palpate.analysis.ratings.session_choice import Choice, SessionRow, chosen, collected_sample, inputs_of, query
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import own_tables
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS, gives_ratings
-from palpate.protocols.wording import count, some
-from palpate.studies.messages import database_reason, describe_url
-
-__all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
+from palpate.protocols.wording import count
+from palpate.studies.sessions.model_versions import models_in
 
 SOURCE = "source"
 """The column of a stimulus table that says whether a stimulus was measured or simulated."""
-
-_SESSIONS = text(
-    "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
-    " head_hash, file, file_sha256, number, duration_s FROM sessions WHERE study = :study ORDER BY participant, session"
-)
+OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
+"""The columns of a rating that its trial does not have."""
+_NO_WORDS: Mapping[str, Any] = MappingProxyType({})
 _RATINGS = text(
     "SELECT session, participant, group_name, trial, block, practice, stimulus, attribute, value,"
     " response_time_s, revised FROM ratings WHERE study = :study ORDER BY participant, session, trial"
 )
-STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
-NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
-"""States of sessions that never count, and what is said of their participants."""
-OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were requested"}
-"""Sessions that no analysis may hold, whatever was asked for."""
-
-
-@dataclass(frozen=True)
-class SessionRow:
-    """A row of the table `sessions`, as far as the analysis needs it."""
-
-    session: str
-    study_digest: str
-    participant: str
-    group_name: str | None
-    seed: int
-    simulated: bool
-    status: str
-    trials_planned: int
-    trials_answered: int
-    head_hash: str
-    file: str
-    file_sha256: str
-    number: int = 1
-    duration_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The version of the study that is analysed, the sessions kept, and each one left out with the reason."""
-
-    digest: str
-    kept: tuple[SessionRow, ...]
-    left_out: tuple[tuple[SessionRow, str], ...]
+_TRIALS = text(
+    "SELECT trials.session, trials.trial, trials.block, trials.practice, trials.stimulus, trials.status FROM trials"
+    " JOIN sessions ON sessions.session = trials.session WHERE sessions.study = :study"
+)
+_WORDS = text(
+    "SELECT words.session, words.form, words.trial, words.kind, words.word, words.counts FROM words"
+    " JOIN sessions ON sessions.session = words.session WHERE sessions.study = :study"
+)
+_ANSWERS = text(
+    "SELECT answers.session, answers.form, answers.item, answers.kind, answers.value, answers.number FROM answers"
+    " JOIN sessions ON sessions.session = answers.session WHERE sessions.study = :study"
+)
+_REPLIES = text(
+    "SELECT events.session, events.body FROM events JOIN sessions ON sessions.session = events.session"
+    " WHERE sessions.study = :study AND events.kind = 'reply'"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,120 +100,8 @@ def read_ratings(
             connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated,
             withdrawn=withdrawn,
         )  # fmt: skip
-        ratings = [Rating(*row) for _, row in _rows(connection, _RATINGS, study)]
+        ratings = [Rating(**row) for row in query(connection, _RATINGS, study)]
     return assembled(definition, choice, ratings)
-
-
-def chosen(
-    connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
-    withdrawn: Collection[str] = (),
-) -> tuple[Study, Choice]:  # fmt: skip
-    """Return the version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
-    rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
-    if not rows:
-        known = [row["study"] for row in query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
-        raise DataRefused(
-            f"no session of study {study!r} is collected; {nearest(study, sorted(known))}"
-            if known
-            else "the collected database holds no session; collect the session files first"
-        )
-    choice = choose_sessions(rows, study, digest, include_incomplete, simulated, withdrawn)
-    return _definition(connection, study, choice.digest), choice
-
-
-def choose_sessions(
-    rows: Sequence[SessionRow], study: str, digest: str | None, include_incomplete: bool, simulated: bool | None,
-    withdrawn: Collection[str] = (),
-) -> Choice:  # fmt: skip
-    """Return the sessions of one version of the study, all real or all simulated, only complete ones by default.
-
-    Nobody in `withdrawn` is among them, whatever the rows say of their sessions.
-    Raises DataRefused where the choice is not the program's to make, and where nothing is left.
-    """
-    rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
-    chosen = _one_version(rows, study, digest)
-    left_out: list[tuple[SessionRow, str]] = []
-
-    def keep(
-        sessions: Sequence[SessionRow], counts: Callable[[SessionRow], bool], why: Callable[[SessionRow], str]
-    ) -> list[SessionRow]:
-        left_out.extend((session, why(session)) for session in sessions if not counts(session))
-        return [session for session in sessions if counts(session)]
-
-    other = "recorded with another version of the study"
-    sessions = keep(rows, lambda s: s.study_digest == chosen, lambda s: f"{other} ({s.study_digest[:12]})")
-    made_up = sum(bool(session.simulated) for session in sessions)
-    if simulated is None and 0 < made_up < len(sessions):
-        raise DataRefused(
-            f"study {study!r}: {made_up} simulated and {len(sessions) - made_up} real sessions;"
-            " they are not analysed together: choose with --real or --simulated (evaluate, train, textures: --sessions"
-            " real or --sessions simulated)"
-        )
-    kind = made_up > 0 if simulated is None else simulated
-    sessions = keep(sessions, lambda s: bool(s.simulated) == kind, lambda s: OTHER_KIND[bool(s.simulated)])
-    for session in sessions:
-        if session.status not in STATUSES:
-            known = nearest(session.status, STATUSES)
-            raise DataRefused(f"session {session.session}: status {session.status!r}; {known}")
-    sessions = keep(sessions, lambda s: s.status not in NEVER, lambda s: f"the participant {NEVER[s.status]}")
-    sessions = keep(
-        sessions,
-        lambda s: include_incomplete or s.status == "complete",
-        lambda s: f"{s.status} after {s.trials_answered} of {s.trials_planned} trials",
-    )
-    if not sessions:
-        reasons = some((f"{session.participant}: {why}" for session, why in left_out), 5, "; ")
-        raise DataRefused(f"study {study!r}: no session is left to analyse ({reasons})")
-    return Choice(chosen, tuple(sessions), tuple(left_out))
-
-
-def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> str:
-    versions = Counter(session.study_digest for session in rows)
-    if digest is None and len(versions) == 1:
-        return rows[0].study_digest
-    listed = ", ".join(f"{version[:12]} ({count(number, 'session')})" for version, number in sorted(versions.items()))
-    if digest is None:
-        raise DataRefused(
-            f"study {study!r} was changed between participants: {listed}; sessions of different versions"
-            " are not analysed together: choose one with --digest"
-        )
-    matching = [version for version in versions if version.startswith(digest)] if digest else []
-    if len(matching) != 1:
-        raise DataRefused(f"study {study!r}: {len(matching)} versions begin with {digest!r}; found: {listed}")
-    return matching[0]
-
-
-def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the statement by the names of its columns; equal texts are one object."""
-    for names, row in _rows(connection, statement, study):
-        yield dict(zip(names, row, strict=True))
-
-
-def _rows(connection: Connection, statement: Any, study: str) -> Iterator[tuple[tuple[str, ...], list[Any]]]:
-    """Yield the names of the columns, and a row; equal texts are one object, as a large study repeats its names."""
-    texts: dict[str, str] = {}
-    try:
-        result = connection.execute(statement, {"study": study})
-        names = tuple(result.keys())
-        for row in result:
-            yield names, [texts.setdefault(cell, cell) if type(cell) is str else cell for cell in row]
-    except SQLAlchemyError as error:
-        where, why = describe_url(connection.engine.url), database_reason(error)
-        raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None
-
-
-def _definition(connection: Connection, study: str, digest: str) -> Study:
-    """Return one version of the study as it is stored. Raises DataRefused where it is missing or cannot be read."""
-    rows = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
-    stored = next((row["definition"] for row in rows if row["study_digest"] == digest), None)
-    if stored is None:
-        raise DataRefused(f"study {study!r}: its definition {digest[:12]} is not in the database; collect again")
-    definition = parse(stored.encode()) if isinstance(stored, str) else stored
-    try:
-        return Study.model_validate(definition)
-    except ValueError as error:
-        lines = str(error).splitlines()
-        raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
 
 
 def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Ratings:
@@ -348,15 +213,6 @@ def _number(rating: Rating) -> float:
     return float(rating.value)
 
 
-def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
-    """Return the study and every session file, kept or left out, by their SHA-256."""
-    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
-    return (
-        Input(f"study {study.study}", choice.digest, "the compiled study"),
-        *(Input(s.file, s.file_sha256, f"session {s.session}, last event {s.head_hash}") for s in sessions),
-    )
-
-
 def left_out_sessions(choice: Choice, ratings: Sequence[Rating] = ()) -> tuple[Exclusion, ...]:
     """Return a line for every session that is not analysed, with how many of these ratings it has."""
     rows = Counter(rating.session for rating in ratings if not rating.practice)
@@ -380,9 +236,208 @@ def _other_exclusions(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exc
         yield Exclusion("practice", f"{participant}, session {name}", "practice trials do not count", rows)
 
 
-def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, Any]:
-    """Return what was planned and what came of it in collected sessions; only complete ones are done."""
-    complete = [session for session in sessions if session.status == "complete"]
-    return achieved_sample(
-        study, [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]
+@dataclass(frozen=True)
+class Material:
+    """The answers of one version of a study, without practice trials.
+
+    `ratings` is None for a study that rates nothing. `trials` has one row per answered trial; `words` one per word of
+    an answer that counts; `forms` one per answered item of a form (questionnaire, demographics). All three have
+    participant, session and group; trials and words also trial, stimulus and the stimulus columns. `planned` counts the
+    trials of each session that were to be answered. `levels` maps each of these columns to its levels in the study's
+    order. `study` is None for an imported data set. `people` are the answers about themselves that may be columns,
+    `sessions` those that count.
+    """
+
+    name: str
+    title: str
+    study: Study | None
+    ratings: Ratings | None
+    trials: pd.DataFrame
+    words: pd.DataFrame
+    forms: pd.DataFrame
+    planned: Mapping[str, int]
+    simulated: bool
+    seeds: tuple[int, ...]
+    inputs: tuple[Input, ...]
+    exclusions: tuple[Exclusion, ...]
+    levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
+    people: People = field(default_factory=People)
+    sessions: tuple[SessionRow, ...] = ()
+    versions: tuple[Input, ...] = ()
+    """Where sessions had different versions of the study or of a model: every version, and how many had it."""
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """Everyone with an answered trial or form, in the order of their pseudonyms."""
+        return tuple(sorted({*self.trials["participant"], *self.forms["participant"]}))
+
+
+def read_material(
+    engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
+    withdrawn: Collection[str] = (),
+) -> Material:  # fmt: skip
+    """Return the material of a study in a collected database. Raises what `read_ratings` raises."""
+    options: dict[str, Any] = {
+        "digest": digest, "include_incomplete": include_incomplete, "simulated": simulated, "withdrawn": withdrawn,
+    }  # fmt: skip
+    with engine.connect() as connection:
+        study, choice = chosen(connection, name, **options)
+        ratings = read_ratings(connection, name, **options) if gives_ratings(study) else None
+        rows = Rows(*(_rows(connection, statement, study, choice) for statement in (_TRIALS, _WORDS, _ANSWERS)))
+        versions = tuple(_versions(connection, study, choice))
+    return replace(material_of(study, choice, ratings, rows), versions=versions)
+
+
+def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
+    """Yield every version of the study and of each model, where the sample has several, and how many sessions had it.
+
+    Only one version of the study is analysed, with whatever models its sessions had.
+    """
+    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
+    counts = Counter(session.study_digest for session in sessions)
+    for digest, number in sorted(counts.items()) if len(counts) > 1 else ():
+        left_out = "" if digest == choice.digest else ", left out"
+        yield Input(f"study {study.study}", digest, f"{count(number, 'session')}{left_out}")
+    if not any(NEEDS[need].plays_models for need in study.needs):
+        return
+    kept = {session.session for session in choice.kept}
+    played: dict[str, dict[str, set[str]]] = {}
+    for session, body in connection.execute(_REPLIES, {"study": study.study}):
+        for name, sha256 in models_in(json.loads(body)) if session in kept else ():
+            played.setdefault(name, {}).setdefault(sha256, set()).add(session)
+    for name, versions in sorted(played.items()):
+        for sha256, own in sorted(versions.items()) if len(versions) > 1 else ():
+            yield Input(f"model {name}", sha256, count(len(own), "session"))
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of the collected tables trials, words and answers, each with participant and group."""
+
+    trials: list[dict[str, Any]]
+    words: list[dict[str, Any]]
+    answers: list[dict[str, Any]]
+
+
+def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Rows) -> Material:
+    """Return the material of these sessions, wherever their rows come from."""
+    trials = _trials(rows.trials, study)
+    words = _words(rows.words, trials)
+    forms = _forms(rows.answers)
+    return Material(
+        name=study.study,
+        title=study.title or study.study,
+        study=study,
+        ratings=ratings,
+        trials=trials,
+        words=words,
+        forms=forms,
+        planned=Counter(row["session"] for row in rows.trials if not row["practice"]),
+        simulated=any(session.simulated for session in choice.kept),
+        seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
+        inputs=inputs_of(study, choice),
+        exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
+        levels=study_levels(study, trials),
+        people=people_of(rows.answers),
+        sessions=choice.kept,
     )
+
+
+def imported_material(ratings: Ratings, title: str) -> Material:
+    """Return the material of an imported data set: its ratings; a trial is a participant's row of them."""
+    others = [column for column in ratings.table.columns if column not in OF_A_RATING]
+    trials = ratings.table[others].drop_duplicates().reset_index(drop=True)
+    columns = (*ratings.within, *ratings.between)
+    levels = {column: ratings.levels(column) for column in ("participant", "attribute", *columns)}
+    return Material(
+        name=ratings.name,
+        title=title or ratings.name,
+        study=None,
+        ratings=ratings,
+        trials=trials,
+        words=pd.DataFrame(columns=["participant", "word"]),
+        forms=pd.DataFrame(columns=["participant", "attribute", "value"]),
+        planned={},
+        simulated=ratings.simulated,
+        seeds=ratings.seeds,
+        inputs=ratings.inputs,
+        exclusions=ratings.exclusions,
+        levels=levels,
+    )
+
+
+def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """Return the levels of every text column in the order in which the study lists them."""
+    levels: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
+    for name in study.stimuli[0].columns if study.stimuli else ():
+        listed = dict.fromkeys(stimulus.columns.get(name, "") for stimulus in study.stimuli)
+        levels[column_name(name)] = tuple(listed)
+    levels["group"] = tuple(study.groups) or ("",)
+    items = study.questionnaire.items if study.questionnaire is not None else ()
+    levels["attribute"] = (*(attribute.name for attribute in study.attributes), *(item.name for item in items))
+    levels["participant"] = tuple(sorted(set(trials["participant"])))
+    return levels
+
+
+def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
+    """Return the statement's rows of the sessions that are kept, with the participant and the group of each."""
+    kept = {session.session: session for session in choice.kept}
+    rows = query(connection, statement, study.study)
+    return [
+        {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
+        for row in rows
+        if row["session"] in kept
+    ]
+
+
+def _trials(answered: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
+    columns = {stimulus.id: {column_name(k): v for k, v in stimulus.columns.items()} for stimulus in study.stimuli}
+    rows = [
+        {key: row[key] for key in ("participant", "session", "group", "trial", "block", "stimulus")}
+        | columns.get(row["stimulus"], {})
+        for row in answered
+        if not row["practice"] and row["status"] in ("answered", "captured")
+    ]
+    own = [column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())]
+    head = ["participant", "session", "group", "trial", "block", "stimulus", *own]
+    return _sorted(rows, head, ("participant", "session", "trial"))
+
+
+def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the words of answers that count; one of no trial (a closing suggestion) has an empty stimulus."""
+    keys = zip(trials["session"], trials["trial"], strict=True) if written else ()
+    records = trials.to_dict("records") if written else ()
+    of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, records, strict=True))
+    rows = []
+    for row in written:
+        own_trial = of_trial.get((row["session"], row["trial"]))
+        if row["counts"] and (own_trial is not None or row["trial"] is None):
+            rows.append(
+                {**(own_trial or {}), **{k: row[k] for k in ("participant", "session", "group", "kind", "word")}}
+            )
+    head = [*trials.columns, "kind", "word"]
+    table = _sorted(rows, head, ("participant", "session", "trial", "kind", "word"))
+    numbers = [None if pd.isna(trial) else int(trial) for trial in table["trial"]]
+    return table.assign(trial=pd.Series(numbers, dtype="object"))
+
+
+def _forms(answers: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the answers outside trials, but for what was written freely in an interview: no report repeats that."""
+    rows = [
+        {
+            **{key: row[key] for key in ("participant", "session", "group", "form")},
+            **{"attribute": row["item"], "value": row["number"], "text": row["value"]},
+        }
+        for row in answers
+        if row["form"] != "interview"
+    ]
+    head = ["participant", "session", "group", "form", "attribute", "value", "text"]
+    return _sorted(rows, head, ("participant", "session", "form", "attribute")).astype({"value": "float64"})
+
+
+def _sorted(rows: Sequence[Mapping[str, Any]], head: Sequence[str], by: Sequence[str]) -> pd.DataFrame:
+    table = pd.DataFrame(list(rows), columns=list(head))
+    for name in head:
+        if name in ("stimulus", "block", "group", "kind"):
+            table[name] = table[name].fillna("").astype(str)
+    return table.sort_values(list(by), kind="stable", ignore_index=True)

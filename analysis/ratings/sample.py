@@ -6,13 +6,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from palpate.protocols.sample import planned_people, sample_of
 from palpate.protocols.study import Study
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
 from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.material import ANSWER, CLOSED
 from palpate.analysis.plans.reading import Plan, Rule
 from palpate.analysis.plans.where import Condition, Range, Where, first_word, keeps, levels_of
+from palpate.analysis.ratings.people import ANSWER, CLOSED
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import column_name
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest

@@ -31,7 +31,6 @@ from palpate.analysis.plans.answers import (
 )
 from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.material import Material, imported_material, read_material
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.plans.where import Where, keeps, kept_rows
@@ -39,7 +38,8 @@ from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.design import CellsRefused, Faults
 from palpate.analysis.ratings.design_report import Place, ProblemKind, data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
-from palpate.analysis.ratings.reading import collected_sample
+from palpate.analysis.ratings.reading import Material, imported_material, read_material
+from palpate.analysis.ratings.session_choice import collected_sample
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gathered, nothing_of
 from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
 from palpate.analysis.statistics.one_thread import one_thread

@@ -14,8 +14,8 @@ from palpate.modeling.attributes.material import MaterialError, Pair, Rated
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate.analysis.plans.material import Material as Answers
     from palpate.analysis.ratings.dataset import Ratings
+    from palpate.analysis.ratings.reading import Material as Answers
 
 STUDY = "texture_ratings"
 TOP = 100.0

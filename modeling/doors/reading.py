@@ -18,8 +18,8 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors import profile_file
 
 if TYPE_CHECKING:
-    from palpate.analysis.plans.material import Material
     from palpate.analysis.ratings.dataset import Ratings
+    from palpate.analysis.ratings.reading import Material
 
 
 PROFILE = profile_file.ProfileFormat(

@@ -10,8 +10,8 @@ import pandas as pd
 from sqlalchemy import Engine, create_engine, insert
 from sqlalchemy.pool import StaticPool
 
-from palpate.analysis.plans.material import Material, read_material
 from palpate.analysis.ratings.dataset import Ratings
+from palpate.analysis.ratings.reading import Material, read_material
 from palpate.studies.collecting import schema
 from palpate.studies.collecting.collect import collect, open_database
 from tests.test_recorded import LEDGERS

@@ -12,8 +12,8 @@ import pytest
 
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Answer, Selected
-from palpate.analysis.plans.material import read_material
 from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.reading import read_material
 from palpate.studies.collecting.collect import collect, open_database
 from tests.analysis.adjectives.tables import WORDS, random_ticks, tables
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.analysis.plans import kinds
-from palpate.analysis.plans.material import read_material
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.reading import read_material
 from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regeneration import read_table
 from palpate.studies.catalogue import SHIPPED

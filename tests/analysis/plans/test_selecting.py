@@ -7,10 +7,10 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from palpate.analysis.plans.material import imported_material
 from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.analysis.plans.selecting import all_ratings, apply_exclusions
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
+from palpate.analysis.ratings.reading import imported_material
 from tests.analysis.ratings_for_tests import recorded_material, small_ratings
 from tests.analysis.synthetic_ratings import FAMILY, door_ratings, reasoning
 

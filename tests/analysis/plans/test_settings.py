@@ -22,10 +22,10 @@ from pydantic import ValidationError
 
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.material import People
 from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.simulated_studies import people, simulated_material
+from palpate.analysis.ratings.people import People
 from palpate.analysis.regenerating.plan_figures import figure_data
 from palpate.analysis.regenerating.regeneration import by_name, run_tests
 from palpate.protocols.study import Study

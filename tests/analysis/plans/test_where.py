@@ -4,11 +4,11 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.material import people_of
 from palpate.analysis.plans.reading import Rule
 from palpate.analysis.plans.selecting import apply_exclusions
 from palpate.analysis.plans.where import Range, keeps, kept_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material
+from palpate.analysis.ratings.people import people_of
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
 from palpate.protocols.study import Study
 from palpate.studies.participants.lab_forms import lab_forms

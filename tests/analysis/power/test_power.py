@@ -7,7 +7,6 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.plans.material import read_material
 from palpate.analysis.power.commands import Sizes, planned_verdict, power
 from palpate.analysis.power.curve import (
     Point,
@@ -23,6 +22,7 @@ from palpate.analysis.power.curve import (
     wilson,
 )
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
+from palpate.analysis.ratings.reading import read_material
 from palpate.analysis.ratings.sources import gathered
 from palpate.protocols.plan import compile_plan
 from palpate.studies.catalogue import SHIPPED, find, read_study

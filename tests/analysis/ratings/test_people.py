@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.material import people_of
 from palpate.analysis.plans.reading import AnalysisPlan, Plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.people import people_of
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
 from palpate.analysis.regenerating.regeneration import run_tests
 from palpate.protocols.study import Study
