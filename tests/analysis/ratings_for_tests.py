@@ -77,13 +77,13 @@ def add_session(
 ) -> None:
     """A session that meets `stimuli` in order, the first `practice` ones for practice; `answered` ends it early."""
     planned = list(stimuli)
-    met = planned[:answered]
+    answered_trials = planned[:answered]
     session = f"{STUDY}/{participant}/{number}"
     row = {
         "session": session, "number": number, "study": STUDY, "study_digest": digest, "participant": participant,
         "group_name": group,
-        "row": 0, "seed": 1, "simulated": False, "status": "complete" if met == planned else "interrupted",
-        "trials_planned": len(planned), "trials_answered": len(met), "events": 9, "first_hash": "a" * 64,
+        "row": 0, "seed": 1, "simulated": False, "status": "complete" if answered_trials == planned else "interrupted",
+        "trials_planned": len(planned), "trials_answered": len(answered_trials), "events": 9, "first_hash": "a" * 64,
         "head_hash": "b" * 64, "file": f"{STUDY}_{participant}_s{number}.sqlite", "file_sha256": "c" * 64,
         "started_at": "2026-01-01T09:00:00Z", "sittings": 1, "duration_s": 60.0, "palpate_version": "0.1.0", **changes,
     }  # fmt: skip
@@ -92,7 +92,7 @@ def add_session(
             "session": session, "trial": t, "block": "1", "practice": t <= practice, "stimulus": stimulus,
             "attempts": 1, "status": "answered",
         }
-        for t, stimulus in enumerate(met, 1)
+        for t, stimulus in enumerate(answered_trials, 1)
     ]  # fmt: skip
     responses = [
         {
@@ -100,13 +100,13 @@ def add_session(
             "value": value_of(participant, stimulus, low) if attempt == 2 else 0.0, "response_time_s": 1.5,
             "revised": attempt == 2, "counts": attempt == 2,
         }
-        for t, stimulus in enumerate(met, 1)
+        for t, stimulus in enumerate(answered_trials, 1)
         for attempt in (1, 2)
         for low, high, _ in ATTRIBUTES
     ]  # fmt: skip
     with engine.begin() as connection:
         connection.execute(insert(schema.sessions), [row])
-        if met:
+        if answered_trials:
             connection.execute(insert(schema.trials), trials)
             connection.execute(insert(schema.responses), responses)
 

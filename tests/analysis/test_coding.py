@@ -15,7 +15,7 @@ from palpate.studies.simulation.rig import simulated
 from tests.analysis.exporting.labs import exported
 from tests.protocols.every_task import plan_of
 
-ASKED = [{"name": "felt", "text": "What did you feel?"}, {"name": "liked", "text": "What did you like?"}]
+QUESTIONS = [{"name": "felt", "text": "What did you feel?"}, {"name": "liked", "text": "What did you like?"}]
 
 
 class Writes:
@@ -39,7 +39,7 @@ def lab(tmp_path_factory):
     path = tmp_path_factory.mktemp("lab")
     for n in range(1, 5):
         closing = ["questionnaire", "interview"]
-        plan = plan_of("matching", f"P{n:03d}", closing=closing, interview=ASKED, needs=())
+        plan = plan_of("matching", f"P{n:03d}", closing=closing, interview=QUESTIONS, needs=())
         planned = simulated(plan.study, path)
         answers = {"felt": f"It buzzed {n}.", "liked": "" if n == 4 else "=1+1"}
 
@@ -51,7 +51,7 @@ def lab(tmp_path_factory):
 
 
 def table(path, codes, header="participant,item,codes"):
-    lines = [f"P{n:03d},{item},{told}" for (n, item), told in codes.items()]
+    lines = [f"P{n:03d},{item},{answer_codes}" for (n, item), answer_codes in codes.items()]
     path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
     return path
 
@@ -62,23 +62,23 @@ LIKED = {(1, "liked"): "buzz;speed", (2, "liked"): "", (3, "liked"): "speed"}
 
 
 def run(lab, *paths, options=()):
-    arguments = [each for path in paths for each in ("--codes", str(path))]
+    arguments = [argument for path in paths for argument in ("--codes", str(path))]
     return CliRunner().invoke(analyse, ["toy", "--lab", str(lab), *arguments, *options], catch_exceptions=False)
 
 
 def test_codes_are_counted_and_two_coders_compared(lab, tmp_path):
     ann, bob = table(tmp_path / "ann.csv", FELT | LIKED), table(tmp_path / "bob.csv", OTHER)
-    told = json.loads(run(lab, ann, bob, options=["--json"]).output)
-    counts = {(row["item"], row["code"], row["coder"]): row for row in told["codes"]}
+    content = json.loads(run(lab, ann, bob, options=["--json"]).output)
+    counts = {(row["item"], row["code"], row["coder"]): row for row in content["codes"]}
     assert (counts["felt", "buzz", "ann"]["answers"], counts["felt", "buzz", "bob"]["answers"]) == (3, 2)
     assert counts["liked", "buzz", "ann"]["coded"] == 3 and counts["liked", "speed", "ann"]["people"] == 2
     assert counts["liked", "speed", "bob"] | {"coded": 0, "share": None} == counts["liked", "speed", "bob"]
     assert counts["(all)", "buzz", "ann"]["answers"] == 4 and counts["(all)", "buzz", "ann"]["people"] == 3
-    kappas = {(row["item"], row["code"]): row for row in told["agreement"]}
+    kappas = {(row["item"], row["code"]): row for row in content["agreement"]}
     # By hand: 3 of 4 agreed; chance 3/4 x 2/4 + 1/4 x 2/4 = 1/2; (3/4 - 1/2) / (1 - 1/2) = 1/2.
     assert kappas["felt", "buzz"]["kappa"] == kappas["felt", "(all)"]["kappa"] == 0.5
     assert kappas["felt", "(all)"]["agreed"] == 3 and ("liked", "speed") not in kappas
-    assert told["notes"] == ["bob: 3 of 7 answers were not coded (P001 liked, P002 liked, P003 liked)"]
+    assert content["notes"] == ["bob: 3 of 7 answers were not coded (P001 liked, P002 liked, P003 liked)"]
     with (lab / "analysis/toy/codes/agreement.csv").open(newline="") as file:
         assert [row["kappa"] for row in csv.DictReader(file) if row["item"] == "felt"] == ["0.5"] * 3
 
@@ -86,15 +86,15 @@ def test_codes_are_counted_and_two_coders_compared(lab, tmp_path):
 def test_an_export_with_a_column_of_codes_is_a_coder_s_table(lab, tmp_path):
     exported(lab, "toy", tmp_path / "out", "csv", free_text=True)
     lines = (tmp_path / "out/answers.csv").read_text(encoding="utf-8").splitlines()
-    said = [",interview,felt," in line for line in lines]
-    coded = [f"{line},{'codes' if n == 0 else 'x' if said[n] else ''}" for n, line in enumerate(lines)]
+    is_answer = [",interview,felt," in line for line in lines]
+    coded = [f"{line},{'codes' if n == 0 else 'x' if is_answer[n] else ''}" for n, line in enumerate(lines)]
     (tmp_path / "ann.csv").write_text("\n".join(coded), encoding="utf-8")
     printed = run(lab, tmp_path / "ann.csv").output
     assert "felt  x: 4 of 4 answers, 4 participants (ann)" in printed and "one coder" in printed
 
 
 @pytest.mark.parametrize(
-    ("codes", "header", "said"),
+    ("codes", "header", "message"),
     [
         ({(9, "felt"): "x"}, None, "line 2: P009, session 1, 'felt' is not an answer in free text; did you mean"),
         ({(4, "liked"): "x"}, None, "P004, session 1, 'liked' is not an answer"),
@@ -103,9 +103,9 @@ def test_an_export_with_a_column_of_codes_is_a_coder_s_table(lab, tmp_path):
         ({(1, "felt"): "x"}, "participant,item,remark", "a column `codes` is expected"),
     ],
 )
-def test_a_row_that_is_no_answer_and_codes_that_look_alike_are_refused(lab, tmp_path, codes, header, said):
+def test_a_row_that_is_no_answer_and_codes_that_look_alike_are_refused(lab, tmp_path, codes, header, message):
     path = table(tmp_path / "ann.csv", codes, header or "participant,item,codes")
-    with pytest.raises(TableRefused, match=said):
+    with pytest.raises(TableRefused, match=message):
         run(lab, path)
 
 

@@ -31,11 +31,11 @@ MAP = SHIPPED.parents[1] / "importing" / "maps" / "sk2011.yaml"
 PEOPLE = 4
 
 
-def told(*arguments: object) -> tuple[int, str, str]:
+def run_command(*arguments: object) -> tuple[int, str, str]:
     """Run the command line: exit code, output, errors."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        command_line.main([str(each) for each in arguments])
+        command_line.main([str(argument) for argument in arguments])
     return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 
@@ -44,14 +44,16 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four simulated sessions of the door study and the imported table of Singmann and Klauer."""
     folder = tmp_path_factory.mktemp("lab")
     people = f"P001..P{PEOPLE:03d}"
-    assert told("run", "door_ratings", "--participant", people, "--simulate", "--seed", 1, "--lab", folder)[0] == 0
-    assert told("import", MAP, "--lab", folder)[0] == 0
+    assert (
+        run_command("run", "door_ratings", "--participant", people, "--simulate", "--seed", 1, "--lab", folder)[0] == 0
+    )
+    assert run_command("import", MAP, "--lab", folder)[0] == 0
     return folder
 
 
 @pytest.fixture(scope="module")
 def analysed(lab: Path) -> dict[str, Any]:
-    code, out, _ = told("analyse", "door_ratings", "--lab", lab, "--json")
+    code, out, _ = run_command("analyse", "door_ratings", "--lab", lab, "--json")
     assert code == 0
     return dict(json.loads(out))
 
@@ -66,7 +68,7 @@ def test_analyse_writes_what_it_says(lab: Path, analysed: dict[str, Any]) -> Non
 
 def test_the_inputs_are_the_ledgers_with_their_real_hashes(lab: Path, analysed: dict[str, Any]) -> None:
     data = json.loads((lab / "analysis" / "door_ratings" / "statistics.json").read_text())
-    ledgers = {each["name"]: each["sha256"] for each in data["inputs"] if each["name"].endswith(".sqlite")}
+    ledgers = {source["name"]: source["sha256"] for source in data["inputs"] if source["name"].endswith(".sqlite")}
     real = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in (lab / "sessions").glob("*.sqlite")}
     assert ledgers == real and len(real) == PEOPLE
     assert data["title"] == "Opening a car door, rated on seven attributes"
@@ -75,9 +77,9 @@ def test_the_inputs_are_the_ledgers_with_their_real_hashes(lab: Path, analysed: 
 @pytest.mark.long
 def test_a_collected_database_gives_the_same_report(lab: Path, tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'all.sqlite'}"
-    assert told("collect", "--lab", lab, "--to", url)[0] == 0
+    assert run_command("collect", "--lab", lab, "--to", url)[0] == 0
     for name, source in (("a", ("--lab", lab)), ("b", ("--database", url, "--lab", tmp_path))):
-        assert told("report", "door_ratings", *source, "--to", tmp_path / f"{name}.html")[0] == 0
+        assert run_command("report", "door_ratings", *source, "--to", tmp_path / f"{name}.html")[0] == 0
     first, second = ((tmp_path / f"{name}.html").read_bytes() for name in "ab")
     assert first == second
     assert b"no person gave these answers" in first
@@ -85,38 +87,40 @@ def test_a_collected_database_gives_the_same_report(lab: Path, tmp_path: Path) -
 
 def test_an_interrupted_session_is_left_out_and_the_report_says_so(lab: Path, tmp_path: Path) -> None:
     database = tmp_path / "all.sqlite"
-    assert told("collect", "--lab", lab, "--to", f"sqlite:///{database}")[0] == 0
+    assert run_command("collect", "--lab", lab, "--to", f"sqlite:///{database}")[0] == 0
     with contextlib.closing(sqlite3.connect(database)) as connection, connection:
         connection.execute(
             "UPDATE sessions SET status = 'interrupted', trials_answered = 44 WHERE participant = 'P004'"
         )
     source = ("--database", f"sqlite:///{database}", "--lab", tmp_path)
-    code, out, _ = told("report", "door_ratings", *source, "--json")
+    code, out, _ = run_command("report", "door_ratings", *source, "--json")
     assert code == 0
-    found = json.loads(out)
-    assert (found["left_out"], found["participants"], found["complete"]) == (1, PEOPLE - 1, True)
-    assert "group 2" in " ".join(found["not_tested"])  # one participant is left in it
-    page = Path(found["files"][0]).read_text()
+    summary = json.loads(out)
+    assert (summary["left_out"], summary["participants"], summary["complete"]) == (1, PEOPLE - 1, True)
+    assert "group 2" in " ".join(summary["not_tested"])  # one participant is left in it
+    page = Path(summary["files"][0]).read_text()
     assert "interrupted after 44 of 45 trials" in page and "Not tested" in page
-    code, out, _ = told("analyse", "door_ratings", *source, "--include-incomplete", "--no-figures", "--json")
+    code, out, _ = run_command("analyse", "door_ratings", *source, "--include-incomplete", "--no-figures", "--json")
     assert (code, json.loads(out)["left_out"]) == (0, 0)
 
 
 def test_analyse_prints_a_summary_a_person_can_use(lab: Path, analysed: dict[str, Any]) -> None:
-    code, out, _ = told("analyse", "door_ratings", "--lab", lab, "--no-figures")
+    code, out, _ = run_command("analyse", "door_ratings", "--lab", lab, "--no-figures")
     assert code == 0
     assert "4 participants, 1,260 ratings" in out and "Simulated participants" in out
     assert "Luxurious – Cheap" in out and "statistics.json" in out
-    assert all(f"variant: F({each.split('F(')[1].split(',')[0]}" in out for each in analysed["headlines"].values())
+    assert all(
+        f"variant: F({headline.split('F(')[1].split(',')[0]}" in out for headline in analysed["headlines"].values()
+    )
 
 
 def test_sk2011_agrees_with_r(lab: Path) -> None:
-    code, out, _ = told("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", "r", "--json")
+    code, out, _ = run_command("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", "r", "--json")
     compared = json.loads(out)["reference"]
     assert code == 0
     assert len(compared) == 10 + 6 + 10
-    assert all(each["agrees"] and each["relative_error"] < 1e-12 for each in compared)
-    assert {each["number"] for each in compared} == {
+    assert all(row["agrees"] and row["relative_error"] < 1e-12 for row in compared)
+    assert {row["number"] for row in compared} == {
         "SS", "SS_error", "F", "p", "GG_eps", "p_GG", "HF_eps_raw", "p_HF", "pes", "ges"
     }  # fmt: skip
 
@@ -126,7 +130,7 @@ def test_a_difference_from_the_reference_is_exit_code_1(lab: Path, tmp_path: Pat
     entry["effects"]["plausibility"]["F"] *= 1 + 1e-8
     (tmp_path / "other.json").write_text(json.dumps({"mine": entry}))
     reference = f"{tmp_path / 'other.json'}#mine"
-    code, out, _ = told("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", reference)
+    code, out, _ = run_command("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", reference)
     assert code == 1
     assert "1.0e-08" in out and "27.42818" in out
 
@@ -146,22 +150,22 @@ def test_a_difference_from_the_reference_is_exit_code_1(lab: Path, tmp_path: Pat
     ],
 )
 def test_a_mistake_is_exit_code_2_and_one_message(lab: Path, arguments: tuple[object, ...], message: str) -> None:
-    code, _, err = told(*arguments, "--lab", lab)
+    code, _, err = run_command(*arguments, "--lab", lab)
     assert code == 2
     assert message in err and "Traceback" not in err
 
 
 def test_an_empty_lab_says_what_to_do(tmp_path: Path) -> None:
-    code, _, err = told("analyse", "door_ratings", "--lab", tmp_path)
+    code, _, err = run_command("analyse", "door_ratings", "--lab", tmp_path)
     assert code == 2 and "run a session, import a table" in err
 
 
 def test_import_lists_what_it_took_and_may_replace(lab: Path) -> None:
-    code, out, _ = told("import", MAP, "--lab", lab, "--replace", "--json")
-    found = json.loads(out)
+    code, out, _ = run_command("import", MAP, "--lab", lab, "--replace", "--json")
+    summary = json.loads(out)
     assert code == 0
-    assert (found["participants"], found["ratings"], found["left_out"]) == (40, 320, [])
-    assert found["within"] == ["inference", "plausibility"] and found["between"] == ["instruction"]
+    assert (summary["participants"], summary["ratings"], summary["left_out"]) == (40, 320, [])
+    assert summary["within"] == ["inference", "plausibility"] and summary["between"] == ["instruction"]
 
 
 def test_help_is_fast_and_imports_no_pandas() -> None:
@@ -204,7 +208,7 @@ def test_a_file_that_is_no_reference_is_refused(tmp_path: Path, text: str) -> No
 
 def test_no_number_of_the_comparison_is_cut_on_a_narrow_terminal(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    code, out, _ = told("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", "r")
+    code, out, _ = run_command("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", "r")
     shown = out[out.index("Beside the reference") : out.index("Written to")]
     assert code == 0 and "…" not in shown and "5.910221424e-06" in shown
     assert max(map(len, shown.splitlines())) <= 80
@@ -215,8 +219,8 @@ def test_a_table_without_within_factors_is_reported_on_the_command_line(tmp_path
     (tmp_path / "t.csv").write_text(f"who,sex,score\n{rows}")
     columns = "{participant: who, value: score, attribute_is: Soft, between: {sex: sex}}"
     (tmp_path / "map.yaml").write_text(f"name: lone\nfiles: t.csv\ncolumns: {columns}\n")
-    assert told("import", tmp_path / "map.yaml", "--lab", tmp_path)[0] == 0
-    code, out, _ = told("report", "lone", "--lab", tmp_path, "--json")
+    assert run_command("import", tmp_path / "map.yaml", "--lab", tmp_path)[0] == 0
+    code, out, _ = run_command("report", "lone", "--lab", tmp_path, "--json")
     assert code == 0 and "F(1, 6)" in json.loads(out)["headlines"]["Soft"]
-    code, out, _ = told("analyse", "lone", "--lab", tmp_path)
+    code, out, _ = run_command("analyse", "lone", "--lab", tmp_path)
     assert code == 0 and "means.svg" not in out and "anova.csv" in out

@@ -67,9 +67,9 @@ def not_finite(path):
     if path.suffix == ".csv":
         return [cell for row in csv.reader(text.splitlines()) for cell in row if re.fullmatch(r"[-+]?(nan|inf)", cell)]
     if path.suffix == ".json":
-        found = []
-        json.loads(text, parse_constant=found.append)
-        return found
+        constants = []
+        json.loads(text, parse_constant=constants.append)
+        return constants
     return re.findall(r"(?<![\w.#-])[-+]?(?:nan|inf)(?![\w-])", re.sub(r"<style.*?</style>", "", text, flags=re.DOTALL))
 
 
@@ -89,7 +89,7 @@ def test_hard_ratings_give_finite_numbers_or_a_refusal(tmp_path, capsys, kind, p
         assert code == 0, error
         assert not re.search(r"\b(NaN|Infinity|nan|inf)\b", out + error)
     written = [path for path in tmp_path.rglob("*") if path.suffix in {".csv", ".json", ".html"}]
-    assert {path.name: found for path in written if (found := not_finite(path))} == {}
+    assert {path.name: constants for path in written if (constants := not_finite(path))} == {}
 
 
 def test_the_writers_refuse_what_is_not_finite_and_say_where(tmp_path):

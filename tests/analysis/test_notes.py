@@ -36,10 +36,10 @@ def lab(tmp_path):
     ("command", "more"), [(analyse, ["--no-figures"]), (regenerate, ["--no-figures", "--no-crosscheck"])]
 )
 def test_look_alike_ids_are_told_on_the_console_and_as_json(lab, command, more):
-    asked = ["small", "--lab", str(lab), *more]
-    assert ALIKE in CliRunner().invoke(command, asked).output
-    found = CliRunner().invoke(command, [*asked, "--json"]).output
-    assert json.loads(found)["notes"] == [ALIKE]
+    arguments = ["small", "--lab", str(lab), *more]
+    assert ALIKE in CliRunner().invoke(command, arguments).output
+    output = CliRunner().invoke(command, [*arguments, "--json"]).output
+    assert json.loads(output)["notes"] == [ALIKE]
 
 
 def test_look_alike_ids_stand_in_every_file_of_a_regenerated_study_and_beside_a_refusal(lab):
@@ -49,9 +49,9 @@ def test_look_alike_ids_stand_in_every_file_of_a_regenerated_study_and_beside_a_
     ended = CliRunner().invoke(regenerate, ["small", "--lab", str(lab), "--no-figures", "--no-crosscheck"])
     assert ended.exit_code == 0, ended.output
     [statistics] = lab.rglob("statistics.json")
-    found = json.loads(statistics.read_text("utf-8"))
+    content = json.loads(statistics.read_text("utf-8"))
     line = " ".join(ALIKE.split())
-    assert found["notes"] == [ALIKE] and found["tests"][1]["refused"].endswith(f" (of the data: {line})")
+    assert content["notes"] == [ALIKE] and content["tests"][1]["refused"].endswith(f" (of the data: {line})")
     assert line in (statistics.parent / "tables.tex").read_text("utf-8").replace(r"\textquotesingle{}", "'")
 
 

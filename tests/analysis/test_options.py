@@ -374,7 +374,7 @@ CHANGED: Mapping[str, Callable[[Call], Call]] = {"missing": with_gap, "aggregate
 def options(name: str) -> list[str]:
     """Every parameter of a function that has a default."""
     parameters = inspect.signature(getattr(analysis, name)).parameters.values()
-    return [each.name for each in parameters if each.default is not inspect.Parameter.empty]
+    return [parameter.name for parameter in parameters if parameter.default is not inspect.Parameter.empty]
 
 
 def functions() -> list[str]:
@@ -396,13 +396,13 @@ def plain(value: Any, repeated: tuple[str, Any]) -> Any:
     if isinstance(value, Mapping):
         return {str(name): plain(own, repeated) for name, own in value.items() if not _repeats(name, own, repeated)}
     if isinstance(value, list | tuple):
-        return [plain(each, repeated) for each in value]
+        return [plain(item, repeated) for item in value]
     return "NaN" if isinstance(value, float) and np.isnan(value) else value
 
 
 def _repeats(name: object, value: Any, repeated: tuple[str, Any]) -> bool:
     option, given = repeated
-    return name == option and (value is given or (isinstance(value, list) and all(each == given for each in value))
+    return name == option and (value is given or (isinstance(value, list) and all(item == given for item in value))
                                or (isinstance(value, str | int | float) and value == given))  # fmt: skip
 
 
@@ -417,7 +417,7 @@ def outcome(name: str, call: Call, option: str) -> tuple[str, Any]:
         return "impossible", str(refusal)
 
 
-def said(call: Call) -> Call:
+def call_text(call: Call) -> Call:
     """What of a call can be shown."""
     return {key: value for key, value in call.items() if isinstance(value, str | int | float | list)}
 
@@ -429,8 +429,8 @@ def tried(name: str) -> Iterator[tuple[str, Call, str]]:
             value, given = OWN.get((name, option), OTHER[option]), CHANGED.get(option, dict)(call)
             if call.get(option) == value:
                 continue
-            base, with_it = (outcome(name, each, option) for each in (given, given | {option: value}))
-            assert base[0] != "refused", (name, option, said(call), base)
+            base, with_it = (outcome(name, options, option) for options in (given, given | {option: value}))
+            assert base[0] != "refused", (name, option, call_text(call), base)
             what = "refused" if with_it[0] == "refused" else "changes" if with_it != base else "no effect"
             yield option, call, what
 
@@ -444,7 +444,7 @@ def test_every_function_has_calls_and_every_option_a_value_to_try() -> None:
 
 @pytest.mark.parametrize("name", [name for name in functions() if options(name)])
 def test_an_option_changes_the_answer_or_is_refused(name: str) -> None:
-    found = list(tried(name))
-    assert not [(option, said(call)) for option, call, what in found if what == "no effect"]
-    useful = {option for option, _, what in found if what == "changes"}
+    outcomes = list(tried(name))
+    assert not [(option, call_text(call)) for option, call, what in outcomes if what == "no effect"]
+    useful = {option for option, _, what in outcomes if what == "changes"}
     assert useful == set(options(name))

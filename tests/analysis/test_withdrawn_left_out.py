@@ -40,33 +40,33 @@ def lab(tmp_path):
 
 
 @pytest.fixture(params=["files", "database"])
-def wanted(lab, request):
+def source(lab, request):
     return DataRequest("doors_small", lab, f"sqlite:///{lab / 'lab.sqlite'}" if request.param == "database" else None)
 
 
-def test_analyses_and_reports_hold_nobody_who_withdrew(wanted):
-    ratings, _ = read_source(wanted)
+def test_analyses_and_reports_hold_nobody_who_withdrew(source):
+    ratings, _ = read_source(source)
     assert ratings.participants == ("P001", "P003", "P004")
-    [line] = [each for each in ratings.exclusions if "P002" in each.who]
+    [line] = [exclusion for exclusion in ratings.exclusions if "P002" in exclusion.who]
     assert line.why == "the participant withdrew"
 
 
-def test_a_regenerated_study_holds_nobody_who_withdrew(wanted, lab, monkeypatch):
+def test_a_regenerated_study_holds_nobody_who_withdrew(source, lab, monkeypatch):
     monkeypatch.setattr(
         "palpate.analysis.regenerating.regeneration.names", lambda _: {"doors_small": lab / "study.yaml"}
     )
-    found = regenerate(wanted, lab / "analysis.yaml")
-    assert found.material.participants == ("P001", "P003", "P004")
-    assert "P002" not in set(found.answered[0].rows["participant"])
+    regenerated = regenerate(source, lab / "analysis.yaml")
+    assert regenerated.material.participants == ("P001", "P003", "P004")
+    assert "P002" not in set(regenerated.answered[0].rows["participant"])
 
 
 @pytest.mark.parametrize(
     "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
 )
-def test_no_format_holds_anybody_who_withdrew(wanted, fmt, tmp_path):
-    found = export(wanted, tmp_path / "out", Choices(fmt))
+def test_no_format_holds_anybody_who_withdrew(source, fmt, tmp_path):
+    exported = export(source, tmp_path / "out", Choices(fmt))
     everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
-    assert found.participants == 3 and b"P002" not in everything
+    assert exported.participants == 3 and b"P002" not in everything
     assert not [path for path in (tmp_path / "out").rglob("*") if "P002" in path.name or path.suffix == ".sqlite"]
 
 

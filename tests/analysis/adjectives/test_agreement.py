@@ -15,7 +15,7 @@ from palpate.analysis.statistics.refusals import TooFew
 from tests.analysis.adjectives.tables import WORDS, random_ticks, study, tables
 
 TICKS = random_ticks(6, 8, seed=4)
-FOUND = word_agreement(study(TICKS), draws=300, seed=1)
+RESULT = word_agreement(study(TICKS), draws=300, seed=1)
 
 
 def ticked(word: str) -> np.ndarray:
@@ -24,7 +24,7 @@ def ticked(word: str) -> np.ndarray:
 
 
 def test_alpha_of_each_word_and_of_all_is_krippendorffs_nominal_alpha() -> None:
-    rows = FOUND.words.set_index("word")
+    rows = RESULT.words.set_index("word")
     for word in WORDS[:-1]:
         assert rows.loc[word, "alpha"] == pytest.approx(krippendorff(ticked(word), "nominal").alpha, rel=1e-12)
     units = np.concatenate([ticked(word) for word in WORDS])
@@ -42,7 +42,7 @@ def test_kappa_is_that_of_statsmodels() -> None:
     for word in WORDS[:-1]:
         yes = ticked(word).sum(axis=1)
         expected = rater.fleiss_kappa(np.column_stack((yes, 6 - yes)))
-        assert FOUND.words.set_index("word").loc[word, "kappa"] == pytest.approx(expected, rel=1e-12)
+        assert RESULT.words.set_index("word").loc[word, "kappa"] == pytest.approx(expected, rel=1e-12)
 
 
 def test_overlap_is_the_mean_of_jaccard_over_pairs() -> None:
@@ -51,11 +51,11 @@ def test_overlap_is_the_mean_of_jaccard_over_pairs() -> None:
         sets = [set(TICKS[f"P{p}", f"T{s}"].split()) for p in range(6)]
         overlaps = [len(a & b) / len(a | b) for a, b in combinations(sets, 2) if a | b]
         means.append(np.mean(overlaps))
-        row = FOUND.stimuli.set_index("stimulus").loc[f"T{s}"]
+        row = RESULT.stimuli.set_index("stimulus").loc[f"T{s}"]
         assert row["jaccard"] == pytest.approx(means[-1], rel=1e-12)
         assert ("ticked nothing" in row["note"]) == (len(overlaps) < 15)
-    assert FOUND.jaccard == pytest.approx(np.mean(means), rel=1e-12)
-    assert FOUND.jaccard_low < FOUND.jaccard < FOUND.jaccard_high
+    assert RESULT.jaccard == pytest.approx(np.mean(means), rel=1e-12)
+    assert RESULT.jaccard_low < RESULT.jaccard < RESULT.jaccard_high
 
 
 def test_full_agreement_is_one() -> None:
@@ -90,5 +90,5 @@ def test_the_order_of_rows_changes_nothing() -> None:
     words, trials = tables(TICKS)
     mixed = gather_selections(words.sample(frac=1, random_state=1), trials.sample(frac=1, random_state=2), WORDS)
     again = word_agreement(mixed, draws=300, seed=1)
-    pd.testing.assert_frame_equal(FOUND.words, again.words, check_exact=True)
-    pd.testing.assert_frame_equal(FOUND.stimuli, again.stimuli, check_exact=True)
+    pd.testing.assert_frame_equal(RESULT.words, again.words, check_exact=True)
+    pd.testing.assert_frame_equal(RESULT.stimuli, again.stimuli, check_exact=True)

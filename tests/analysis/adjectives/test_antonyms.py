@@ -41,7 +41,7 @@ def test_a_pair_told_both_ways_is_one_pair() -> None:
 
 
 @pytest.mark.parametrize(
-    ("pairs", "said"),
+    ("pairs", "message"),
     [
         ([*GOOD, ("Rough", "Smooth")], "line 6: 'Rough' and 'Smooth' stand already in line 2"),
         ([("Rough", "rough")], "line 2: 'Rough' is its own antonym"),
@@ -54,8 +54,8 @@ def test_a_pair_told_both_ways_is_one_pair() -> None:
         ([("Rough", None)], "line 2: a word and its antonym are expected, found 'Rough' and ''"),
     ],
 )
-def test_mistakes_in_the_table_are_refused_with_their_line(pairs: list[tuple[object, object]], said: str) -> None:
-    assert said in refused(pairs)
+def test_mistakes_in_the_table_are_refused_with_their_line(pairs: list[tuple[object, object]], message: str) -> None:
+    assert message in refused(pairs)
 
 
 def test_all_mistakes_are_told_at_once() -> None:

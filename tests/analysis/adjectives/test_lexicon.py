@@ -152,7 +152,7 @@ def test_words_are_told_apart_as_asked_for_and_table_5_1_keeps_all_of_its_68() -
     assert {"Heavier", "smoothly", "easy to pull", "Easy-to-pull"} <= set(apart)
     assert len(merge_word_lists(LISTS, "as_written", inflected=False)) == 17
     listed = read_study(SHIPPED / "door_adjectives" / "study.yaml").study.adjectives.words
-    assert len(merge_word_lists({"Table 5.1": [each.word for each in listed]})) == 68
+    assert len(merge_word_lists({"Table 5.1": [entry.word for entry in listed]})) == 68
     with pytest.raises(BadValue, match="'none' has no words"):
         merge_word_lists({"some": ["calm"], "none": []})
     with pytest.raises(BadValue, match="'some': a word is expected, found ' '"):

@@ -29,9 +29,9 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 def answer(test: str, given: Selected, **settings: Any) -> Answer:
     kind = kinds.TESTS[test]
-    asked = kind.settings.model_validate({"name": "x", "test": test, **SETTINGS[test], **settings})
+    request = kind.settings.model_validate({"name": "x", "test": test, **SETTINGS[test], **settings})
     before = given.table.copy()
-    result = kind.answer(given, asked)
+    result = kind.answer(given, request)
     pd.testing.assert_frame_equal(before, given.table)
     return result
 
@@ -55,7 +55,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Selected]:
     for name in names:
         material = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
         listed = material.study.adjectives.words if material.study and material.study.adjectives else ()
-        offered = tuple(each.word for each in listed)
+        offered = tuple(entry.word for entry in listed)
         result[name] = Selected(material.words, material.trials, (), {}, draws=200, offered=offered)
     engine.dispose()
     return result
@@ -86,10 +86,10 @@ def test_relevance_counts_what_was_ticked_alone_and_names_the_normalisation() ->
 
 def test_neither_normalisation_nor_threshold_is_chosen_in_silence() -> None:
     model = kinds.TESTS["relevance"].settings
-    for lacking in ("normalisation", "threshold"):
+    for missing in ("normalisation", "threshold"):
         given = {"name": "x", "test": "relevance", **SETTINGS["relevance"]}
-        del given[lacking]
-        with pytest.raises(ValueError, match=lacking):
+        del given[missing]
+        with pytest.raises(ValueError, match=missing):
             model.model_validate(given)
 
 
@@ -132,8 +132,8 @@ def test_further_lists_are_merged_with_what_was_written() -> None:
     result = answer("lexicon", given, lists={"literature": "literature", "authors": ["calmer", "stiff"]})
     merged = {row["word"]: row["sources"] for row in result.more["merged"]}
     assert merged == {"woven": "experiment; literature", "calm": "literature; authors", "stiff": "authors"}
-    told = "Merged lexicon: 3 words (1 of experiment, 2 of literature, 2 of authors; 2 are of more than one source)."
-    assert result.notes[-1] == told
+    note = "Merged lexicon: 3 words (1 of experiment, 2 of literature, 2 of authors; 2 are of more than one source)."
+    assert result.notes[-1] == note
     apart = answer("lexicon", given, lists={"authors": ["calmer", "calm"]}, inflected=False)
     assert len(apart.more["merged"]) == 3
     with pytest.raises(DataRefused, match="no table 'literatur'; did you mean 'literature'"):

@@ -145,7 +145,7 @@ def test_staircases_give_reversals_and_a_fit() -> None:
     table = pd.concat(
         [run(rng, 2, 1, 150).assign(participant=who, stair=stair) for who in ("P1", "P2") for stair in (1, 2)]
     ).reset_index(drop=True)
-    asked = {
+    settings = {
         "method": "staircase",
         "order": "trial",
         "staircase": ["stair"],
@@ -153,14 +153,14 @@ def test_staircases_give_reversals_and_a_fit() -> None:
         "alternatives": 2,
         "last": 20,
     }
-    result = answer("psychometric", table, **asked)
+    result = answer("psychometric", table, **settings)
     assert [row["rule"] for row in result.rows] == ["2 down, 1 up"] * 2
     assert result.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
     assert result.rows[0]["share_at"] == pytest.approx(0.5 + (0.5 - result.rows[0]["lapse"]) * 0.5)
     assert result.rows[0]["reversals_used"] == 40
     assert result.rows[0]["reversal_threshold"] == pytest.approx(result.rows[1]["reversal_threshold"], abs=1.5)
     assert {row["participant"] for row in result.more["reversals"]} == {"P1", "P2"}
-    assert answer("psychometric", table.sample(frac=1, random_state=1), **asked).rows == result.rows
+    assert answer("psychometric", table.sample(frac=1, random_state=1), **settings).rows == result.rows
 
 
 def test_means_are_over_participants_within_each_condition() -> None:

@@ -62,7 +62,7 @@ def test_two_staircases_in_one_table_are_told_by_the_leap_between_them() -> None
     both = staircase(pd.concat([one, two], ignore_index=True), "level", "correct")
     assert any("before trial 101, more than twice" in note for note in both.notes)
     unequal = run(rng, 2, 1, 100, steps=(0.5, 1.5))
-    assert [staircase(each, "level", "correct").notes for each in (one, two, unequal)] == [(), (), ()]
+    assert [staircase(table, "level", "correct").notes for table in (one, two, unequal)] == [(), (), ()]
 
 
 def test_an_observers_70_7_percent_is_found_by_reversals_and_by_the_fit() -> None:

@@ -41,7 +41,7 @@ def long(cells: np.ndarray, groups: int = 1) -> pd.DataFrame:
 def answered(table: pd.DataFrame, test: str, missing: str = "refuse", gaps: int = 0, **settings: Any) -> QuestionResult:
     """The answer of one test on these rows; `gaps` cells of them are missing, `missing` says what is done about it."""
     kind = TESTS[test]
-    asked = kind.settings(name=test, test=test, missing=missing, **settings)
+    request = kind.settings(name=test, test=test, missing=missing, **settings)
     selected = Selected(table=table, trials=table, outcomes=("Soft",), levels={}, draws=100)
-    answer = (kind.with_gaps if gaps and kind.with_gaps else kind.answer)(selected, asked)
-    return QuestionResult(asked, "Soft", answer, "", "", MissingSummary(missing, gaps, gaps), 0.0, table)
+    answer = (kind.with_gaps if gaps and kind.with_gaps else kind.answer)(selected, request)
+    return QuestionResult(request, "Soft", answer, "", "", MissingSummary(missing, gaps, gaps), 0.0, table)

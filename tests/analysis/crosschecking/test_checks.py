@@ -169,13 +169,13 @@ def test_what_neither_package_has_says_so_and_other_kinds_have_no_line():
     table = rated()
     krippendorff = answered(table, "krippendorff_alpha", units=("stimulus",), raters="participant", level="interval")
     result = cross_check([krippendorff, answered(table, "means", by=("a",))])
-    assert [each.checked_with() for each in result] == ["not checked: neither pingouin nor statsmodels has it"]
+    assert [check.checked_with() for check in result] == ["not checked: neither pingouin nor statsmodels has it"]
 
 
 def test_the_sentence_counts_what_was_checked_with_what():
     checked = cross_check([ORDINARY["one factor"](), ORDINARY["pairs"]()])
-    told = sentence(checked)
-    assert told.startswith("2 of 2 answers checked with pingouin ")
-    assert " and statsmodels " in told and "the largest relative difference is " in told
+    text = sentence(checked)
+    assert text.startswith("2 of 2 answers checked with pingouin ")
+    assert " and statsmodels " in text and "the largest relative difference is " in text
     assert sentence(None) == "No second opinion was requested."
     assert line_of([]) == ""

@@ -40,23 +40,23 @@ def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, u
     return export(request, to, Choices(fmt, **{"least_people": 1, **choices}))
 
 
-def told(monkeypatch, *arguments):
+def run_command(monkeypatch, *arguments):
     """The verb by the front door: exit code, output, errors."""
     monkeypatch.setitem(command_line.VERBS, "export", ("palpate.analysis.exporting.commands:export", "Share data."))
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        command_line.main([str(each) for each in arguments])
+        command_line.main([str(argument) for argument in arguments])
     return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 
 def rewritten(source, to, change=lambda kind, body: body, header=None, upto=None):
     """The session anew, each event's body as `change` makes it; the chain is as the product's own ledger links it."""
     record = read(source)
-    told = {**record.header, **(header or {})}
-    who = ParticipantRow(told["participant"], told["group"], told["row"])
-    forms = LabForms.from_definition(told["lab_forms"]) if "lab_forms" in told else None
-    plan = compile_plan(Study.model_validate(told["study"]), who, told["seed"], forms)
-    create(to, {**told, "plan": plan.digest}, AT)
+    merged = {**record.header, **(header or {})}
+    who = ParticipantRow(merged["participant"], merged["group"], merged["row"])
+    forms = LabForms.from_definition(merged["lab_forms"]) if "lab_forms" in merged else None
+    plan = compile_plan(Study.model_validate(merged["study"]), who, merged["seed"], forms)
+    create(to, {**merged, "plan": plan.digest}, AT)
     ledger = open_for_append(to, AT)
     try:
         for event in record.events[1:upto]:

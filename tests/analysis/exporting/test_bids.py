@@ -16,7 +16,7 @@ import pytest
 from palpate.analysis.streams.recorded_streams import streams_of
 from palpate.studies.sessions.record import read
 from tests.analysis.exporting.labs import AT, RECORDED, exported, lab_of, rewritten
-from tests.analysis.streams.ledgers import Written, block, told
+from tests.analysis.streams.ledgers import Written, block, block_description
 
 KINDS = (
     "door_ratings", "texture_similarity", "door_adjectives", "door_lexicon", "door_matching", "door_authoring",
@@ -32,7 +32,7 @@ def errors_by_validator(folder):
     done = subprocess.run([validator, folder, "--format", "json", "--max-rows", "-1"], capture_output=True, text=True,
                           env={**os.environ, **NO_NETWORK}, timeout=60, check=False)  # fmt: skip
     issues = json.loads(done.stdout)["issues"]["issues"]
-    return done.returncode, {each["code"] for each in issues if each["severity"] == "error"}
+    return done.returncode, {issue["code"] for issue in issues if issue["severity"] == "error"}
 
 
 def tsv(path):
@@ -96,12 +96,12 @@ def lossy(tmp_path):
     xyz = {"channels": ("x", "y", "z"), "units": ("mm",) * 3}
     lost, hidden = [(500, 20, "buffer full"), (1000, 5, "cable")], [(50, 10, "hidden")]
     written.chunk(
-        (block("door_force", force[:500], 1000.0, 0, 10.0), told(0, 500)),
-        (block("door_place", place[:50], 100.0, 0, 10.0, **xyz), told(0, 50)),
+        (block("door_force", force[:500], 1000.0, 0, 10.0), block_description(0, 500)),
+        (block("door_place", place[:50], 100.0, 0, 10.0, **xyz), block_description(0, 50)),
     )
     written.chunk(
-        (block("door_force", force[520:], 1000.0, 520, 10.52), told(520, 480, gaps=lost)),
-        (block("door_place", place[60:], 100.0, 60, 10.6, **xyz), told(60, 40, gaps=hidden)),
+        (block("door_force", force[520:], 1000.0, 520, 10.52), block_description(520, 480, gaps=lost)),
+        (block("door_place", place[60:], 100.0, 60, 10.6, **xyz), block_description(60, 40, gaps=hidden)),
     )
     written.done()
     written.end()

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tests.analysis.exporting.labs import lab_of, told
+from tests.analysis.exporting.labs import lab_of, run_command
 
 
 @pytest.fixture
@@ -24,20 +24,26 @@ def lab(tmp_path):
     (["--csv", "--without", "participant"], "--without participant: the tables mean nothing without this column"),
 ])  # fmt: skip
 def test_mistakes_are_told(lab, tmp_path, monkeypatch, arguments, message):
-    code, _, errors = told(monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", *arguments)
+    code, _, errors = run_command(
+        monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", *arguments
+    )
     assert code == 2 and message in " ".join(errors.split()) and not (tmp_path / "out").exists()
 
 
 def test_an_unknown_study_names_the_nearest(lab, tmp_path, monkeypatch):
-    code, _, errors = told(monkeypatch, "export", "door_lexikon", "--lab", lab, "--to", tmp_path / "out", "--csv")
+    code, _, errors = run_command(
+        monkeypatch, "export", "door_lexikon", "--lab", lab, "--to", tmp_path / "out", "--csv"
+    )
     assert code == 2 and "did you mean 'door_lexicon'?" in errors
-    code, _, errors = told(monkeypatch, "export", "x", "--lab", tmp_path / "none", "--to", tmp_path / "out", "--csv")
+    code, _, errors = run_command(
+        monkeypatch, "export", "x", "--lab", tmp_path / "none", "--to", tmp_path / "out", "--csv"
+    )
     assert code == 2 and "no sessions; run one first" in errors
 
 
 def test_an_imported_table_is_not_ours_to_share(tmp_path, monkeypatch):
     (tmp_path / "lab/imported/sk2011").mkdir(parents=True)
-    code, _, errors = told(
+    code, _, errors = run_command(
         monkeypatch, "export", "sk2011", "--lab", tmp_path / "lab", "--to", tmp_path / "out", "--csv"
     )
     assert code == 2 and "was imported, not recorded here" in errors
@@ -50,20 +56,22 @@ def test_an_imported_table_is_not_ours_to_share(tmp_path, monkeypatch):
 ])  # fmt: skip
 def test_what_the_lab_says_of_its_data_is_checked(lab, tmp_path, monkeypatch, text, message):
     (lab / "dataset_description.json").write_text(text)
-    code, _, errors = told(monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--bids")
+    code, _, errors = run_command(
+        monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--bids"
+    )
     assert code == 2 and message in errors
 
 
 def test_it_says_what_it_did(lab, tmp_path, monkeypatch):
-    code, out, _ = told(
+    code, out, _ = run_command(
         monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--csv", "--json"
     )
-    found = json.loads(out)
-    assert code == 0 and (found["participants"], found["sessions"], found["simulated"]) == (1, 1, True)
+    summary = json.loads(out)
+    assert code == 0 and (summary["participants"], summary["sessions"], summary["simulated"]) == (1, 1, True)
 
 
 def test_help_needs_nothing_heavy_and_shows_examples(monkeypatch):
-    code, out, _ = told(monkeypatch, "export", "--help")
+    code, out, _ = run_command(monkeypatch, "export", "--help")
     assert code == 0 and "palpate export door_ratings --lab LAB --to shared/doors --bids" in out
     heavy = "pandas", "numpy", "sqlalchemy", "scipy", "pyarrow"
     script = f"import sys, palpate.analysis.exporting.commands; sys.exit(any(each in sys.modules for each in {heavy}))"

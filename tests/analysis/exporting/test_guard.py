@@ -63,9 +63,9 @@ def test_a_refusal_names_file_column_and_row_and_not_the_text(tmp_path):
     with pytest.raises(ExportRefused, match=r"words\.csv: row 2, column 'word'.* telephone.*--without word") as refused:
         exported(lab, "door_lexicon", tmp_path / "out", "csv")
     assert "1234" not in str(refused.value) and list(tmp_path.iterdir()) == [lab]
-    found = exported(lab, "door_lexicon", tmp_path / "out", "csv", redact=True)
+    result = exported(lab, "door_lexicon", tmp_path / "out", "csv", redact=True)
     text = (tmp_path / "out/words.csv").read_text()
-    assert "heavy" in text and "[redacted]" in text and "5678" not in text and len(found.redacted) == 6
+    assert "heavy" in text and "[redacted]" in text and "5678" not in text and len(result.redacted) == 6
     assert "words.csv: row 2" in (tmp_path / "out/README.md").read_text()
 
 
@@ -84,14 +84,14 @@ def test_what_people_said_of_themselves_is_watched_and_can_be_left_out(fmt, tmp_
 
 def test_a_question_that_asks_who_somebody_is_is_refused(tmp_path):
     lab = tmp_path / "lab"
-    asked = {"name": "phone", "text": "Phone?", "kind": "text", "levels": [], "unit": None, "optional": True}
+    question = {"name": "phone", "text": "Phone?", "kind": "text", "levels": [], "unit": None, "optional": True}
 
     def change(kind, body):
         if kind == "request" and body.get("form") == "demographics":
             return {**body, "items": ["phone"]}
         return {**body, "answers": {"phone": "none"}} if "age" in body.get("answers", {}) else body
 
-    header = {"lab_forms": {"consent": "?", "questions": [{**asked, "low": None, "high": None}]}}
+    header = {"lab_forms": {"consent": "?", "questions": [{**question, "low": None, "high": None}]}}
     rewritten(LEXICON, lab / "sessions/door_lexicon_P001_s1.sqlite", change, header)
     with pytest.raises(ExportRefused, match=r"participants\.tsv: column 'phone'.*--without phone"):
         exported(lab, "door_lexicon", tmp_path / "out", "bids")
@@ -100,8 +100,8 @@ def test_a_question_that_asks_who_somebody_is_is_refused(tmp_path):
 def test_a_stimulus_column_about_a_person_is_refused_and_leaves_the_definition_too(tmp_path):
     lab, source = tmp_path / "lab", RECORDED / "sessions/doors_small_P001_s1.sqlite"
     study = read(source).header["study"]
-    for each in study["stimuli"]:
-        each["columns"]["maker_email"] = "mina.kim@lab.ac.kr"
+    for stimulus in study["stimuli"]:
+        stimulus["columns"]["maker_email"] = "mina.kim@lab.ac.kr"
     rewritten(source, lab / "sessions/doors_small_P001_s1.sqlite", header={"study": study})
     with pytest.raises(ExportRefused, match=r"stimuli\.csv: column 'maker_email'.*--without maker_email"):
         exported(lab, "doors_small", tmp_path / "out", "csv")
@@ -135,14 +135,14 @@ def test_a_pseudonym_that_is_a_name_or_a_number_of_identity_is_refused(pseudonym
 )
 def test_a_number_of_identity_that_was_asked_as_a_number_is_refused_in_every_format(fmt, tmp_path):
     lab = tmp_path / "lab"
-    asked = {"name": "registered", "text": "Number?", "kind": "number", "levels": [], "unit": None, "optional": True}
+    question = {"name": "registered", "text": "Number?", "kind": "number", "levels": [], "unit": None, "optional": True}
 
     def change(kind, body):
         if kind == "request" and body.get("form") == "demographics":
             return {**body, "items": ["registered"]}
         return {**body, "answers": {"registered": 20231234}} if "age" in body.get("answers", {}) else body
 
-    header = {"lab_forms": {"consent": "?", "questions": [{**asked, "low": 0, "high": 1e9}]}}
+    header = {"lab_forms": {"consent": "?", "questions": [{**question, "low": 0, "high": 1e9}]}}
     rewritten(LEXICON, lab / "sessions/door_lexicon_P001_s1.sqlite", change, header)
     with pytest.raises(ExportRefused, match=r"participants.*row 1, column 'registered'.*--without registered"):
         exported(lab, "door_lexicon", tmp_path / "out", fmt)

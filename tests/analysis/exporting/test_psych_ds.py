@@ -25,8 +25,8 @@ def test_the_rules_of_psych_ds_hold(study, tmp_path):
     files = [path for path in (tmp_path / "out/data").rglob("*") if path.is_file()]
     assert files and all(NAME.fullmatch(path.name) for path in files)
     assert {part.split("-")[0] for path in files for part in path.name.split("_")[:-1]} <= KEYS
-    described = {each["name"]: each for each in about["variableMeasured"]}
-    assert all(each["@type"] == "PropertyValue" and each["description"] for each in described.values())
+    described = {variable["name"]: variable for variable in about["variableMeasured"]}
+    assert all(variable["@type"] == "PropertyValue" and variable["description"] for variable in described.values())
     for path in files:
         with path.open(encoding="utf-8", newline="") as file:
             header, *rows = list(csv.reader(file))
@@ -39,6 +39,6 @@ def test_the_rules_of_psych_ds_hold(study, tmp_path):
 def test_a_variable_that_means_two_things_says_both(tmp_path):
     exported(lab_of(tmp_path / "lab", "door_ratings"), "door_ratings", tmp_path / "out", "psych-ds")
     about = json.loads((tmp_path / "out/dataset_description.json").read_text())
-    value = next(each for each in about["variableMeasured"] if each["name"] == "value")
+    value = next(variable for variable in about["variableMeasured"] if variable["name"] == "value")
     assert "In ratings: The rating" in value["description"] and "In answers: The answer" in value["description"]
     assert (value["minValue"], value["maxValue"]) == (-10, 10)

@@ -11,7 +11,7 @@ from palpate.analysis.exporting.demographics import ParticipantTable, without_sm
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
+from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, run_command
 from tests.studies.collecting.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
@@ -30,14 +30,14 @@ def session(lab, who, change=lambda kind, body: body, **how):
 
 def test_people_who_withdrew_are_never_exported(tmp_path, monkeypatch):
     lab = tmp_path / "lab"
-    assert told(monkeypatch, "init", lab)[0] == 0
+    assert run_command(monkeypatch, "init", lab)[0] == 0
     for _ in range(2):
-        assert told(monkeypatch, "participants", "add", "--lab", lab)[0] == 0
+        assert run_command(monkeypatch, "participants", "add", "--lab", lab)[0] == 0
     for path in sorted(RECORDED.glob("sessions/doors_small_P00[12]_s1.sqlite")):
         (lab / "sessions" / path.name).write_bytes(path.read_bytes())
-    assert told(monkeypatch, "participants", "withdraw", "P001", "--why", "asked to", "--lab", lab)[0] == 0
-    found = exported(lab, "doors_small", tmp_path / "out", "bids")
-    assert found.participants == 1 and found.left_out == ("doors_small/P001/1: the participant withdrew",)
+    assert run_command(monkeypatch, "participants", "withdraw", "P001", "--why", "asked to", "--lab", lab)[0] == 0
+    export = exported(lab, "doors_small", tmp_path / "out", "bids")
+    assert export.participants == 1 and export.left_out == ("doors_small/P001/1: the participant withdrew",)
     everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
     assert b"P001" not in everything and b"P002" in everything
 
@@ -65,8 +65,8 @@ def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_pa
 
 @pytest.mark.parametrize("free_text", [False, True])
 def test_what_people_wrote_in_an_interview_leaves_the_lab_only_where_it_is_asked_for(tmp_path, free_text):
-    asked = [{"name": "felt", "text": "What did you feel?"}]
-    ran(tmp_path, "matching", closing=["questionnaire", "interview"], interview=asked)
+    questions = [{"name": "felt", "text": "What did you feel?"}]
+    ran(tmp_path, "matching", closing=["questionnaire", "interview"], interview=questions)
     exported(tmp_path, "toy", tmp_path / "out", "csv", free_text=free_text)
     assert ("interview" in {row["form"] for row in rows(tmp_path / "out/answers.csv")}) == free_text
 
@@ -118,8 +118,10 @@ def test_simulated_and_real_people_are_not_mixed_and_simulated_ones_are_marked(t
         exported(lab, "door_lexicon", tmp_path / "out", "bids")
     exported(lab, "door_lexicon", tmp_path / "real", "bids", simulated=False)
     exported(lab, "door_lexicon", tmp_path / "made", "bids", simulated=True)
-    real, made = (json.loads((tmp_path / each / "dataset_description.json").read_text()) for each in ("real", "made"))
-    assert (real["Simulated"], made["Simulated"]) == (False, True) and made["Name"] != real["Name"]
+    real, simulated = (
+        json.loads((tmp_path / name / "dataset_description.json").read_text()) for name in ("real", "made")
+    )
+    assert (real["Simulated"], simulated["Simulated"]) == (False, True) and simulated["Name"] != real["Name"]
     assert "**Simulated data" in (tmp_path / "made/README.md").read_text()
     assert "**Simulated data" not in (tmp_path / "real/README.md").read_text()
 
@@ -145,7 +147,7 @@ QUESTIONS = {"age": ("answer_age", "number"), "hand": ("hand", "choice"), "remar
 def answered(**columns):
     count = len(next(iter(columns.values())))
     rows = tuple(
-        {"participant": f"P{n:03d}", **{name: told[n] for name, told in columns.items()}} for n in range(count)
+        {"participant": f"P{n:03d}", **{name: values[n] for name, values in columns.items()}} for n in range(count)
     )
     return ParticipantTable(
         (Column("answer_age", "Age."), Column("hand", "Hand."), Column("remark", "Said.")), rows, QUESTIONS
@@ -168,8 +170,8 @@ def shown(people, column, least=3):
     ],
 )
 def test_a_choice_of_few_is_withheld_and_does_not_show_by_what_is_left(hands, expected):
-    found = shown(answered(hand=list(hands)), "hand")
-    assert found == [None if told == " " else told for told in expected]
+    result = shown(answered(hand=list(hands)), "hand")
+    assert result == [None if answer == " " else answer for answer in expected]
 
 
 @pytest.mark.parametrize(
@@ -189,10 +191,10 @@ def test_numbers_are_means_of_people_of_like_number(ages, expected):
 
 def test_what_was_withheld_is_said_and_words_stay():
     people = answered(answer_age=[20, 30, 40], hand=list("rrl"), remark=["cook", None, "nurse"])
-    found, told = without_small_groups(people, 3)
-    assert [row["remark"] for row in found.rows] == ["cook", None, "nurse"]
-    assert told[1] == "hand: answers of fewer than 3 participants are withheld (empty)."
-    assert found.columns[0].description == "Age. Each number is the mean of at least 3 participants of like age."
+    remaining, notes = without_small_groups(people, 3)
+    assert [row["remark"] for row in remaining.rows] == ["cook", None, "nurse"]
+    assert notes[1] == "hand: answers of fewer than 3 participants are withheld (empty)."
+    assert remaining.columns[0].description == "Age. Each number is the mean of at least 3 participants of like age."
     assert without_small_groups(people, 1) == (people, ())
 
 
@@ -200,13 +202,15 @@ def test_what_was_withheld_is_said_and_words_stay():
 def test_real_people_are_protected_in_every_table_unless_it_is_asked_for(tmp_path, rig, ages):
     for who, age in (("P001", 20), ("P002", 40), ("P003", 60)):
         session(tmp_path, who, answering(age=age), header={"rig": {"kind": rig}})
-    found = exported(tmp_path, "door_lexicon", tmp_path / "out", "csv", least_people=3)
+    export = exported(tmp_path, "door_lexicon", tmp_path / "out", "csv", least_people=3)
     assert {float(row["age"]) for row in rows(tmp_path / "out/participants.csv")} == set(map(float, ages))
-    told = [row for row in rows(tmp_path / "out/answers.csv") if row["item"] == "age"]
+    age_rows = [row for row in rows(tmp_path / "out/answers.csv") if row["item"] == "age"]
     assert (
-        {float(row["value_number"]) for row in told} == {float(row["value"]) for row in told} == set(map(float, ages))
+        {float(row["value_number"]) for row in age_rows}
+        == {float(row["value"]) for row in age_rows}
+        == set(map(float, ages))
     )
-    said = "age: each number is the mean of at least 3 participants of like age."
-    assert (said in found.withheld) == (rig == "live") == (said in (tmp_path / "out/README.md").read_text())
+    note = "age: each number is the mean of at least 3 participants of like age."
+    assert (note in export.withheld) == (rig == "live") == (note in (tmp_path / "out/README.md").read_text())
     exported(tmp_path, "door_lexicon", tmp_path / "all", "csv")
     assert {float(row["age"]) for row in rows(tmp_path / "all/participants.csv")} == {20, 40, 60}

@@ -39,13 +39,13 @@ def test_content_version_and_seed_decide_and_nothing_else():
      (180, (False, True), lambda v: np.flip(v, 0))],
 )  # fmt: skip
 def test_turns_and_mirrors_are_those_that_were_drawn(angle_deg, mirrors, same):
-    found = varied(VALUES, Drawn(angle_deg, *mirrors), noise_sd=0.0)
-    np.testing.assert_allclose(found, same(VALUES), atol=1e-4)
+    result = varied(VALUES, Drawn(angle_deg, *mirrors), noise_sd=0.0)
+    np.testing.assert_allclose(result, same(VALUES), atol=1e-4)
 
 
 def test_noise_is_added_and_brightness_stays_brightness():
-    found = varied(VALUES, Drawn(0, False, False), noise_sd=0.25)
-    np.testing.assert_allclose(found, np.minimum(VALUES + 0.25, 1), atol=1e-6)
+    result = varied(VALUES, Drawn(0, False, False), noise_sd=0.25)
+    np.testing.assert_allclose(result, np.minimum(VALUES + 0.25, 1), atol=1e-6)
     for level in (0.0, 1.0):
         flat = varied(np.full((64, 64), level, np.float32), chance_of("ab", 1), noise_sd=0.1)
         assert flat.min() >= 0 and flat.max() <= 1 and np.ptp(flat) > 0.1
@@ -59,5 +59,5 @@ def test_noise_has_the_sd_that_was_asked_for():
 def test_the_corners_of_a_turned_picture_are_filled_from_it():
     halves = np.ones((64, 64), np.float32)
     halves[:, :32] = 0.5
-    found = varied(halves, Drawn(45, False, False), noise_sd=0.0)
-    assert found.min() >= 0.5 and np.isfinite(found).all()
+    result = varied(halves, Drawn(45, False, False), noise_sd=0.0)
+    assert result.min() >= 0.5 and np.isfinite(result).all()

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.needs("skimage")
 def counted(values):
     """Pair by pair, with numpy alone: neighbours in eight directions, each direction pair a share of its own."""
     steps = np.minimum(np.floor(values.astype(float) * 16), 15).astype(int)
-    made = np.zeros((16, 16))
+    matrix = np.zeros((16, 16))
     rows, columns = steps.shape
     for down, right in ((0, 1), (-1, 1), (-1, 0), (-1, -1)):
         one = steps[max(0, -down) : rows - max(0, down), max(0, -right) : columns - max(0, right)]
@@ -22,41 +22,41 @@ def counted(values):
         both = np.zeros((16, 16))
         np.add.at(both, (one.ravel(), other.ravel()), 1)
         both += both.T
-        made += both / both.sum() / 4
-    return made.ravel()
+        matrix += both / both.sum() / 4
+    return matrix.ravel()
 
 
 def test_it_is_scikit_image_s_own_matrix_and_what_counting_gives():
     values = grains(301, seed=3).astype("f4") / 255
-    found = glcm(values)
-    assert found.shape == (256,) and found.dtype == np.float32
+    matrix = glcm(values)
+    assert matrix.shape == (256,) and matrix.dtype == np.float32
     theirs = graycomatrix(
         (grains(301, seed=3) // 16).astype("u1"), [1], [0, np.pi / 4, np.pi / 2, 3 * np.pi / 4], 16, True, True
     )
-    np.testing.assert_allclose(found, theirs[:, :, 0, :].mean(axis=-1).ravel(), atol=1e-6, rtol=0)
-    np.testing.assert_allclose(found, counted(values), atol=1e-7, rtol=0)
-    assert found.sum() == pytest.approx(1, abs=1e-6)
+    np.testing.assert_allclose(matrix, theirs[:, :, 0, :].mean(axis=-1).ravel(), atol=1e-6, rtol=0)
+    np.testing.assert_allclose(matrix, counted(values), atol=1e-7, rtol=0)
+    assert matrix.sum() == pytest.approx(1, abs=1e-6)
 
 
 def test_it_is_symmetric_and_does_not_change_by_a_quarter_turn_or_a_mirror():
     values = grains(100).astype("f4") / 255
-    found = glcm(values)
-    np.testing.assert_allclose(found, found.reshape(16, 16).T.ravel())
+    matrix = glcm(values)
+    np.testing.assert_allclose(matrix, matrix.reshape(16, 16).T.ravel())
     for turned in (np.rot90(values), np.flip(values, 0)):
-        np.testing.assert_allclose(glcm(turned), found, atol=1e-7)
+        np.testing.assert_allclose(glcm(turned), matrix, atol=1e-7)
 
 
 def test_a_checkerboard_has_its_own_kind_along_the_diagonals_only():
     board = np.indices((8, 8)).sum(axis=0) % 2
-    found = glcm(board.astype("f4")).reshape(16, 16)
-    assert found[0, 15] + found[15, 0] == pytest.approx(0.5)
-    assert found[0, 0] + found[15, 15] == pytest.approx(0.5)
+    matrix = glcm(board.astype("f4")).reshape(16, 16)
+    assert matrix[0, 15] + matrix[15, 0] == pytest.approx(0.5)
+    assert matrix[0, 0] + matrix[15, 15] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(("level", "place"), [(0.0, 0), (1.0, 255), (0.5, 8 * 16 + 8)])
 def test_one_brightness_is_one_cell(level, place):
-    found = glcm(np.full((20, 20), level, np.float32))
-    assert found[place] == 1 and np.count_nonzero(found) == 1
+    matrix = glcm(np.full((20, 20), level, np.float32))
+    assert matrix[place] == 1 and np.count_nonzero(matrix) == 1
 
 
 def test_levels_are_sixteenths():

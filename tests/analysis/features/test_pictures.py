@@ -20,10 +20,10 @@ def shown(data, side=SIDE):
 def test_forty_nine_patches_lie_side_by_side_in_the_square_of_the_thesis():
     looking = Looking()
     values = np.arange(1568 * 1568, dtype=np.float32).reshape(1568, 1568)
-    found = patches(values, looking)
+    result = patches(values, looking)
     assert looking.starts == (0, 224, 448, 672, 896, 1120, 1344)
-    assert found.shape == (49, 224, 224)
-    whole = np.block([[found[7 * row + column] for column in range(7)] for row in range(7)])
+    assert result.shape == (49, 224, 224)
+    whole = np.block([[result[7 * row + column] for column in range(7)] for row in range(7)])
     np.testing.assert_array_equal(whole, values)
 
 
@@ -53,8 +53,8 @@ def test_the_middle_of_a_picture_that_is_no_square():
 def test_a_turned_camera_is_turned_back():
     exif = Image.Exif()
     exif[0x0112] = 6
-    found = shown(file_of(grains(), "PNG", exif=exif)).values
-    np.testing.assert_array_equal(found, np.rot90(shown(file_of(grains())).values, -1))
+    values = shown(file_of(grains(), "PNG", exif=exif)).values
+    np.testing.assert_array_equal(values, np.rot90(shown(file_of(grains())).values, -1))
 
 
 @pytest.mark.parametrize("mode", ["RGB", "RGBA", "LA", "CMYK", "P", "I;16"])
@@ -76,16 +76,16 @@ def test_a_format_without_loss_shows_what_png_does(kind):
 
 def test_sixteen_bits_stay_sixteen_bits():
     fine = np.arange(256 * 256, dtype="u2").reshape(256, 256)
-    found = shown(file_of(fine)).values
-    assert len(np.unique(found)) == 65536
-    np.testing.assert_allclose(found, fine / 65535, atol=1e-7)
+    values = shown(file_of(fine)).values
+    assert len(np.unique(values)) == 65536
+    np.testing.assert_allclose(values, fine / 65535, atol=1e-7)
 
 
 def test_colours_are_weighed_as_itu_r_601_says():
     colours = np.zeros((256, 256, 3), "u1")
     colours[:, :86, 0], colours[:, 86:171, 1], colours[:, 171:, 2] = 255, 255, 255
-    found = shown(file_of(colours)).values[0, [0, 100, 255]]
-    np.testing.assert_allclose(found, [0.299, 0.587, 0.114], atol=0.5 / 255)
+    values = shown(file_of(colours)).values[0, [0, 100, 255]]
+    np.testing.assert_allclose(values, [0.299, 0.587, 0.114], atol=0.5 / 255)
 
 
 def test_another_size_is_resampled_and_an_enlarged_one_is_told_of():
@@ -101,9 +101,9 @@ def test_another_size_is_resampled_and_an_enlarged_one_is_told_of():
 
 @pytest.mark.parametrize("level", [0, 255])
 def test_black_and_white_are_right_and_told_of(level):
-    found = shown(file_of(np.full((256, 256), level, "u1")), 300)
-    assert np.unique(found.values).tolist() == [level / 255]
-    assert "it shows nothing" in found.notes[1]
+    picture = shown(file_of(np.full((256, 256), level, "u1")), 300)
+    assert np.unique(picture.values).tolist() == [level / 255]
+    assert "it shows nothing" in picture.notes[1]
 
 
 def test_ten_pixels_are_refused_with_the_least_size():

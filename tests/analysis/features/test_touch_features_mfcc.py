@@ -11,7 +11,7 @@ from tests.analysis.features.touch_specimens import noise
 pytestmark = pytest.mark.needs("librosa")
 
 SEGMENTS = noise(500, 6).T * np.array([1e-3, 0.1, 1.0, 10.0, 300.0, 1.0])[:, None]
-MADE = {"sr": 1000, "n_fft": 25, "hop_length": 25, "window": "boxcar", "center": False, "n_mels": 13}
+OPTIONS = {"sr": 1000, "n_fft": 25, "hop_length": 25, "window": "boxcar", "center": False, "n_mels": 13}
 
 
 def waveform(segment):
@@ -21,7 +21,7 @@ def waveform(segment):
 
 
 def by_librosa(segment):
-    bands = librosa.feature.melspectrogram(y=waveform(segment), **MADE)
+    bands = librosa.feature.melspectrogram(y=waveform(segment), **OPTIONS)
     return librosa.feature.mfcc(S=librosa.power_to_db(bands, top_db=None), n_mfcc=13).T
 
 
@@ -34,15 +34,15 @@ def test_forty_frames_of_thirteen():
 
 
 def test_they_are_librosas_own():
-    found = mfcc(SEGMENTS)
-    for mine, segment in zip(found, SEGMENTS, strict=True):
+    result = mfcc(SEGMENTS)
+    for mine, segment in zip(result, SEGMENTS, strict=True):
         np.testing.assert_allclose(mine, by_librosa(segment), rtol=0, atol=1e-6)
 
 
 def test_they_are_those_of_librosa_in_one_call_where_its_range_of_80_dB_clips_nothing():
-    bands = librosa.feature.melspectrogram(y=waveform(SEGMENTS[2]), **MADE)
+    bands = librosa.feature.melspectrogram(y=waveform(SEGMENTS[2]), **OPTIONS)
     within = bands.min(axis=0) > 1e-8 * bands.max()
-    whole = librosa.feature.mfcc(y=waveform(SEGMENTS[2]), n_mfcc=13, **MADE).T
+    whole = librosa.feature.mfcc(y=waveform(SEGMENTS[2]), n_mfcc=13, **OPTIONS).T
     assert within.sum() >= 38
     np.testing.assert_allclose(mfcc(SEGMENTS[2:3])[0][within], whole[within], rtol=0, atol=1e-6)
 
@@ -56,9 +56,9 @@ def test_a_segment_knows_nothing_of_another():
 
 
 def test_silence_is_the_floor():
-    found = mfcc(np.zeros((1, 500)))[0]
-    np.testing.assert_allclose(found[:, 0], 10 * np.log10(FLOOR) * np.sqrt(13), rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1:], 0, atol=1e-9)
+    result = mfcc(np.zeros((1, 500)))[0]
+    np.testing.assert_allclose(result[:, 0], 10 * np.log10(FLOOR) * np.sqrt(13), rtol=1e-12)
+    np.testing.assert_allclose(result[:, 1:], 0, atol=1e-9)
 
 
 def test_twice_as_loud_moves_the_first_coefficient_only():
@@ -69,6 +69,6 @@ def test_twice_as_loud_moves_the_first_coefficient_only():
 
 @pytest.mark.parametrize("segment", [np.full(500, 3.0), np.eye(500)[250], np.clip(SEGMENTS[4], -20, 20)])
 def test_constant_single_and_clipped_samples_are_finite_and_librosas_own(segment):
-    found = mfcc(segment[None])[0]
-    assert np.isfinite(found).all()
-    np.testing.assert_allclose(found, by_librosa(segment), rtol=0, atol=1e-6)
+    result = mfcc(segment[None])[0]
+    assert np.isfinite(result).all()
+    np.testing.assert_allclose(result, by_librosa(segment), rtol=0, atol=1e-6)

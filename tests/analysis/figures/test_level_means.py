@@ -84,9 +84,9 @@ def test_trend_lines_are_the_described_means_family_by_family() -> None:
 
 def test_the_trends_have_no_whiskers_and_the_caption_says_so() -> None:
     ratings = door_ratings(people=2)
-    lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
-    assert not any(axes.collections for axes in drawn(lacking, "trends").axes)
-    assert "Their spread is not drawn here." in report_picture(lacking, "trends").data.caption
+    incomplete = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
+    assert not any(axes.collections for axes in drawn(incomplete, "trends").axes)
+    assert "Their spread is not drawn here." in report_picture(incomplete, "trends").data.caption
 
 
 def test_the_original_is_the_reference_and_an_import_has_none() -> None:

@@ -14,9 +14,9 @@ from tests.analysis.figures.specimens import data_of, draw_svg, inputs_of
 def doors() -> pd.DataFrame:
     """Two participants rate two attributes at stimuli that were made for one of them."""
     rows = [
-        (person, attribute, made, target, 50.0 if attribute != made else target + shift)
+        (person, attribute, adjective, target, 50.0 if attribute != adjective else target + shift)
         for person, shift in (("P001", 4.0), ("P002", -6.0))
-        for made in ("New", "Damped")
+        for adjective in ("New", "Damped")
         for target in (10, 90)
         for attribute in ("Damped", "New")
     ]

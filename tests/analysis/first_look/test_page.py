@@ -60,9 +60,9 @@ def words(html: str) -> str:
 
 
 def test_the_page_loads_nothing(html: str) -> None:
-    found = Reader(html)
-    assert not {"script", "link", "iframe", "object", "embed", "img", "image", "base"} & {tag for tag, _ in found.tags}
-    for tag, attributes in found.tags:
+    reader = Reader(html)
+    assert not {"script", "link", "iframe", "object", "embed", "img", "image", "base"} & {tag for tag, _ in reader.tags}
+    for tag, attributes in reader.tags:
         for name in ("src", "href", "xlink:href", "data", "action", "poster"):
             value = attributes.get(name)
             assert value is None or value.startswith("#"), (tag, name, value)
@@ -70,10 +70,10 @@ def test_the_page_loads_nothing(html: str) -> None:
 
 
 def test_links_within_the_page_and_ids_fit(html: str) -> None:
-    found = Reader(html)
-    ids = [attributes["id"] for _, attributes in found.tags if attributes.get("id")]
+    reader = Reader(html)
+    ids = [attributes["id"] for _, attributes in reader.tags if attributes.get("id")]
     assert len(ids) == len(set(ids))
-    links = {a["href"] for tag, a in found.tags if tag == "a" and a.get("href")}
+    links = {a["href"] for tag, a in reader.tags if tag == "a" and a.get("href")}
     assert links and {link[1:] for link in links if link} <= set(ids)
     used = {m for m in re.findall(r'xlink:href="#([^"]+)"|url\(#([^)]+)\)', html) for m in m if m}
     assert used <= set(ids)
@@ -100,11 +100,11 @@ def test_nothing_on_the_page_is_nan_or_a_p_of_zero(html: str) -> None:
 def test_constant_ratings_are_told_not_computed(value: float) -> None:
     ratings = door_ratings(people=2, attributes=1)
     flat = replace(ratings, table=ratings.table.assign(value=value), scale=None)
-    found = analyse_ratings(flat)
-    text = words(report_html(found))
+    analysis = analyse_ratings(flat)
+    text = words(report_html(analysis))
     assert "undefined" in text
     assert not re.search(r"\b(nan|inf)\b", text, re.IGNORECASE)
-    assert "NaN" not in statistics_json(found) and "Infinity" not in statistics_json(found)
+    assert "NaN" not in statistics_json(analysis) and "Infinity" not in statistics_json(analysis)
 
 
 @pytest.mark.long
@@ -117,8 +117,8 @@ def test_exclusions_are_listed_and_their_absence_is_said(doors: Analysis, html: 
 
 def test_every_input_stands_with_its_hash(doors: Analysis, html: str) -> None:
     text = words(html)
-    for each in doors.ratings.inputs:
-        assert f"{each.name} {each.note}".strip() in text and each.sha256 in text
+    for source in doors.ratings.inputs:
+        assert f"{source.name} {source.note}".strip() in text and source.sha256 in text
 
 
 @pytest.mark.long
@@ -143,8 +143,8 @@ def test_the_headline_is_the_pooled_tests_sentence(doors: Analysis, html: str) -
 
 def test_a_missing_cell_is_on_the_page_with_the_tests_that_it_cost() -> None:
     ratings = door_ratings(people=2, attributes=1)
-    lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
-    text = words(report_html(analyse_ratings(lacking)))
+    incomplete = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
+    text = words(report_html(analyse_ratings(incomplete)))
     assert "1 missing cell:" in text and "P100, attribute Easy-to-pull, car BC3, variant g0" in text
     assert "the design asks for:" not in text and "were not made" in text
     assert (
@@ -163,10 +163,10 @@ def test_an_imported_table_has_a_report_without_doors() -> None:
 
 def test_everything_is_the_same_twice(tmp_path: Path) -> None:
     for run in ("a", "b"):
-        found = analyse_ratings(door_ratings(people=2, attributes=2), "Doors")
-        write_results(found, tmp_path / run)
-        write_report(found, tmp_path / run / "report.html")
-        save_figures(found, tmp_path / run)
+        analysis = analyse_ratings(door_ratings(people=2, attributes=2), "Doors")
+        write_results(analysis, tmp_path / run)
+        write_report(analysis, tmp_path / run / "report.html")
+        save_figures(analysis, tmp_path / run)
     first = {path.name: path.read_bytes() for path in sorted((tmp_path / "a").iterdir())}
     second = {path.name: path.read_bytes() for path in sorted((tmp_path / "b").iterdir())}
     assert first == second
@@ -189,10 +189,10 @@ def test_the_json_holds_every_number_under_a_name_that_says_what_it_is(doors: An
 
 def test_an_undefined_number_is_null_with_its_reason(tmp_path: Path) -> None:
     ratings = door_ratings(people=2, attributes=1)
-    found = analyse_ratings(replace(ratings, table=ratings.table.assign(value=3.0)))
-    effect = json.loads(statistics_json(found))["tests"][0]["results"][0]
+    analysis = analyse_ratings(replace(ratings, table=ratings.table.assign(value=3.0)))
+    effect = json.loads(statistics_json(analysis))["tests"][0]["results"][0]
     assert effect["F"] is None and effect["p"] is None and "undefined" in effect["note"]
-    write_results(found, tmp_path)
+    write_results(analysis, tmp_path)
     assert "nan" not in (tmp_path / "anova.csv").read_text()
 
 

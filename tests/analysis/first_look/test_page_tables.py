@@ -37,9 +37,9 @@ GROUPS: Row = {
 
 def page_with(question: Question, *rows: Row, per_cell: tuple[int, int] = (1, 1), people: int = 12) -> Analysis:
     """The analysis of real ratings with hand-made tests in the place of the computed ones."""
-    found = analyse_ratings(reasoning(people=4))
+    analysis = analyse_ratings(reasoning(people=4))
     test = Answer(question, "rating", people, rows, per_cell)
-    return replace(found, statistics=StudyStatistics((question,), (test,)))
+    return replace(analysis, statistics=StudyStatistics((question,), (test,)))
 
 
 def cells(shown: Table) -> list[dict[str, str]]:
@@ -103,19 +103,19 @@ def test_pairs_below_the_level_are_counted_by_each_method() -> None:
 
 
 def test_averaged_ratings_are_told_with_their_number() -> None:
-    def told(kind: Any, per_cell: tuple[int, int], over: tuple[str, ...] = ()) -> str:
+    def participants_text(kind: Any, per_cell: tuple[int, int], over: tuple[str, ...] = ()) -> str:
         question = Question(kind, ("variant",), None, over)
         return question_words(question, [Answer(question, "Soft", 12, (EFFECT,), per_cell)], grouped=False)
 
-    assert told("crossed", (1, 1)) == "12 participants."
+    assert participants_text("crossed", (1, 1)) == "12 participants."
     assert (
-        told("crossed", (2, 2))
+        participants_text("crossed", (2, 2))
         == "12 participants. Each participant has one value in each cell, the mean of 2 ratings."
     )
-    assert told("pooled", (3, 3), ("car",)) == (
+    assert participants_text("pooled", (3, 3), ("car",)) == (
         "12 participants. Each participant has one value for each variant, the mean of 3 ratings, over car."
     )
-    assert told("between", (30, 45), ("car", "variant")) == (
+    assert participants_text("between", (30, 45), ("car", "variant")) == (
         "12 participants. Each participant has one value, the mean of 30 to 45 ratings, over car and variant."
     )
 

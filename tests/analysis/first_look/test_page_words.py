@@ -25,7 +25,7 @@ APART = "Groups are not a factor of these tests."
 MERGED = (Exclusion("averaged", "3 participants", "20 ratings of each averaged into 4 cells", 60, 12),)
 
 
-def told(ratings: Ratings) -> str:
+def report_text(ratings: Ratings) -> str:
     """The words of the report, without its markup and figures."""
     html = re.sub(r"<svg.*?</svg>|<style>.*?</style>", "", report_html(analyse_ratings(ratings)), flags=re.DOTALL)
     return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
@@ -39,22 +39,22 @@ def between_only(people: int = 8) -> Ratings:
 
 
 def test_a_table_without_within_factors_has_a_report(tmp_path: Path) -> None:
-    found = analyse_ratings(between_only())
-    text = told(between_only())
+    analysis = analyse_ratings(between_only())
+    text = report_text(between_only())
     assert "The effect of sex on each attribute" in text and "F(1, 6)" in text
     assert "No factor varies within participants" in text and "Within participants no factor" in text
     assert "Factors within participants:" not in text
-    assert save_figures(found, tmp_path) == [] and not list(tmp_path.iterdir())
-    assert len(write_results(found, tmp_path)) == 6
+    assert save_figures(analysis, tmp_path) == [] and not list(tmp_path.iterdir())
+    assert len(write_results(analysis, tmp_path)) == 6
 
 
 def test_a_table_without_any_factor_has_a_report() -> None:
-    text = told(replace(between_only(), between=()))
+    text = report_text(replace(between_only(), between=()))
     assert "No test was made: the data set has no factor to compare." in text and "1.75 (1.58)" in text
 
 
 def test_the_doors_confound_groups_with_cars_and_the_page_says_so() -> None:
-    text = told(door_ratings(people=2, attributes=1))
+    text = report_text(door_ratings(people=2, attributes=1))
     assert (
         "The groups met different levels of car (group 1: BC3, FORD and G90; group 2: K3, K8 and MQ4), so that an"
         " effect of the group may be one of these levels as well as one of the people." in text
@@ -63,34 +63,34 @@ def test_the_doors_confound_groups_with_cars_and_the_page_says_so() -> None:
 
 
 def test_groups_that_met_the_same_are_not_said_to_differ() -> None:
-    text = told(reasoning())
+    text = report_text(reasoning())
     assert "The groups met the same levels of inference and plausibility." in text
     assert "different levels" not in text and "stimuli that they felt" not in text
 
 
 def test_groups_are_said_to_be_no_factor_near_the_tables_and_in_the_methods() -> None:
-    text = told(door_ratings(people=2, attributes=1))
+    text = report_text(door_ratings(people=2, attributes=1))
     pooled = text.index("Each participant has one value for each variant")
     assert APART in text[pooled : pooled + 200]
     pairs = text.index("Levels of augmentation, compared")
     assert APART in text[pairs : pairs + 400]
     assert f"{APART} These are the analysis of variant and the pairs of augmentation" in text
-    assert APART not in told(replace(reasoning(), between=()))
+    assert APART not in report_text(replace(reasoning(), between=()))
 
 
 @pytest.mark.long
 def test_the_pairs_say_how_many_ratings_a_mean_rests_on() -> None:
-    text = told(door_ratings(people=2, attributes=1))
+    text = report_text(door_ratings(people=2, attributes=1))
     assert (
         "A participant's value is the mean of 3 ratings for original, 9 for amplitude, position, perturbation and"
         " plateau, 6 for bump: the levels' means rest on unequal numbers." in text
     )
-    assert "A participant's value at a level is the mean of 2 ratings." in told(reasoning())
+    assert "A participant's value at a level is the mean of 2 ratings." in report_text(reasoning())
 
 
 @pytest.mark.long
 def test_averaged_ratings_are_not_said_to_be_neither_repeated_nor_replaced() -> None:
-    plain, merged = told(reasoning()), told(replace(reasoning(), exclusions=MERGED))
+    plain, merged = report_text(reasoning()), report_text(replace(reasoning(), exclusions=MERGED))
     assert "nothing is missing, repeated or off the scale" in plain and "No value is replaced or imputed" in plain
     assert "nothing is missing or off the scale. A cell that held several ratings holds their mean" in merged
     assert "repeated or" not in merged and "No value is replaced" not in merged
@@ -99,7 +99,7 @@ def test_averaged_ratings_are_not_said_to_be_neither_repeated_nor_replaced() -> 
 
 
 def test_a_scale_that_was_not_declared_was_not_checked() -> None:
-    text = told(replace(reasoning(), scale=None))
+    text = report_text(replace(reasoning(), scale=None))
     assert "off the scale" not in text and "on the rating scale" not in text and "on the range of the data" in text
 
 
@@ -108,9 +108,9 @@ def test_what_an_import_merged_is_counted_as_merged(tmp_path: Path) -> None:
     rows = [(p, c, s) for p in ("P1", "P2", "P3") for c in ("K3", "K8") for s in range(4)]
     text = "who,item,car,score\n" + "".join(f"{p},soft,{c},{len(p) + s + int(c[1])}\n" for p, c, s in rows)
     ratings = imported(tmp_path, text, duplicates="mean")
-    assert "Averaged 24 into 6" in told(ratings) and "Left out nothing" in told(ratings)
+    assert "Averaged 24 into 6" in report_text(ratings) and "Left out nothing" in report_text(ratings)
     first = imported(tmp_path, text, duplicates="first")
-    assert "Left out 18 repeated ratings" in told(first) and "Averaged" not in told(first)
+    assert "Left out 18 repeated ratings" in report_text(first) and "Averaged" not in report_text(first)
 
 
 def session_study(**changes: Any) -> Ratings:
@@ -128,11 +128,11 @@ def session_study(**changes: Any) -> Ratings:
 
 @pytest.mark.long
 def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
-    text = told(session_study(simulated=True))
+    text = report_text(session_study(simulated=True))
     assert "Stimuli 12: 5 measured, 7 simulated" in text and "Simulation seeds 1, 2, 3" in text
-    real = told(session_study())
+    real = report_text(session_study())
     assert "Stimuli 12: 5 measured, 7 simulated" in real and "Simulation seed" not in real
-    assert "Stimuli" not in told(door_ratings(people=2, attributes=1)).split("Results")[0]
+    assert "Stimuli" not in report_text(door_ratings(people=2, attributes=1)).split("Results")[0]
 
 
 def test_the_report_says_what_was_planned_and_what_came() -> None:
@@ -146,15 +146,15 @@ def test_the_report_says_what_was_planned_and_what_came() -> None:
         ("P201", "2", 3),
     ):
         add_session(engine, who, group, stimuli_of(group), number=number)
-    found = dict(facts(read_ratings(engine, "doors")))
-    assert found["Done of planned"] == "1 of 8 (group 1: 1 of 4, group 2: 0 of 4)"
-    assert (found["Session 1 done"], found["Session 2 done"]) == ("3", "1")
-    assert found["Minutes, real and planned"] == "1 (1 to 1); 5 planned"
+    shown = dict(facts(read_ratings(engine, "doors")))
+    assert shown["Done of planned"] == "1 of 8 (group 1: 1 of 4, group 2: 0 of 4)"
+    assert (shown["Session 1 done"], shown["Session 2 done"]) == ("3", "1")
+    assert shown["Minutes, real and planned"] == "1 (1 to 1); 5 planned"
     assert "Done of planned" not in dict(facts(session_study()))
 
 
 def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
-    text = told(door_ratings(people=2, attributes=1))
+    text = report_text(door_ratings(people=2, attributes=1))
     assert "Bars are means over 4 participants, whiskers ± 1 standard deviation across participants" in text
     assert "Points are means over 4 participants, on the rating scale. Their spread is not drawn here." in text
     assert "as many ratings" not in text
@@ -163,16 +163,16 @@ def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
 @pytest.mark.long
 def test_a_mean_that_rests_on_fewer_ratings_is_told_under_the_figure() -> None:
     ratings = door_ratings(people=2, attributes=1)
-    lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
-    assert told(lacking).count("Not every participant's mean rests on as many ratings: 2 to 3.") == 2
+    incomplete = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
+    assert report_text(incomplete).count("Not every participant's mean rests on as many ratings: 2 to 3.") == 2
 
 
 @pytest.mark.long
 def test_one_reason_stands_once() -> None:
     ratings = door_ratings(people=2)
     table = ratings.table
-    gone = (table["participant"] == "P100") & (table["car"] == "FORD")
-    text = told(replace(ratings, table=table[~gone].reset_index(drop=True)))
+    dropped = (table["participant"] == "P100") & (table["car"] == "FORD")
+    text = report_text(replace(ratings, table=table[~dropped].reset_index(drop=True)))
     assert text.count("P100 lacks 15 of 45 cells") == 1 and "(all 7 attributes)" in text
     assert text.count("not tested; the reason is given below") == 7
 
@@ -180,7 +180,7 @@ def test_one_reason_stands_once() -> None:
 @pytest.mark.parametrize("end", ["K3", "K8"])
 def test_a_single_pair_has_no_plural(end: str) -> None:
     rows = [(f"P{p}", "Soft", level, float(p * (1 + (level == end)))) for p in range(1, 5) for level in ("K3", "K8")]
-    text = told(small_ratings(rows))
+    text = report_text(small_ratings(rows))
     assert "1 pair below" in text.replace("of 1 pair below", "1 pair below") and "1 pairs" not in text
     assert not re.search(r"(?<!d \+ )\b1 (ratings|participants|cells|sessions|values)\b", text)
 
@@ -189,4 +189,4 @@ def test_the_table_of_a_study_without_crossed_stimuli_lists_each_stimulus_once()
     rows = [(f"P{p}", "Soft", level, float(p + len(level))) for p in range(3) for level in ("a", "bb", "ccc")]
     ratings = small_ratings(rows)
     assert isinstance(ratings.table, pd.DataFrame)
-    assert "a 2.00 (1.00) 3 bb 3.00 (1.00) 3 ccc 4.00 (1.00) 3" in told(ratings)
+    assert "a 2.00 (1.00) 3 bb 3.00 (1.00) 3 ccc 4.00 (1.00) 3" in report_text(ratings)

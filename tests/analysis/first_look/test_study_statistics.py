@@ -80,19 +80,19 @@ def test_the_corrected_p_is_reported_wherever_an_effect_has_more_than_one_df() -
 
 def test_a_test_that_cannot_be_made_keeps_its_place_and_says_why() -> None:
     ratings = door_ratings(people=2, attributes=2)
-    gone = (ratings.table["participant"] == "P100") & (ratings.table["car"] == "FORD")
-    lacking = replace(ratings, table=ratings.table[~gone].reset_index(drop=True))
-    found = analyse_ratings(lacking)
-    made = {(test.question.kind, test.question.scope): bool(test.rows) for test in found.statistics.tests}
-    assert made == {
+    dropped = (ratings.table["participant"] == "P100") & (ratings.table["car"] == "FORD")
+    incomplete = replace(ratings, table=ratings.table[~dropped].reset_index(drop=True))
+    analysis = analyse_ratings(incomplete)
+    answered = {(test.question.kind, test.question.scope): bool(test.rows) for test in analysis.statistics.tests}
+    assert answered == {
         ("crossed", "group 1"): False,
         ("crossed", "group 2"): True,  # the other group is complete
         ("pooled", "all participants"): False,
         ("between", "all participants"): False,
         ("pairs", "all participants"): False,
     }
-    assert all(test.rows or "P100" in test.refused for test in found.statistics.tests)
-    assert not found.design.ok
+    assert all(test.rows or "P100" in test.refused for test in analysis.statistics.tests)
+    assert not analysis.design.ok
 
 
 def test_repeated_ratings_are_averaged_only_where_the_study_repeats() -> None:
@@ -106,7 +106,7 @@ def test_repeated_ratings_are_averaged_only_where_the_study_repeats() -> None:
 
 
 def test_progress_is_told_every_step_and_the_end() -> None:
-    told: list[tuple[int, int, str]] = []
-    study_statistics(reasoning(), lambda *step: told.append(step))
-    assert [done for done, _, _ in told] == [0, 1, 2, 3, 4]
-    assert told[0] == (0, 4, "rating: inference x plausibility, all participants")
+    steps: list[tuple[int, int, str]] = []
+    study_statistics(reasoning(), lambda *step: steps.append(step))
+    assert [done for done, _, _ in steps] == [0, 1, 2, 3, 4]
+    assert steps[0] == (0, 4, "rating: inference x plausibility, all participants")

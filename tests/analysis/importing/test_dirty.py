@@ -62,9 +62,9 @@ def dirt(draw: st.DrawFn) -> dict[str, object]:
 def test_dirt_does_not_change_the_table(table: Foreign, dirty: dict[str, object]) -> None:
     with tempfile.TemporaryDirectory() as name:
         ratings = imported(Path(name), table.also(**dirty))
-        found = [tuple(row) for row in ratings.table[["participant", "attribute", "car", "value"]].values.tolist()]
-        assert found == [(*labels, float(value)) for *labels, value in table.records]
-        assert all(type(label) is str for row in found for label in row[:3])
+        rows = [tuple(row) for row in ratings.table[["participant", "attribute", "car", "value"]].values.tolist()]
+        assert rows == [(*labels, float(value)) for *labels, value in table.records]
+        assert all(type(label) is str for row in rows for label in row[:3])
         assert sum(line.rows for line in ratings.exclusions) == dirty["empty_rows"]
         save_ratings(ratings, Path(name) / "saved")
         again = load_ratings(Path(name) / "saved")
@@ -163,7 +163,7 @@ def test_each_kind_of_cell_that_is_no_number_has_its_own_advice(text, advice):
 
 
 @pytest.mark.parametrize(
-    ("data", "encoding", "said"),
+    ("data", "encoding", "message"),
     [
         (b"PK\x03\x04rest", "utf-8-sig", "is a workbook .*; open it .* save it as CSV in UTF-8"),
         (b'{"who": 1}', "utf-8-sig", "is a JSON file"),
@@ -174,8 +174,8 @@ def test_each_kind_of_cell_that_is_no_number_has_its_own_advice(text, advice):
         (bytes(range(256)), "utf-8-sig", "no other encoding reads it either: open it"),
     ],
 )
-def test_what_a_file_is_decides_the_advice(tmp_path, data, encoding, said):
+def test_what_a_file_is_decides_the_advice(tmp_path, data, encoding, message):
     path = tmp_path / "table.csv"
     path.write_bytes(data)
-    with pytest.raises(TableRefused, match=said):
+    with pytest.raises(TableRefused, match=message):
         read_sheet(path, "table.csv", encodings=[encoding], delimiter=None, required=["who"], trim=False)

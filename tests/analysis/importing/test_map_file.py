@@ -18,8 +18,8 @@ CLEAN = "who,item,car,score\nP1,soft,K3,1\nP1,soft,K8,2\nP2,soft,K3,3\nP2,soft,K
 
 
 def values(ratings: Any) -> list[float]:
-    found: list[float] = ratings.table["value"].tolist()
-    return found
+    listed: list[float] = ratings.table["value"].tolist()
+    return listed
 
 
 @pytest.mark.parametrize(
@@ -222,7 +222,7 @@ def test_files_are_taken_in_natural_order_from_the_folder_that_is_named(tmp_path
     for number in (10, 2, 1):
         (data / f"{number}.csv").write_text(f"who,item,car,score\nP{number},soft,K3,{number}\n")
     ratings = import_table(write_map(tmp_path, files="*.csv"), data)
-    assert [each.name for each in ratings.inputs] == ["map.yaml", "1.csv", "2.csv", "10.csv"]
+    assert [source.name for source in ratings.inputs] == ["map.yaml", "1.csv", "2.csv", "10.csv"]
     assert values(ratings) == [1.0, 2.0, 10.0]
     assert values(import_table(write_map(tmp_path, files="*.csv"), data / "2.csv")) == [2.0]
     with pytest.raises(TableRefused, match=r"no file matches '\*\.txt'; the folder holds: 1\.csv"):

@@ -42,13 +42,13 @@ def test_the_means_are_those_of_the_authors(
 ) -> None:
     means = participant_means(ratings, ["pictures", "phase"])
     chosen = means[(means["pictures"] == pictures) & (means["phase"] == phase)]
-    found = dict(zip(chosen["participant"], chosen["mean"], strict=True))
-    assert found == {person: float(authors[person][column]) for person in ("1", "3", "12")}
+    computed = dict(zip(chosen["participant"], chosen["mean"], strict=True))
+    assert computed == {person: float(authors[person][column]) for person in ("1", "3", "12")}
 
 
 def test_the_condition_is_that_of_the_authors(ratings: Ratings, authors: dict[str, dict[str, str]]) -> None:
-    found = dict(zip(ratings.table["participant"], ratings.table["condition"], strict=True))
-    assert found == {person: authors[person]["condition"] for person in ("1", "3", "12")}
+    conditions = dict(zip(ratings.table["participant"], ratings.table["condition"], strict=True))
+    assert conditions == {person: authors[person]["condition"] for person in ("1", "3", "12")}
 
 
 def test_nothing_is_left_out_without_a_line(ratings: Ratings) -> None:
@@ -56,7 +56,7 @@ def test_nothing_is_left_out_without_a_line(ratings: Ratings) -> None:
         Exclusion("rows", "3 files", "likertPre.thisN and likertPost.thisN are empty", 600),
         Exclusion("averaged", "3 participants", "20 ratings of each averaged into 4 cells", 60, 12),
     )
-    assert [each.note.split(", ")[1] for each in ratings.inputs[1:]] == ["mac-roman", "mac-roman", "utf-8-sig"]
+    assert [source.note.split(", ")[1] for source in ratings.inputs[1:]] == ["mac-roman", "mac-roman", "utf-8-sig"]
     assert check_ratings(ratings).ok
 
 

@@ -47,9 +47,9 @@ def test_a_data_set_with_such_a_factor_is_refused_by_name(name: str) -> None:
     fields: list[dict[str, Any]] = [{"between": (name,)}]
     if name != "stimulus":  # the factor of a study whose stimuli nothing crosses
         fields.append({"within": (name,)})
-    for each in fields:
+    for arguments in fields:
         with pytest.raises(DataRefused, match=f"{name!r}|named twice"):
-            small_ratings([], table=table, attributes=("Soft",), **each)
+            small_ratings([], table=table, attributes=("Soft",), **arguments)
 
 
 def test_a_group_is_what_a_group_is_called(tmp_path: Path) -> None:

@@ -32,14 +32,14 @@ def test_the_reasoning_data_are_complete_and_have_their_known_means() -> None:
 
 
 @pytest.mark.parametrize(
-    ("levels", "said"),
+    ("levels", "message"),
     [
         ("[{a: b}]", "line 3: columns.within.size: level 1 of the list is {'a': 'b'}; texts are expected"),
         ("[[a]]", "level 1 of the list is ['a']; texts are expected"),
         ("[a, a, b]", "the level 'a' appears twice"),
     ],
 )
-def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, levels, said):
+def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, levels, message):
     path = tmp_path / "map.yaml"
     within = f"size: {{column: size, levels: {levels}}}"
     path.write_text(
@@ -47,4 +47,4 @@ def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, l
     )
     with pytest.raises(MapRefused) as refused:
         read_map(path)
-    assert said in str(refused.value)
+    assert message in str(refused.value)

@@ -109,12 +109,12 @@ def test_a_method_that_raises_is_a_row_and_does_not_end_the_bench() -> None:
     def broken() -> None:
         raise MemoryError("9 GB needed")
 
-    told: list[str] = []
-    rows = run_bench({"sums": iter([case(broken, method="other"), case(lambda: 1)])}, told.append)
+    lines: list[str] = []
+    rows = run_bench({"sums": iter([case(broken, method="other"), case(lambda: 1)])}, lines.append)
     assert [row.outcome for row in rows] == ["failed", "measured"]
     assert rows[0].note == "MemoryError: 9 GB needed"
     assert (rows[0].error, rows[0].seconds, rows[0].peak_MB) == (None, None, None)
-    assert told == ["sums: sum, 3 numbers: other", "sums: sum, 3 numbers: palpate"]
+    assert lines == ["sums: sum, 3 numbers: other", "sums: sum, 3 numbers: palpate"]
 
 
 def test_an_interrupt_ends_the_bench() -> None:
@@ -142,8 +142,8 @@ def rows() -> Iterator[Row]:
 
 
 def test_the_ratio_is_to_our_first_method_on_the_same_input() -> None:
-    found = [ratio_to_ours(each, list(rows())) for each in rows()]
-    assert found == [1.0, pytest.approx(20.0), pytest.approx(40.0), None, None, 1.0]
+    ratios = [ratio_to_ours(row, list(rows())) for row in rows()]
+    assert ratios == [1.0, pytest.approx(20.0), pytest.approx(40.0), None, None, 1.0]
 
 
 def test_the_table_shows_error_and_time_side_by_side() -> None:
@@ -159,9 +159,9 @@ def test_the_table_shows_error_and_time_side_by_side() -> None:
 def test_json_is_stable_and_has_null_where_there_is_no_number() -> None:
     text = as_json(rows())
     assert text == as_json(rows())
-    found = json.loads(text)
-    assert found[2]["error"] is None and found[2]["outcome"] == "infinite"
-    assert found[0]["seconds"] == 2e-4
+    content = json.loads(text)
+    assert content[2]["error"] is None and content[2]["outcome"] == "infinite"
+    assert content[0]["seconds"] == 2e-4
 
 
 def test_each_area_has_a_plot_that_is_equal_twice(tmp_path: Path) -> None:

@@ -33,10 +33,10 @@ def table(name):
 
 @cache
 def ours(name, **also):
-    return mixed_model(table(name), "y", **asked(name), **also)
+    return mixed_model(table(name), "y", **model_options(name), **also)
 
 
-def asked(name):
+def model_options(name):
     given = expected(name)["ours"]
     return {**given, "reml": "REML = TRUE" in expected(name)["call"]}
 

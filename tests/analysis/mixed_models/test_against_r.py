@@ -126,5 +126,5 @@ def test_profile_intervals(name):
     result = profile_intervals(ours(name))
     spread = {f"sd_{e}|{g}" if e else "sigma": (low, high) for g, e, _, low, high in result.to_numpy()}
     assert set(spread) == set(r["names"])
-    for each, low, high in zip(r["names"], r["low"], r["high"], strict=True):
-        assert spread[each] == pytest.approx((low, high), rel=1e-6)
+    for label, low, high in zip(r["names"], r["low"], r["high"], strict=True):
+        assert spread[label] == pytest.approx((low, high), rel=1e-6)

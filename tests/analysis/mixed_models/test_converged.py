@@ -10,10 +10,10 @@ from palpate.analysis.mixed_models import optimising
 from palpate.analysis.mixed_models.model import mixed_model
 from palpate.analysis.mixed_models.problem import deviance, solve
 from palpate.analysis.statistics.refusals import NotConverged
-from tests.analysis.mixed_models.reference_for_tests import asked, table
+from tests.analysis.mixed_models.reference_for_tests import model_options, table
 
 
-def made(seed):
+def random_design(seed):
     """A design whose size, variances (some zero, some huge) and gaps are drawn by lot."""
     rng = np.random.default_rng(seed)
     n, k = rng.integers(5, 15, 2)
@@ -28,7 +28,7 @@ def made(seed):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_no_point_that_is_tried_is_better(seed):
-    model = mixed_model(made(seed), "y", [], {"p": ["x"], "s": []}, numeric=["x"])
+    model = mixed_model(random_design(seed), "y", [], {"p": ["x"], "s": []}, numeric=["x"])
     fit, rng = model.fit, np.random.default_rng(seed)
     parameters, free = fit.best.parameters, fit.best.free
     assert model.distance < 1e-9
@@ -41,4 +41,4 @@ def test_no_point_that_is_tried_is_better(seed):
 def test_a_search_that_is_cut_short_is_refused_and_not_called_converged(monkeypatch):
     monkeypatch.setattr(optimising, "_polished", lambda counted, parameters, factors: [f * 1.1 for f in factors])
     with pytest.raises(NotConverged, match="maximum was not reached"):
-        mixed_model(table("sloped"), "y", **asked("sloped"))
+        mixed_model(table("sloped"), "y", **model_options("sloped"))

@@ -15,7 +15,7 @@ from palpate.analysis.statistics.anova import rm_anova
 LEVELS = {"car": ("K8", "BC3", "G90"), "variant": ("soft", "hard"), "group": ("1", "2")}
 
 
-def selected(lacking=(), repeats=1, n=12):
+def selected(missing=(), repeats=1, n=12):
     rng = np.random.default_rng(12)
     p, c, v, _ = np.indices((n, 3, 2, repeats)).reshape(4, -1)
     # Large enough participant x factor variances that no estimate of them is negative.
@@ -32,21 +32,21 @@ def selected(lacking=(), repeats=1, n=12):
             "value": value + 2 * c + rng.normal(0, 2, len(p)),
         }
     )
-    kept = table.drop(index=list(lacking))
-    return Selected(kept, kept[["participant", "stimulus"]], ("Damped",), LEVELS)
+    rows = table.drop(index=list(missing))
+    return Selected(rows, rows[["participant", "stimulus"]], ("Damped",), LEVELS)
 
 
 MIXED_MODEL = TESTS["mixed_model"]
 
 
-def asked(**settings):
+def request(**settings):
     return MIXED_MODEL.settings(**{"name": "m", "test": "mixed_model", **settings})
 
 
 def test_coefficients_against_the_studys_first_level_with_tables_beside():
     answer = MIXED_MODEL.answer(
         selected([3, 17]),
-        asked(fixed=["car"], numeric=["damping"], random={"participant": ["damping"], "stimulus": []}, levels=True),
+        request(fixed=["car"], numeric=["damping"], random={"participant": ["damping"], "stimulus": []}, levels=True),
     )
     effects = [row["effect"] for row in answer.rows]
     assert effects == ["(Intercept)", "car[BC3]", "car[G90]", "damping"]
@@ -90,7 +90,7 @@ def test_means_over_what_is_left_of_several_stimuli_are_refused():
 def test_rows_without_a_value_are_counted():
     whole = selected()
     table = whole.table.assign(value=whole.table["value"].where(whole.table.index != 5))
-    answer = MIXED_MODEL.answer(Selected(table, table, ("Damped",), LEVELS), asked(fixed=["car"]))
+    answer = MIXED_MODEL.answer(Selected(table, table, ("Damped",), LEVELS), request(fixed=["car"]))
     assert answer.notes[0] == "Left out: 1 row without a value."
     assert answer.values == 71
 
@@ -105,10 +105,10 @@ def test_rows_without_a_value_are_counted():
 )
 def test_a_wrong_column_is_refused_by_name(settings, words):
     with pytest.raises(DataRefused) as caught:
-        MIXED_MODEL.answer(selected(), asked(**settings))
+        MIXED_MODEL.answer(selected(), request(**settings))
     assert words in str(caught.value)
 
 
 def test_a_model_without_random_effects_is_refused():
     with pytest.raises(ValueError, match="grouping factor"):
-        asked(fixed=["car"], random={})
+        request(fixed=["car"], random={})

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from palpate.analysis.mixed_models.blups import random_effects
 from palpate.analysis.mixed_models.model import mixed_model
 from palpate.analysis.statistics.anova import rm_anova
-from tests.analysis.mixed_models.reference_for_tests import asked, ours, table
+from tests.analysis.mixed_models.reference_for_tests import model_options, ours, table
 from tests.examples import examples
 
 CROSSED = table("crossed").iloc[:200]
-ASKED = {"fixed": ["texture", "group"], "random": {"participant": [], "stimulus": []}}
+OPTIONS = {"fixed": ["texture", "group"], "random": {"participant": [], "stimulus": []}}
 COLUMNS = ["estimate", "se", "df", "t", "p"]
 
 
@@ -25,14 +25,14 @@ def numbers(model):
     )
 
 
-BASE = numbers(mixed_model(CROSSED, "y", **ASKED))
+BASE = numbers(mixed_model(CROSSED, "y", **OPTIONS))
 
 
 @settings(max_examples=examples(6), deadline=None)
 @given(st.permutations(range(len(CROSSED))), st.permutations(list(CROSSED.columns)))
 def test_order_of_rows_and_columns_changes_nothing(rows, columns):
     shuffled = CROSSED.iloc[rows][columns]
-    np.testing.assert_array_equal(numbers(mixed_model(shuffled, "y", **ASKED)), BASE)
+    np.testing.assert_array_equal(numbers(mixed_model(shuffled, "y", **OPTIONS)), BASE)
 
 
 @pytest.mark.parametrize("kind", ["category", "object", "string", "integers"])
@@ -43,13 +43,13 @@ def test_the_type_of_labels_changes_nothing(kind):
         changed = CROSSED.assign(**numbered)
     else:
         changed = CROSSED.astype(dict.fromkeys(texts, kind))
-    np.testing.assert_array_equal(numbers(mixed_model(changed, "y", **ASKED)), BASE)
+    np.testing.assert_array_equal(numbers(mixed_model(changed, "y", **OPTIONS)), BASE)
 
 
 def test_the_outcomes_unit_and_origin_change_what_they_should():
     shifted = CROSSED.assign(y=1e9 - 4096 * (CROSSED["y"] * 64).round() / 64)
-    base = mixed_model(CROSSED.assign(y=(CROSSED["y"] * 64).round() / 64), "y", **ASKED)
-    model = mixed_model(shifted, "y", **ASKED)
+    base = mixed_model(CROSSED.assign(y=(CROSSED["y"] * 64).round() / 64), "y", **OPTIONS)
+    model = mixed_model(shifted, "y", **OPTIONS)
     np.testing.assert_allclose(model.fixed["estimate"][1:], -4096 * base.fixed["estimate"][1:], rtol=1e-8)
     np.testing.assert_allclose(model.variances["variance"], 4096.0**2 * base.variances["variance"], rtol=1e-7)
     np.testing.assert_allclose(model.effects[["F", "ddof2"]], base.effects[["F", "ddof2"]], rtol=1e-6)
@@ -58,14 +58,14 @@ def test_the_outcomes_unit_and_origin_change_what_they_should():
 def test_a_covariates_unit_and_origin_change_no_test_of_it():
     base, moved = ours("sloped"), table("sloped").copy()
     moved["speed"] = 2.0**40 + moved["speed"] * 8
-    model = mixed_model(moved, "y", **{**asked("sloped"), "reml": True})
+    model = mixed_model(moved, "y", **{**model_options("sloped"), "reml": True})
     np.testing.assert_allclose(model.effects[["F", "ddof2", "p_unc"]], base.effects[["F", "ddof2", "p_unc"]], rtol=1e-5)
     np.testing.assert_allclose(model.variances["variance"][1] * 64, base.variances["variance"][1], rtol=1e-5)
     assert model.fixed["estimate"][1] * 8 == pytest.approx(base.fixed["estimate"][1], rel=1e-7)
 
 
 def test_coding_changes_coefficients_but_no_test_and_no_variance():
-    one, other = (mixed_model(CROSSED, "y", **ASKED, coding=coding) for coding in ("treatment", "sum"))
+    one, other = (mixed_model(CROSSED, "y", **OPTIONS, coding=coding) for coding in ("treatment", "sum"))
     pd.testing.assert_frame_equal(one.effects, other.effects)
     np.testing.assert_allclose(one.variances["variance"], other.variances["variance"], rtol=1e-12)
     # The means of cells: intercept alone at the reference, or intercept plus both effects in sum coding.
@@ -76,7 +76,7 @@ def test_coding_changes_coefficients_but_no_test_and_no_variance():
 
 def test_levels_set_the_reference():
     order = {"texture": ["medium", "fine", "coarse", "never met"]}
-    model = mixed_model(CROSSED, "y", **ASKED, levels=order)
+    model = mixed_model(CROSSED, "y", **OPTIONS, levels=order)
     assert model.fixed["effect"].tolist() == ["(Intercept)", "texture[fine]", "texture[coarse]", "group[novice]"]
 
 

@@ -33,7 +33,7 @@ GOOD = ratings()
 
 
 @pytest.mark.parametrize(
-    ("change", "asked", "error", "words"),
+    ("change", "options", "error", "words"),
     [
         ({}, {"fixed": ["colour"]}, UnknownColumn, "no column 'colour'"),
         ({}, {"random": {"who": []}}, UnknownColumn, "no column 'who'"),
@@ -69,8 +69,8 @@ GOOD = ratings()
         ({"y": GOOD["p"] * 0.1 + GOOD["x"] * 0.3}, {}, NoResidual, "leave no residual"),
     ],
 )
-def test_refused_with_a_reason(change, asked, error, words):
-    given = {"fixed": ["c"], "random": {"p": []}, **asked}
+def test_refused_with_a_reason(change, options, error, words):
+    given = {"fixed": ["c"], "random": {"p": []}, **options}
     with pytest.raises(error) as caught:
         mixed_model(GOOD.assign(**change), "y", given.pop("fixed"), given.pop("random"), **given)
     assert words in str(caught.value)

@@ -49,8 +49,8 @@ def monitoring(lab: Path, *arguments: str) -> Iterator[str]:
     command = [sys.executable, "-m", "palpate", "monitor", "--lab", str(lab), "--port", "0", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
-            told = process.stdout.readline() if process.stdout else ""
-            yield next(word for word in told.split() if word.startswith("http"))
+            line = process.stdout.readline() if process.stdout else ""
+            yield next(word for word in line.split() if word.startswith("http"))
         finally:
             process.terminate()
 

@@ -49,19 +49,19 @@ class Played:
     asides: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
     stop_before: int | None = None
     before: Callable[[int], None] = lambda _n: None
-    asked: int = 1
+    request_number: int = 1
 
     def now(self) -> int:
         return self.rig.world.now()
 
     def perform(self, request: Request) -> Reply | Aside:
         if isinstance(request, Ask):
-            if self.asides and self.asides[0][0] == self.asked:
+            if self.asides and self.asides[0][0] == self.request_number:
                 return Aside(self.asides.pop(0)[1])
-            if self.stop_before == self.asked:
+            if self.stop_before == self.request_number:
                 raise Interrupted("SIGTERM")
-            self.before(self.asked)
-            self.asked += 1
+            self.before(self.request_number)
+            self.request_number += 1
         reply = self.rig.world.perform(request)
         return reply if isinstance(reply, Aside) else self.change(request, reply)
 
@@ -70,8 +70,8 @@ def play(lab: Path, plan: Plan, rig: RigPlan, **how: Any) -> Path:
     """Run a session played so, and give its ledger's path."""
 
     def opened(compiled: Plan, t_ns: int) -> Rig:
-        made = rig.open(compiled, t_ns)
-        return replace(made, world=Played(made, **how))
+        session = rig.open(compiled, t_ns)
+        return replace(session, world=Played(session, **how))
 
     return session.start(lab, plan, replace(rig, open=opened), plan.session).path
 

@@ -24,8 +24,8 @@ def shot(browser: Any, to: Path, width: int, top: float, bottom: float) -> None:
     from PIL import Image
 
     clip = {"x": 0, "y": top, "width": width, "height": bottom - top, "scale": 1}
-    wanted = {"format": "png", "captureBeyondViewport": True, "clip": clip}
-    taken = base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", wanted)["data"])
+    options = {"format": "png", "captureBeyondViewport": True, "clip": clip}
+    taken = base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", options)["data"])
     Image.open(io.BytesIO(taken)).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(to, optimize=True)
 
 

@@ -127,10 +127,10 @@ def test_a_cookie_of_another_token_is_worth_nothing(lab, guarded):
 def test_beyond_this_machine_a_token_is_made_and_two_are_never_alike():
     assert access_for("127.0.0.1", None) == HERE
     assert access_for("::1", None).loopback
-    made = access_for("0.0.0.0", None), access_for("192.168.1.5", None)
-    assert not any(each.loopback for each in made)
-    assert len({each.token for each in made}) == 2
-    assert min(len(each.token) for each in made) >= 16
+    accesses = access_for("0.0.0.0", None), access_for("192.168.1.5", None)
+    assert not any(access.loopback for access in accesses)
+    assert len({access.token for access in accesses}) == 2
+    assert min(len(access.token) for access in accesses) >= 16
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])

@@ -19,7 +19,7 @@ def lab(tmp_path):
 
 def rows_of(snapshot):
     (group,) = snapshot.balances[0].groups
-    return {row.place: (row.state, [each.participant for each in row.holders]) for row in group.rows}, group.counts
+    return {row.place: (row.state, [holder.participant for holder in row.holders]) for row in group.rows}, group.counts
 
 
 def test_the_registry_says_who_withdrew_who_waits_and_whose_row_is_free(lab):
@@ -33,9 +33,9 @@ def test_the_registry_says_who_withdrew_who_waits_and_whose_row_is_free(lab):
     run(lab, "P003", 2, stop_before=2)
     withdraw(registry, "P002", "asked to")
     release(registry, study, "P003", "did not come back")
-    found = Watch(lab.path).look()
-    assert [(each.participant, each.rated) for each in found.sessions if each.withdrawn] == [("P002", None)]
-    rows, counts = rows_of(found)
+    view = Watch(lab.path).look()
+    assert [(session.participant, session.rated) for session in view.sessions if session.withdrawn] == [("P002", None)]
+    rows, counts = rows_of(view)
     assert rows == {
         0: ("complete", ["P001"]),
         1: ("withdrawn", ["P002"]),
@@ -43,16 +43,16 @@ def test_the_registry_says_who_withdrew_who_waits_and_whose_row_is_free(lab):
         3: ("allocated", ["P004"]),
     }
     assert counts["free"] == 2
-    assert found.balances[0].groups[0].certificate.sequences == 1
+    assert view.balances[0].groups[0].certificate.sequences == 1
 
 
 def test_a_registry_that_cannot_be_read_is_told_and_the_sessions_are_shown_all_the_same(lab):
     run(lab, "P001")
     (lab.path / "participants").mkdir()
     (lab.path / "participants" / "registry.sqlite").write_bytes(b"no database at all, " * 99)
-    found = Watch(lab.path).look()
-    assert "may be out of date" in found.people_problem
-    assert len(found.sessions) == 1
+    view = Watch(lab.path).look()
+    assert "may be out of date" in view.people_problem
+    assert len(view.sessions) == 1
 
 
 def test_the_balance_counts_rows_and_positions_as_the_certificate_does(lab):
@@ -60,12 +60,12 @@ def test_the_balance_counts_rows_and_positions_as_the_certificate_does(lab):
         run(lab, f"P00{row + 1}", row)
     run(lab, "P005", 4)
     run(lab, "P006", 1, stop_before=2)
-    found = Watch(lab.path).look()
-    rows, counts = rows_of(found)
+    view = Watch(lab.path).look()
+    rows, counts = rows_of(view)
     assert rows[0] == ("complete", ["P001", "P005"])
     assert rows[1] == ("complete", ["P002", "P006"])
     assert counts == {"complete": 4, "free": 0}
-    (group,) = found.balances[0].groups
+    (group,) = view.balances[0].groups
     assert group.certificate.sequences == 5
     assert group.certificate.position_range == (1, 2)
     assert "5 sequences of 4 items: not balanced (yet)" in group.verdict

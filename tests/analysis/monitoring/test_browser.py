@@ -51,10 +51,10 @@ def browser(started):
 
 @pytest.fixture
 def lab(tmp_path):
-    made = Lab(tmp_path)
-    run(made, "P001", 0, changes=REPEATED)
-    run(made, "P002", 1, changes=REPEATED, change=straight(2.0), asides=[(3, {"do": "note", "text": "<b>bold</b>"})])
-    return made
+    built = Lab(tmp_path)
+    run(built, "P001", 0, changes=REPEATED)
+    run(built, "P002", 1, changes=REPEATED, change=straight(2.0), asides=[(3, {"do": "note", "text": "<b>bold</b>"})])
+    return built
 
 
 @contextmanager

@@ -18,13 +18,13 @@ from tests.studies.labs import Lab
 
 @pytest.fixture
 def lab(tmp_path):
-    made = Lab(tmp_path / "lab")
-    run(made, "P001", changes={"order": {"design": "williams", "repeats": 2}}, change=straight(1.0))
-    return made
+    built = Lab(tmp_path / "lab")
+    run(built, "P001", changes={"order": {"design": "williams", "repeats": 2}}, change=straight(1.0))
+    return built
 
 
 def called(*arguments):
-    return CliRunner().invoke(monitor, [str(each) for each in arguments], catch_exceptions=False)
+    return CliRunner().invoke(monitor, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def test_one_file_holds_the_page_and_needs_nothing_else(lab, tmp_path):
@@ -37,11 +37,11 @@ def test_one_file_holds_the_page_and_needs_nothing_else(lab, tmp_path):
 
 
 def test_json_tells_a_script_what_the_page_shows(lab):
-    found = json.loads(called("--lab", lab.path, "--json").output)
-    (session,) = found["sessions"]
+    content = json.loads(called("--lab", lab.path, "--json").output)
+    (session,) = content["sessions"]
     assert (session["participant"], session["status"], session["trials_done"]) == ("P001", "complete", 8)
     assert any("one value on all items" in sentence for sentence in session["flags"])
-    (group,) = found["balance"][0]["groups"]
+    (group,) = content["balance"][0]["groups"]
     assert (group["rows"], group["counts"]) == (4, {"complete": 1, "free": 3})
     assert group["taken"] == [
         {"row": 0, "state": "complete", "holders": [{"participant": "P001", "status": "complete"}]}
@@ -54,7 +54,7 @@ def test_sessions_are_told_apart_where_a_study_declares_several(lab, tmp_path):
             run(lab, f"P00{row + 2}", row, changes={"participants": {"sessions": 2}, "session": number})
     balance = json.loads(called("--lab", lab.path, "--json").output)["balance"]
     (group,) = (group for study in balance for group in study["groups"] if group["sequences"] == 4)
-    assert {number: found["sequences"] for number, found in group["sessions"].items()} == {"1": 2, "2": 2}
+    assert {number: session["sequences"] for number, session in group["sessions"].items()} == {"1": 2, "2": 2}
     assert group["taken"][0]["holders"] == [
         {"participant": "P002", "session": number, "status": "complete"} for number in (1, 2)
     ]

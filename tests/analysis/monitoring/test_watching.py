@@ -37,7 +37,7 @@ def lab(tmp_path):
 
 
 def seen(lab, **how):
-    return {each.participant: each for each in Watch(lab.path, **how).look().sessions}
+    return {session.participant: session for session in Watch(lab.path, **how).look().sessions}
 
 
 def test_each_way_a_session_can_stand_is_told_apart(lab):
@@ -46,13 +46,15 @@ def test_each_way_a_session_can_stand_is_told_apart(lab):
     run(lab, "P003", asides=[(2, {"do": "abort", "text": "unwell"})])
     cut = lab.cut(20, "P004")
     ledger = open_for_append(cut, AT)
-    found = {who: (each.status, each.trials_done, each.trials_planned) for who, each in seen(lab).items()}
+    standing = {
+        who: (session.status, session.trials_done, session.trials_planned) for who, session in seen(lab).items()
+    }
     ledger.close({**AT, "because": "interrupted"})
-    assert found == {
+    assert standing == {
         "P001": ("complete", 4, 4),
         "P002": ("interrupted", 2, 4),
         "P003": ("aborted", 1, 4),
-        "P004": ("running", found["P004"][1], 4),
+        "P004": ("running", standing["P004"][1], 4),
     }
 
 
@@ -67,8 +69,8 @@ def test_who_did_not_consent_declined(lab):
 
 def test_going_back_does_not_make_more_trials_of_them(lab):
     lab.start("P001", simulation={"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.5})
-    found = seen(lab)["P001"]
-    assert (found.trials_done, found.trials_planned) == (4, 4)
+    session = seen(lab)["P001"]
+    assert (session.trials_done, session.trials_planned) == (4, 4)
     assert any(event.kind == "trial_ended" and event.value["as"] == "left" for event in lab.read("P001").events)
 
 
@@ -77,9 +79,9 @@ def test_a_trial_to_be_repeated_is_not_done_until_it_is_answered_again(lab, whic
     asides = [(2, {"do": "repeat", "which": which})]
     run(lab, "P001", asides=asides, stop_before=2)
     run(lab, "P002", asides=[(2, {"do": "repeat", "which": which})])
-    found = seen(lab)
-    assert (found["P001"].trials_done, found["P002"].trials_done) == (left, 4)
-    assert found["P001"].notes[0].do == "repeat"
+    sessions = seen(lab)
+    assert (sessions["P001"].trials_done, sessions["P002"].trials_done) == (left, 4)
+    assert sessions["P001"].notes[0].do == "repeat"
 
 
 def test_the_time_left_is_the_participants_own_median_from_trial_to_trial(lab):
@@ -143,10 +145,10 @@ def test_a_straight_liner_is_flagged_and_the_others_are_not(lab):
     changes = {"order": {"design": "williams", "repeats": 3}}
     run(lab, "P001", changes=changes)
     run(lab, "P002", changes=changes, change=straight(2.0))
-    found = seen(lab)
-    assert found["P001"].rated.flags == ()
-    assert {sign.name for sign in found["P002"].rated.flags} >= {"same value on all items", "same answers in a row"}
-    assert found["P001"].rated.signs[6].n == 2 * 4 * 2  # retest: two attributes, four stimuli, three meetings
+    sessions = seen(lab)
+    assert sessions["P001"].rated.flags == ()
+    assert {sign.name for sign in sessions["P002"].rated.flags} >= {"same value on all items", "same answers in a row"}
+    assert sessions["P001"].rated.signs[6].n == 2 * 4 * 2  # retest: two attributes, four stimuli, three meetings
 
 
 def test_words_are_diagnosed_as_words_and_captures_not_at_all(lab):
@@ -155,9 +157,9 @@ def test_words_are_diagnosed_as_words_and_captures_not_at_all(lab):
     study = {key: value for key, value in {**toy(**PLAIN).definition(), **words}.items() if value is not None}
     plan = compile_plan(Study.model_validate(study), ParticipantRow("P001"), 0)
     play(lab.path, plan, simulated(plan.study, lab.path))
-    found = seen(lab)["P001"]
-    assert (found.rated.kind, found.trials_done) == ("words", 4)
-    assert found.rated.signs[0].name == "words ticked"
+    session = seen(lab)["P001"]
+    assert (session.rated.kind, session.trials_done) == ("words", 4)
+    assert session.rated.signs[0].name == "words ticked"
 
 
 def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
@@ -170,12 +172,12 @@ def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
         connection.execute("UPDATE events SET body = body || ' ' WHERE seq = 3")
     connection.close()
     shutil.copy(newer, newer.with_name("copy of P002.sqlite"))
-    found = Watch(lab.path).look()
-    assert [each.participant for each in found.sessions] == ["P001"]
-    reasons = {each.file: each.reason for each in found.refused}
+    view = Watch(lab.path).look()
+    assert [session.participant for session in view.sessions] == ["P001"]
+    reasons = {refusal.file: refusal.reason for refusal in view.refused}
     assert "a newer Palpate" in reasons["toy_P002_s1.sqlite"]
     assert "breaks at event 3" in reasons["toy_P003_s1.sqlite"]
-    assert found.others == ("copy of P002.sqlite",)
+    assert view.others == ("copy of P002.sqlite",)
 
 
 def test_a_session_whose_trials_are_not_those_of_its_plan_is_refused(lab):
@@ -195,7 +197,7 @@ def test_several_processes_read_what_one_reads(lab, monkeypatch):
     shutil.rmtree(lab.path / ".cache")
     monkeypatch.setattr(watching, "workers_for", lambda _ledgers: 2)
     two = Watch(lab.path, now=lambda: one.at).look()
-    assert [each.participant for each in two.sessions] == ["P001", "P003"]
+    assert [session.participant for session in two.sessions] == ["P001", "P003"]
     assert (two.sessions, two.refused, two.balances) == (one.sessions, one.refused, one.balances)
 
 
@@ -206,10 +208,10 @@ def test_a_ledger_that_was_mended_is_shown_again_and_one_that_went_is_gone(lab):
     watch = Watch(lab.path)
     assert len(watch.look().refused) == 1
     path.write_bytes(good)
-    assert [each.status for each in watch.look().sessions] == ["complete"]
+    assert [session.status for session in watch.look().sessions] == ["complete"]
     path.unlink()
-    gone = watch.look()
-    assert (gone.sessions, gone.refused) == ((), ())
+    view = watch.look()
+    assert (view.sessions, view.refused) == ((), ())
 
 
 def test_at_the_second_look_nothing_that_stayed_is_read(lab, monkeypatch):
@@ -220,7 +222,7 @@ def test_at_the_second_look_nothing_that_stayed_is_read(lab, monkeypatch):
     monkeypatch.setattr(following, "connect_to_read", lambda *_: pytest.fail("a ledger was opened"))
     monkeypatch.setattr(watching, "balance_of", lambda *_: pytest.fail("the balance was made anew"))
     again = watch.look()
-    assert [each.file for each in again.sessions] == [each.file for each in first.sessions]
+    assert [session.file for session in again.sessions] == [session.file for session in first.sessions]
     assert again.balances == first.balances
 
 
@@ -239,8 +241,8 @@ def test_a_lab_that_is_not_there_is_refused(tmp_path):
 
 
 def test_a_lab_without_sessions_is_shown_empty(tmp_path):
-    found = Watch(tmp_path).look()
-    assert (found.sessions, found.balances, found.refused) == ((), (), ())
+    view = Watch(tmp_path).look()
+    assert (view.sessions, view.balances, view.refused) == ((), (), ())
 
 
 def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
@@ -253,10 +255,10 @@ def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
     run(lab, "P002")
     watch = Watch(lab.path)
     for _ in range(2):
-        found = watch.look()
-        assert [each.participant for each in found.sessions] == ["P002"]
-        assert [each.file for each in found.refused] == ["toy_P001_s1.sqlite"]
-        assert "a finite number from -10 to 10 is expected" in found.refused[0].reason
+        view = watch.look()
+        assert [session.participant for session in view.sessions] == ["P002"]
+        assert [refusal.file for refusal in view.refused] == ["toy_P001_s1.sqlite"]
+        assert "a finite number from -10 to 10 is expected" in view.refused[0].reason
 
 
 def test_the_next_monitor_reads_no_finished_session_again(lab, monkeypatch):

@@ -49,10 +49,10 @@ def test_nemenyi_is_its_formula_with_the_ptukey_of_r(name):
 
 
 def test_the_range_of_normal_values_against_r_and_to_the_last_digits():
-    for each in r_values("range"):
-        assert range_tail(each["q"], each["k"]) == pytest.approx(each["tail"], rel=5e-9)  # R: 1.6e-9 off at (4, 10)
-    for each in r_values("range_quantile"):
-        assert range_quantile(0.05, each["k"]) == pytest.approx(each["q"], rel=1e-6)  # qtukey stops at 1e-4 or better
+    for row in r_values("range"):
+        assert range_tail(row["q"], row["k"]) == pytest.approx(row["tail"], rel=5e-9)  # R: 1.6e-9 off at (4, 10)
+    for row in r_values("range_quantile"):
+        assert range_quantile(0.05, row["k"]) == pytest.approx(row["q"], rel=1e-6)  # qtukey stops at 1e-4 or better
     # 40-digit quadrature with mpmath 1.4.1
     exact = {(3.5, 4): 0.06387633385690318526, (4, 10): 0.1268521321505963745, (5, 5): 0.003730273805194439749}
     exact |= {(12, 10): 9.683825946252485722e-16}

@@ -52,7 +52,7 @@ def test_each_pair_after_friedman_over_all_orders(cells):
     sums = [tuple(map(sum, zip(*rows, strict=True))) for rows in arrangements(ranks)]
     for (i, j), p in zip(combinations(range(ranks.shape[1]), 2), table["p_exact"], strict=True):
         result = abs(int(ranks[:, i].sum() - ranks[:, j].sum()))
-        share = Fraction(sum(abs(each[i] - each[j]) >= result for each in sums), len(sums))
+        share = Fraction(sum(abs(rank_sums[i] - rank_sums[j]) >= result for rank_sums in sums), len(sums))
         assert p == pytest.approx(float(share), rel=1e-14)
 
 
@@ -94,7 +94,7 @@ def test_rank_sums_over_all_splits():
     sums = [sum(split) for split in combinations(ranks.tolist(), 4)]
     chances = rank_sum_chances(ranks, 4)
     assert chances == pytest.approx(np.bincount(sums, minlength=len(chances)) / math.comb(9, 4), rel=1e-14)
-    p = sum(abs(2 * each - 80) >= abs(2 * 60 - 80) for each in sums) / math.comb(9, 4)
+    p = sum(abs(2 * rank_sum - 80) >= abs(2 * 60 - 80) for rank_sum in sums) / math.comb(9, 4)
     assert two_sided(chances, 60, 80) == pytest.approx(p, rel=1e-14)
 
 

@@ -45,7 +45,7 @@ def test_it_is_that_of_statsmodels_and_pingouin(seed, shape):
 def test_the_exact_p_counts_every_order_of_each_participants_answers():
     cells = np.array([[1, 0, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0], [1, 0, 1]])
     orders = [sorted(set(permutations(row))) for row in cells.tolist()]
-    qs = np.array([q_of(each) for each in product(*orders)])
+    qs = np.array([q_of(arrangement) for arrangement in product(*orders)])
     row = cochran_q(long(cells), "y", "method", "person").iloc[0]
     assert row["p_exact"] == pytest.approx(np.mean(qs >= q_of(cells) - 1e-9), rel=1e-12)
     assert row["decides"] == 4 and row["n"] == 5
@@ -66,15 +66,15 @@ def test_other_answers_than_yes_and_no_are_refused(value):
 def answered(cells, **settings):
     table = long(cells).rename(columns={"person": "participant", "y": "value"}).assign(stimulus="s")
     kind = TESTS["cochran"]
-    asked = kind.settings(name="q", test="cochran", factor="method", **settings)
-    return kind.answer(Selected(table, table, ("Rough",), {"method": ("m0", "m1", "m2")}), asked)
+    request = kind.settings(name="q", test="cochran", factor="method", **settings)
+    return kind.answer(Selected(table, table, ("Rough",), {"method": ("m0", "m1", "m2")}), request)
 
 
 def test_a_plan_asks_for_it_with_what_counts_as_yes():
     ratings = [[80, 20, 55], [70, 40, 10], [90, 60, 45], [20, 10, 5]]
-    answer, told = answered(ratings, yes=50), answered((np.array(ratings) >= 50).astype(int))
+    answer, dichotomous = answered(ratings, yes=50), answered((np.array(ratings) >= 50).astype(int))
     (row,) = answer.rows
-    assert row == told.rows[0] and row["Q"] == pytest.approx(q_of(np.array(ratings) >= 50))
+    assert row == dichotomous.rows[0] and row["Q"] == pytest.approx(q_of(np.array(ratings) >= 50))
     assert answer.more["shares"] == ({"level": "m0", "yes": 3, "n": 4, "share": 0.75},
                                      {"level": "m1", "yes": 1, "n": 4, "share": 0.25},
                                      {"level": "m2", "yes": 1, "n": 4, "share": 0.25})  # fmt: skip

@@ -39,7 +39,7 @@ def ask(test, selected, **settings):
     return kind.answer(selected, kind.settings(name="asked", test=test, **settings))
 
 
-def numbers_are_said(answer):
+def demand_named_numbers(answer):
     """Plain values only, strict JSON, a kind for every number, a note where one is undefined."""
     for table in (answer.rows, *answer.more.values()):
         for row in table:
@@ -54,7 +54,7 @@ def numbers_are_said(answer):
 
 
 def test_friedman_and_its_pairs():
-    result = {test: numbers_are_said(ask(test, rounding_times(), factor="method")) for test in RANKS}
+    result = {test: demand_named_numbers(ask(test, rounding_times(), factor="method")) for test in RANKS}
     assert result["friedman"].rows[0]["chi2"] == pytest.approx(r_values("friedman")["RoundingTimes"]["chi2"], rel=1e-14)
     assert result["friedman"].headline.startswith("method: χ²(2) = 11.14, p = .004, Kendall's W = .25, 95% CI [")
     assert result["nemenyi"].headline == "method: 1 of 3 pairs differ at 0.05 (Nemenyi)"
@@ -64,7 +64,7 @@ def test_friedman_and_its_pairs():
 
 def test_a_factor_constant_within_participants_is_compared_by_rank_sums():
     table = shipped("sk2011.1").rename(columns={"subject": "participant", "y": "value"})
-    answer = numbers_are_said(ask("wilcoxon", selected_of(table), factor="instruction", correction="none"))
+    answer = demand_named_numbers(ask("wilcoxon", selected_of(table), factor="instruction", correction="none"))
     (row,) = answer.rows
     assert (row["Paired"], row["n_A"], row["n_B"]) == (False, 20, 20)
     assert "Mann-Whitney" in answer.method
@@ -74,7 +74,7 @@ def test_a_factor_constant_within_participants_is_compared_by_rank_sums():
 def test_aligned_ranks_of_a_mixed_design():
     table = shipped("sk2011.1").rename(columns={"subject": "participant", "y": "value"})
     settings = {"within": ("inference", "plausibility"), "between": ("instruction",)}
-    answer = numbers_are_said(ask("aligned_ranks", selected_of(table), **settings))
+    answer = demand_named_numbers(ask("aligned_ranks", selected_of(table), **settings))
     expected = r_values("aligned")["sk_mixed"]
     assert {row["Source"]: row["F"] for row in answer.rows} == pytest.approx(
         {source: values["F"] for source, values in expected.items()}, rel=1e-12
@@ -82,7 +82,7 @@ def test_aligned_ranks_of_a_mixed_design():
 
 
 def test_the_ordinal_model_with_its_tests():
-    answer = numbers_are_said(ask("ordinal_model", wine(), fixed=("temp", "contact"), random="participant"))
+    answer = demand_named_numbers(ask("ordinal_model", wine(), fixed=("temp", "contact"), random="participant"))
     assert [row["kind"] for row in answer.rows] == ["threshold"] * 4 + ["slope"] * 2 + ["sd"]
     assert answer.rows[-1]["estimate"] == pytest.approx(r_values("clmm")["wine_logit"]["sigma"], rel=1e-4)
     assert set(answer.more) == {"tests", "proportional", "fit"}
@@ -127,7 +127,7 @@ def forms():
 
 def test_likert_items_stand_in_the_order_they_are_asked_in():
     assert (TESTS["likert"].takes, TESTS["likert"].each) == ("forms", "all")
-    answer = numbers_are_said(ask("likert", forms()))
+    answer = demand_named_numbers(ask("likert", forms()))
     assert [row["item"] for row in answer.rows] == ["Realism", "Correctness"]
     assert [row["n"] for row in answer.rows] == [16, 16]
     assert answer.notes == ("Answered in words, not summarised: Remarks.",)
@@ -141,7 +141,7 @@ def test_likert_items_stand_in_the_order_they_are_asked_in():
 def test_constant_answers_are_answered_with_a_reason():
     flat = replace(rounding_times(), table=rounding_times().table.assign(value=5.0))
     for test in RANKS:
-        answer = numbers_are_said(ask(test, flat, factor="method"))
+        answer = demand_named_numbers(ask(test, flat, factor="method"))
         assert all(row["note"] for row in answer.rows)
     assert "undefined" in ask("friedman", flat, factor="method").headline
 

@@ -160,7 +160,7 @@ def test_units_and_offsets_of_a_predictor_move_its_slope_and_the_thresholds_only
     slopes = [model.coefficients.set_index("term").loc["x"] for model in (plain, small, moved)]
     assert slopes[1]["estimate"] == pytest.approx(slopes[0]["estimate"] * 1e6, rel=1e-7)
     assert slopes[2]["estimate"] == pytest.approx(slopes[0]["estimate"], rel=1e-6)
-    assert [each["z"] for each in slopes[1:]] == pytest.approx([slopes[0]["z"]] * 2, rel=1e-6)
+    assert [slope["z"] for slope in slopes[1:]] == pytest.approx([slopes[0]["z"]] * 2, rel=1e-6)
     assert moved.log_likelihood == pytest.approx(plain.log_likelihood, rel=1e-12)
     assert moved.tests["LR"].tolist() == pytest.approx(plain.tests["LR"].tolist(), rel=1e-6)
 
@@ -202,15 +202,17 @@ def test_a_slope_at_every_threshold_of_one_factor_is_each_levels_own_shares_or_u
 
 def test_answers_the_other_way_round_change_signs_only():
     table = numbered()
-    plain, turned = (ordinal_model(each, "y", numeric="x") for each in (table, table.assign(y=3 - table["y"])))
+    plain, turned = (ordinal_model(data, "y", numeric="x") for data in (table, table.assign(y=3 - table["y"])))
     assert turned.coefficients["estimate"].tolist()[-1] == pytest.approx(-plain.coefficients["estimate"].tolist()[-1])
     thresholds = plain.coefficients["estimate"].tolist()[:3]
-    assert turned.coefficients["estimate"].tolist()[:3] == pytest.approx([-each for each in reversed(thresholds)])
+    assert turned.coefficients["estimate"].tolist()[:3] == pytest.approx(
+        [-threshold for threshold in reversed(thresholds)]
+    )
 
 
 def test_every_row_twice_doubles_the_likelihood():
     table = numbered()
-    once, twice = (ordinal_model(each, "y", numeric="x", fixed="g") for each in (table, pd.concat([table, table])))
+    once, twice = (ordinal_model(data, "y", numeric="x", fixed="g") for data in (table, pd.concat([table, table])))
     assert twice.log_likelihood == pytest.approx(2 * once.log_likelihood, rel=1e-13)
     assert twice.coefficients["estimate"].tolist() == pytest.approx(once.coefficients["estimate"].tolist(), rel=1e-10)
     assert twice.n == 300

@@ -80,7 +80,7 @@ def test_friedman_takes_any_rising_change_of_each_participants_answers(cells):
 @settings(max_examples=examples(12), deadline=None)
 @given(TENTHS)
 def test_turning_the_scale_round_turns_signs_round(cells):
-    plain, turned = (rank_results(long(each)) for each in (cells, -cells))
+    plain, turned = (rank_results(long(values)) for values in (cells, -cells))
     drawn = ["W_low", "W_high", "note"]  # participants sorted by ranks stand in another order: other draws
     same([plain[0].drop(columns=drawn)], [turned[0].drop(columns=drawn)], check_exact=False, rtol=1e-14)
     for name in ("diff", "p", "p_exact"):
@@ -117,7 +117,7 @@ def test_aligned_ranks_know_no_order_and_no_unit(cells, seed, unit):
 def test_aligned_ranks_of_whole_numbers_know_no_offset_however_large():
     cells = np.random.Generator(np.random.PCG64(5)).integers(0, 9, (5, 4)).astype(float)
     plain, moved = (
-        aligned_ranks(long(each), "y", within="condition", subject="subject") for each in (cells, cells + 1e15)
+        aligned_ranks(long(values), "y", within="condition", subject="subject") for values in (cells, cells + 1e15)
     )
     assert moved["F"].tolist() == plain["F"].tolist()
     assert math.isfinite(plain["F"].iloc[0])
@@ -127,7 +127,7 @@ def test_between_groups_a_and_b_may_change_places():
     rng = np.random.Generator(np.random.PCG64(8))
     table = pd.DataFrame({"g": np.repeat(["u", "v", "w"], [5, 6, 7]), "y": rng.integers(1, 8, 18)})
     turned = table.assign(g=table["g"].map({"u": "w", "v": "v", "w": "u"}))
-    plain, other = (wilcoxon_tests(each, "y", between="g") for each in (table, turned))
+    plain, other = (wilcoxon_tests(data, "y", between="g") for data in (table, turned))
     assert plain["p_unc"].tolist() == pytest.approx(other["p_unc"].tolist()[::-1], rel=1e-12)
     assert plain["rank_biserial"].tolist() == (-other["rank_biserial"]).tolist()[::-1]
     assert (plain["n_A"].tolist(), plain["n_B"].tolist()) == ([5, 5, 6], [6, 7, 7])

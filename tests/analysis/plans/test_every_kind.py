@@ -24,11 +24,11 @@ def questions():
     seen = set()
     for study in PEOPLE:
         plan = read_plan(SHIPPED / study / "analysis.yaml")
-        for asked in plan.tests:
-            if asked.test not in seen:
-                seen.add(asked.test)
-                slow = asked.test in ("mds", "vectors")  # they draw bootstrap samples of people
-                yield pytest.param(study, asked.name, id=asked.test, marks=[pytest.mark.long] if slow else [])
+        for test in plan.tests:
+            if test.test not in seen:
+                seen.add(test.test)
+                slow = test.test in ("mds", "vectors")  # they draw bootstrap samples of people
+                yield pytest.param(study, test.name, id=test.test, marks=[pytest.mark.long] if slow else [])
 
 
 QUESTIONS = list(questions())
@@ -36,34 +36,34 @@ QUESTIONS = list(questions())
 
 @pytest.fixture(scope="module")
 def selecting():
-    made = {}
+    selectors = {}
 
     def of(study):
-        if study not in made:
+        if study not in selectors:
             engine = gathered(ledgers_in(MANY, study), MANY)
             material = read_material(engine, study, digest=None, include_incomplete=False, simulated=None)
             engine.dispose()
             plan = read_plan(SHIPPED / study / "analysis.yaml")
             tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
-            made[study] = Selector(apply_exclusions(material, plan.declared).material, plan, tables)
-        return made[study]
+            selectors[study] = Selector(apply_exclusions(material, plan.declared).material, plan, tables)
+        return selectors[study]
 
     return of
 
 
 def question(selecting, study, name):
     chosen = selecting(study)
-    asked = next(each for each in chosen.plan.tests if each.name == name)
-    kind = kinds.TESTS[asked.test]
-    selected = chosen.of(asked, kind.takes)
-    if kind.each == "outcome" and "attribute" not in (getattr(asked, "factor", ""), *getattr(asked, "within", ())):
+    test = next(candidate for candidate in chosen.plan.tests if candidate.name == name)
+    kind = kinds.TESTS[test.test]
+    selected = chosen.of(test, kind.takes)
+    if kind.each == "outcome" and "attribute" not in (getattr(test, "factor", ""), *getattr(test, "within", ())):
         selected = next(chosen.by_outcome(selected))
-    return kind, asked.model_copy(update={"missing": "refuse"}), replace(selected, draws=100)
+    return kind, test.model_copy(update={"missing": "refuse"}), replace(selected, draws=100)
 
 
-def answered(kind, selected, asked):
+def answered(kind, selected, test):
     try:
-        return kind.answer(selected, asked)
+        return kind.answer(selected, test)
     except ValueError as refusal:
         return str(refusal)
 
@@ -85,21 +85,21 @@ def near(a, b):
 
 @pytest.mark.parametrize(("study", "name"), QUESTIONS)
 def test_rows_and_columns_may_stand_in_any_order(selecting, study, name):
-    kind, asked, selected = question(selecting, study, name)
-    first = answered(kind, selected, asked)
+    kind, test, selected = question(selecting, study, name)
+    first = answered(kind, selected, test)
     order = np.random.default_rng(3).permutation(len(selected.table))
     table = selected.table.iloc[order, ::-1].reset_index(drop=True)
-    assert same(answered(kind, replace(selected, table=table), asked), first)
+    assert same(answered(kind, replace(selected, table=table), test), first)
 
 
 @pytest.mark.parametrize(("study", "name"), QUESTIONS)
 def test_labels_may_be_categories(selecting, study, name):
-    kind, asked, selected = question(selecting, study, name)
+    kind, test, selected = question(selecting, study, name)
     table = selected.table.copy()
     for column in ("participant", "stimulus", "attribute"):
         if column in table.columns:
             table[column] = table[column].astype("category")
-    assert same(answered(kind, replace(selected, table=table), asked), answered(kind, selected, asked))
+    assert same(answered(kind, replace(selected, table=table), test), answered(kind, selected, test))
 
 
 def doubled(table):
@@ -117,9 +117,9 @@ def test_an_answer_that_stands_twice_is_refused_and_never_weighs_double(selectin
         words=doubled(material.words),
         forms=doubled(material.forms[material.forms["form"] == "likert"]),
     )
-    asked = next(each for each in chosen.plan.tests if each.name == name)
+    test = next(candidate for candidate in chosen.plan.tests if candidate.name == name)
     with pytest.raises(DataRefused, match="2 rows hold the same answers twice, the first: participant P001, session"):
-        Selector(twice, chosen.plan, chosen.tables).of(asked, kinds.TESTS[asked.test].takes)
+        Selector(twice, chosen.plan, chosen.tables).of(test, kinds.TESTS[test.test].takes)
 
 
 def test_every_kind_that_a_shipped_plan_asks_for_is_among_them():

@@ -22,8 +22,8 @@ def own(settings, common):
 @pytest.mark.parametrize("name", kinds.TESTS)
 def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
     row = next(line for line in PLAN.splitlines() if line.startswith(f"| `{name}` |") and ".md)" in line)
-    told = set(re.findall(r"`(\w+)`", row.split("|")[2]))
-    assert told == own(kinds.TESTS[name].settings, StatisticSettings)
+    named = set(re.findall(r"`(\w+)`", row.split("|")[2]))
+    assert named == own(kinds.TESTS[name].settings, StatisticSettings)
     page = re.search(r"\]\((\S+\.md)\)", row)[1]
     assert (DOCS / page).is_file()
 
@@ -31,7 +31,7 @@ def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
 @pytest.mark.parametrize("name", kinds.FIGURES)
 def test_every_kind_of_figure_has_its_section_with_its_settings_and_a_picture(name):
     sections = re.split(r"^## ", FIGURES, flags=re.M)
-    section = next(each for each in sections if each.split("\n", 1)[0].strip().strip("`").startswith(name))
+    section = next(section for section in sections if section.split("\n", 1)[0].strip().strip("`").startswith(name))
     for setting in own(kinds.FIGURES[name].settings, FigureSettings):
         assert f"`{setting}`" in section, setting
     picture = re.search(r"\]\(\.\./(pictures/\S+\.png)\)", section)

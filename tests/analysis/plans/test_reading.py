@@ -30,15 +30,15 @@ figures:
 
 
 def test_a_good_plan_holds_each_test_by_its_own_schema(plan):
-    found = plan(GOOD)
-    assert [(each.name, each.test) for each in found.tests] == [("variants", "anova"), ("means", "means")]
-    assert found.tests[0].within == ("variant",)
-    assert found.figures[0].figure == "means"
-    assert len(found.sha256) == 64
+    parsed = plan(GOOD)
+    assert [(test.name, test.test) for test in parsed.tests] == [("variants", "anova"), ("means", "means")]
+    assert parsed.tests[0].within == ("variant",)
+    assert parsed.figures[0].figure == "means"
+    assert len(parsed.sha256) == 64
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "told"),
+    ("before", "after", "mentioned"),
     [
         ("study: doors", "studdy: doors", ["line 2: studdy: unknown key", "did you mean 'study'"]),
         ("missing: listwise", "missing: listwize", ["line 3: missing", "did you mean 'listwise'"]),
@@ -54,13 +54,13 @@ def test_a_good_plan_holds_each_test_by_its_own_schema(plan):
         ("by: [variant]", "by: [variant], table: mine", ["line 8: tests[1].table", "no table 'mine'"]),
     ],
 )  # fmt: skip
-def test_a_mistake_is_named_with_its_line_and_the_nearest_name(plan, before, after, told):
+def test_a_mistake_is_named_with_its_line_and_the_nearest_name(plan, before, after, mentioned):
     assert before in GOOD
     with pytest.raises(PlanError) as error:
         plan(GOOD.replace(before, after, 1))
     message = str(error.value)
     assert "analysis.yaml: " in message
-    for words in told:
+    for words in mentioned:
         assert words in message, message
 
 

@@ -33,10 +33,10 @@ def test_the_material_of_the_recorded_sessions_is_whole(material):
 
 
 def test_a_participant_goes_from_every_table(material):
-    found = left(material, {"participants": ["P003"]})
-    for table in (found.material.ratings.table, found.material.trials, found.material.forms):
+    result = left(material, {"participants": ["P003"]})
+    for table in (result.material.ratings.table, result.material.trials, result.material.forms):
         assert "P003" not in set(table["participant"])
-    assert [(each.what, each.who, each.rows) for each in found.lines] == [("participant", "P003", 18)]
+    assert [(line.what, line.who, line.rows) for line in result.lines] == [("participant", "P003", 18)]
 
 
 def test_an_unknown_participant_is_refused_by_the_nearest_name(material):
@@ -50,21 +50,21 @@ def test_trials_by_their_seconds(material):
     limit = float(seconds.median()) + 1e-6
     fast, slow = left(material, {"faster_than_s": limit}), left(material, {"slower_than_s": limit})
     assert len(fast.material.trials) + len(slow.material.trials) == 72
-    assert sum(each.rows for each in fast.lines) == 72 - len(fast.material.trials) > 0
+    assert sum(line.rows for line in fast.lines) == 72 - len(fast.material.trials) > 0
 
 
 def test_trials_by_their_columns(material):
-    found = left(material, {"where": {"variant": "g6"}})
-    assert set(found.material.ratings.table["variant"]) == {"g0", "g3"}
+    result = left(material, {"where": {"variant": "g6"}})
+    assert set(result.material.ratings.table["variant"]) == {"g0", "g3"}
     with pytest.raises(DataRefused, match="no variant 'g66'; did you mean 'g6'"):
         left(material, {"where": {"variant": "g66"}})
 
 
 def test_single_ratings_far_from_the_others_in_their_cell(material):
-    found = left(material, {"outlying": {"sd": 1.5}})
-    gone = len(material.ratings.table) - len(found.material.ratings.table)
-    assert gone == sum(each.rows for each in found.lines) > 0
-    assert len(found.material.trials) == 72
+    result = left(material, {"outlying": {"sd": 1.5}})
+    dropped = len(material.ratings.table) - len(result.material.ratings.table)
+    assert dropped == sum(line.rows for line in result.lines) > 0
+    assert len(result.material.trials) == 72
     assert left(material, {"outlying": {"sd": 1e6}}).lines[0].what == "nothing"
 
 
@@ -90,17 +90,17 @@ def test_an_answer_of_less_than_its_share(material):
 
 def test_a_later_rule_may_name_whom_or_what_an_earlier_one_left_out(material):
     rules = ({"participants": ["P003"]}, {"participants": ["P003"]}, {"where": {"participant": "P003"}})
-    found = left(material, *rules)
-    assert [(each.what, each.rows) for each in found.lines] == [("participant", 18), ("nothing", 0), ("nothing", 0)]
+    result = left(material, *rules)
+    assert [(line.what, line.rows) for line in result.lines] == [("participant", 18), ("nothing", 0), ("nothing", 0)]
 
 
 def test_somebody_who_answered_a_form_and_no_trial_has_answered_too_few(material):
     planned = {**material.planned, "doors_small/P099/1": 6}
     form = {"participant": "P099", "session": "doors_small/P099/1", "group": "", "form": "demographics"}
     forms = pd.DataFrame([{**form, "attribute": "hand", "value": float("nan"), "text": "left"}])
-    found = left(replace(material, planned=planned, forms=forms), {"fewer_than": 0.5})
-    assert [(each.who, each.rows) for each in found.lines] == [("P099", 0)]
-    assert "P099" not in found.material.participants
+    result = left(replace(material, planned=planned, forms=forms), {"fewer_than": 0.5})
+    assert [(line.who, line.rows) for line in result.lines] == [("P099", 0)]
+    assert "P099" not in result.material.participants
 
 
 def imported():
@@ -109,19 +109,19 @@ def imported():
 
 
 def test_trials_of_an_imported_table_are_left_out_by_its_columns():
-    found = left(imported(), {"where": {"level": "a", "participant": ["P1", "P2"]}})
-    assert [(each.what, each.who, each.rows) for each in found.lines] == [("trials", "P1", 1), ("trials", "P2", 1)]
-    kept = found.material.ratings.table
-    assert list(zip(kept["participant"], kept["level"], strict=True)) == [
+    result = left(imported(), {"where": {"level": "a", "participant": ["P1", "P2"]}})
+    assert [(line.what, line.who, line.rows) for line in result.lines] == [("trials", "P1", 1), ("trials", "P2", 1)]
+    rows = result.material.ratings.table
+    assert list(zip(rows["participant"], rows["level"], strict=True)) == [
         ("P0", "a"), ("P0", "b"), ("P1", "b"), ("P2", "b"),
     ]  # fmt: skip
 
 
 def test_a_rule_may_name_somebody_whom_reading_left_out(material):
-    gone = Exclusion("session", "P098, session doors_small/P098/1", "the participant withdrew", 18)
-    whole = replace(material, exclusions=(*material.exclusions, gone))
-    found = left(whole, {"participants": ["P098"]}, {"where": {"participant": "P098"}})
-    assert [each.what for each in found.lines] == ["nothing", "nothing"]
+    exclusion = Exclusion("session", "P098, session doors_small/P098/1", "the participant withdrew", 18)
+    whole = replace(material, exclusions=(*material.exclusions, exclusion))
+    result = left(whole, {"participants": ["P098"]}, {"where": {"participant": "P098"}})
+    assert [line.what for line in result.lines] == ["nothing", "nothing"]
     with pytest.raises(DataRefused, match="'P097', who has no session"):
         left(whole, {"where": {"participant": ["P001", "P097"]}})
 
@@ -134,20 +134,20 @@ def test_what_looks_at_sessions_is_refused_where_none_is_on_record(rule):
 
 def test_levels_stand_in_the_study_s_order_and_only_those_that_occur() -> None:
     ratings = door_ratings(people=1, attributes=2)
-    kept = ratings.table[ratings.table["variant"] != "g2"].reset_index(drop=True)
-    found = all_ratings(replace(ratings, table=kept))
-    assert found.levels["variant"] == tuple(level for level in FAMILY if level != "g2")
-    assert found.levels["augmentation"] == tuple(dict.fromkeys(FAMILY.values()))
-    assert found.levels["participant"] == ("P100", "P200")
-    assert found.outcomes == ratings.attributes and found.antonyms == ratings.antonyms
+    rows = ratings.table[ratings.table["variant"] != "g2"].reset_index(drop=True)
+    selected = all_ratings(replace(ratings, table=rows))
+    assert selected.levels["variant"] == tuple(level for level in FAMILY if level != "g2")
+    assert selected.levels["augmentation"] == tuple(dict.fromkeys(FAMILY.values()))
+    assert selected.levels["participant"] == ("P100", "P200")
+    assert selected.outcomes == ratings.attributes and selected.antonyms == ratings.antonyms
 
 
 def test_a_trial_is_one_row_however_many_attributes_were_rated_in_it() -> None:
     ratings = door_ratings(people=1, attributes=3)
     table = ratings.table.assign(response_time_s=ratings.table.index / 7, revised=ratings.table.index % 2 == 0)
-    found = all_ratings(replace(ratings, table=table))
-    assert len(found.trials) * 3 == len(found.table)
-    assert not {"attribute", "value", "response_time_s", "revised"} & set(found.trials.columns)
+    selected = all_ratings(replace(ratings, table=table))
+    assert len(selected.trials) * 3 == len(selected.table)
+    assert not {"attribute", "value", "response_time_s", "revised"} & set(selected.trials.columns)
 
 
 def test_the_ends_of_the_scale_are_the_declared_ones_or_none() -> None:

@@ -38,7 +38,7 @@ Effects = list[tuple[str, str]]
 class Outcome(NamedTuple):
     """What a test or figure tells, and what is noted beside it."""
 
-    told: str
+    content: str
     notes: str
 
 
@@ -142,9 +142,9 @@ def _similar() -> pd.DataFrame:
 
 def _coarse() -> pd.DataFrame:
     """Answers of yes and no, so that many distances between stimuli are equal."""
-    said = np.random.default_rng(18).integers(0, 2, (4, 6, 2))
+    values = np.random.default_rng(18).integers(0, 2, (4, 6, 2))
     rows = [(f"P{n}", "ab"[n % 2], "cd"[n // 2], f"s{i}", str(i // 2), ("Soft", "Cold")[j], "xy"[j],
-             float(said[n, i, j])) for n, i, j in np.ndindex(said.shape)]  # fmt: skip
+             float(values[n, i, j])) for n, i, j in np.ndindex(values.shape)]  # fmt: skip
     names = ["participant", "group", "gender", "stimulus", "dose", "attribute", "side", "value"]
     return pd.DataFrame(rows, columns=names)
 
@@ -164,7 +164,7 @@ WITHIN, BETWEEN, FIRST = {"within": ["cloth"]}, {"between": ["group"]}, {"outcom
 COUNTED = {"table": "counted", "n": "n", "interval": "none"}
 TRIALS = {"table": "levels", "by": ["participant"], "interval": "none"}
 STAIRS = {**TRIALS, "method": "staircase", "order": "trial", "staircase": ["run"]}
-ASKED: Mapping[str, list[Settings]] = {
+REQUESTS: Mapping[str, list[Settings]] = {
     "anova": [
         {**FIRST, "within": ["dose"]}, {**FIRST, **BETWEEN}, {**FIRST, "within": ["dose"], "between": ["gender"]},
         {**FIRST, "between": ["group", "gender"]}, {**FIRST, "within": ["stimulus"], "missing": "mixed_model"},
@@ -352,24 +352,24 @@ def materials() -> Mapping[str, Any]:
     rated, ticked = (simulated_material(study, Path("no lab"), people(8), 3) for study in (RATED, TICKED))
     who = list(rated.participants)
     answers = {"age": map(str, (31, 22, 45, 38, 27, 52, 19, 33)), "gender": "mfffmmff", "hand": "lrrrrlrl"}
-    asked = People({name: dict(zip(who, said, strict=True)) for name, said in answers.items()})
+    everybody = People({name: dict(zip(who, levels, strict=True)) for name, levels in answers.items()})
     table = rated.ratings.table.assign(value=rated.ratings.table["value"].round(-1))  # with ties
     points = rated.forms["value"].where(rated.forms["attribute"] != "fun", 5.0 - rated.forms["value"] % 2)
     rated = replace(
-        rated, people=asked, forms=rated.forms.assign(value=points), ratings=replace(rated.ratings, table=table)
+        rated, people=everybody, forms=rated.forms.assign(value=points), ratings=replace(rated.ratings, table=table)
     )
     first = ticked.words.iloc[:5]
     written = first.assign(kind=["further"] * 3 + ["own"] * 2, word=["light", "Light", "soft", "big", "light"])
     gap = (table["participant"] == "P002") & (table["stimulus"] == "s3") & table["attribute"].isin(["Soft", "Dear"])
-    said = rated.forms.assign(value=rated.forms["value"].mask(rated.forms["participant"] == "P003"))
-    lacking = {"gender": {**asked.answers["gender"]}}
-    del lacking["gender"]["P003"]
+    forms = rated.forms.assign(value=rated.forms["value"].mask(rated.forms["participant"] == "P003"))
+    incomplete = {"gender": {**everybody.answers["gender"]}}
+    del incomplete["gender"]["P003"]
     return {
         "ratings": rated,
         "words": replace(ticked, words=pd.concat([ticked.words, written], ignore_index=True)),
         "gap": replace(
-            rated, ratings=replace(rated.ratings, table=table[~gap].reset_index(drop=True)), forms=said,
-            people=People({**asked.answers, **lacking}),
+            rated, ratings=replace(rated.ratings, table=table[~gap].reset_index(drop=True)), forms=forms,
+            people=People({**everybody.answers, **incomplete}),
         ),
     }  # fmt: skip
 
@@ -389,17 +389,17 @@ def selecting(material: Any, tests: list[Any], figures: list[Any]) -> Selector:
     return Selector(material, plan, TABLES)
 
 
-def answers(material: Any, asked: list[Any]) -> list[Outcome]:
+def answers(material: Any, requests: list[Any]) -> list[Outcome]:
     """What tests answer, without the words that may only repeat a setting; and their notes."""
-    found: dict[str, list[Any]] = {each.name: [] for each in asked}
-    notes = dict.fromkeys(found, "")
-    for each in run_tests(selecting(material, asked, [])):
-        a = each.answer
-        found[each.settings.name].append(
-            (each.outcome, each.refused) if a is None else (each.outcome, a.rows, a.headline, a.more)
+    outcomes_by_name: dict[str, list[Any]] = {request.name: [] for request in requests}
+    notes = dict.fromkeys(outcomes_by_name, "")
+    for answered in run_tests(selecting(material, requests, [])):
+        a = answered.answer
+        outcomes_by_name[answered.settings.name].append(
+            (answered.outcome, answered.refused) if a is None else (answered.outcome, a.rows, a.headline, a.more)
         )
-        notes[each.settings.name] += "" if a is None else " ".join(a.notes)
-    return [Outcome(repr(found[name]), notes[name]) for name in found]
+        notes[answered.settings.name] += "" if a is None else " ".join(a.notes)
+    return [Outcome(repr(outcomes_by_name[name]), notes[name]) for name in outcomes_by_name]
 
 
 @pytest.fixture(scope="module")
@@ -414,13 +414,13 @@ def shown(materials: Mapping[str, Any]) -> Mapping[str, Any]:
     }
 
 
-def pictures(material: Any, asked: list[Any], shown: Mapping[str, Any]) -> list[Outcome]:
+def pictures(material: Any, requests: list[Any], shown: Mapping[str, Any]) -> list[Outcome]:
     """What figures draw, without their captions; and their captions."""
     return [
-        Outcome(each.refused, "")
-        if (data := each.data) is None
+        Outcome(figure.refused, "")
+        if (data := figure.data) is None
         else Outcome(repr((data.rows, data.words, data.title)), data.caption)
-        for each in figure_data(selecting(material, [], asked), shown)
+        for figure in figure_data(selecting(material, [], requests), shown)
     ]
 
 
@@ -445,17 +445,17 @@ def tried(
     for gap in (False, True):
         names = [name for name in others if gap == (gaps or name == "missing")]
         before, *after = outcomes([model.model_validate(base), *(others[name] for name in names)], gap)
-        for name, found in zip(names, after, strict=True):
-            idle = name in {each.name for each in idle_settings(others[name], of)}
-            noted = idle or f"The plan's `{name}` has no effect" in found.notes
-            changed = found.told.replace(f"with_{name}", "base") != before.told
+        for name, outcome in zip(names, after, strict=True):
+            idle = name in {setting.name for setting in idle_settings(others[name], of)}
+            noted = idle or f"The plan's `{name}` has no effect" in outcome.notes
+            changed = outcome.content.replace(f"with_{name}", "base") != before.content
             noted_as = "false note" if changed else "noted"
             effects.append((name, noted_as if noted else "changes" if changed else "no effect"))
     return effects
 
 
 def test_every_kind_has_cases_and_every_setting_a_value_to_try() -> None:
-    assert sorted(ASKED) == sorted(TESTS)
+    assert sorted(REQUESTS) == sorted(TESTS)
     assert sorted(FIGURE_CASES) == sorted(FIGURES)
     models = {kind: TESTS[kind].settings for kind in TESTS} | {f"{k} (figure)": FIGURES[k].settings for k in FIGURES}
     assert not {
@@ -466,17 +466,17 @@ def test_every_kind_has_cases_and_every_setting_a_value_to_try() -> None:
     }
 
 
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.long] * (kind in SLOW)) for kind in ASKED])
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.long] * (kind in SLOW)) for kind in REQUESTS])
 def test_a_setting_of_a_test_changes_its_answer_or_is_noted(
     kind: str, materials: Mapping[str, Any], full_run: bool
 ) -> None:
     of = TESTS[kind]
 
-    def outcomes(asked: list[Any], gap: bool) -> list[Outcome]:
-        return answers(materials["words" if of.takes == "words" else "gap" if gap else "ratings"], asked)
+    def outcomes(requests: list[Any], gap: bool) -> list[Outcome]:
+        return answers(materials["words" if of.takes == "words" else "gap" if gap else "ratings"], requests)
 
-    cases = ASKED[kind] if full_run else ASKED[kind][:1]
-    judge(kind, [(case, tried(of, "test", kind, case, outcomes)) for case in cases], full_run)
+    cases = REQUESTS[kind] if full_run else REQUESTS[kind][:1]
+    demand_effects(kind, [(case, tried(of, "test", kind, case, outcomes)) for case in cases], full_run)
 
 
 @pytest.mark.parametrize("kind", FIGURE_CASES)
@@ -485,22 +485,22 @@ def test_a_setting_of_a_figure_changes_it_or_is_noted(
 ) -> None:
     of = FIGURES[kind]
 
-    def outcomes(asked: list[Any], _gap: bool) -> list[Outcome]:
-        return pictures(materials["words" if of.takes == "words" else "ratings"], asked, shown)
+    def outcomes(requests: list[Any], _gap: bool) -> list[Outcome]:
+        return pictures(materials["words" if of.takes == "words" else "ratings"], requests, shown)
 
     cases = FIGURE_CASES[kind] if full_run else FIGURE_CASES[kind][:1]
-    judge(kind, [(case, tried(of, "figure", kind, case, outcomes)) for case in cases], full_run)
+    demand_effects(kind, [(case, tried(of, "figure", kind, case, outcomes)) for case in cases], full_run)
 
 
-def judge(kind: str, found: list[tuple[Settings, Effects]], whole: bool) -> None:
+def demand_effects(kind: str, effects_of_cases: list[tuple[Settings, Effects]], whole: bool) -> None:
     """Nothing is without effect in silence, no note is false, and what is tried is not only refused."""
-    assert not [(name, case) for case, settings in found for name, what in settings if what == "false note"]
-    silent = [(name, case) for case, settings in found for name, what in settings if what == "no effect"]
+    assert not [(name, case) for case, settings in effects_of_cases for name, what in settings if what == "false note"]
+    silent = [(name, case) for case, settings in effects_of_cases for name, what in settings if what == "no effect"]
     assert not [(name, case) for name, case in silent if (kind, name) not in BY_DATA]
     if not whole:
         return
     effects: dict[str, set[str]] = {}
-    for _, settings in found:
+    for _, settings in effects_of_cases:
         for name, what in settings:
             effects.setdefault(name, set()).add(what)
     assert not [name for name, what in effects.items() if what == {"refused"} and name != "whiskers"]

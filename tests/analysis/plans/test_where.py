@@ -23,9 +23,9 @@ def material():
 
 
 def checked(test, study=STUDY):
-    asked = TESTS[test["test"]].settings.model_validate({"name": "t", **test})
+    request = TESTS[test["test"]].settings.model_validate({"name": "t", **test})
     columns = study_columns(study, lab_forms(study, LAB, live=False).questions)
-    return [f"{each.path} {each.message}" for each in problems_of_test(asked, columns)]
+    return [f"{problem.path} {problem.message}" for problem in problems_of_test(request, columns)]
 
 
 def in_range(material, low, high):
@@ -58,8 +58,8 @@ def test_a_range_that_says_nothing_is_refused(given, message):
 def test_a_test_is_asked_about_people_of_an_age(material):
     ages = sorted(float(age) for age in material.people.answers["age"].values())
     low, high = ages[4], ages[-5]
-    [found] = answered(material, {**ANOVA, "where": {"age": {"from": low, "to": high}}})
-    assert found.answer.participants == len(in_range(material, low, high)) < 24
+    [result] = answered(material, {**ANOVA, "where": {"age": {"from": low, "to": high}}})
+    assert result.answer.participants == len(in_range(material, low, high)) < 24
 
 
 def test_a_range_is_one_group_and_still_not_smaller_than_asked_for(material):
@@ -72,9 +72,9 @@ def test_a_range_is_one_group_and_still_not_smaller_than_asked_for(material):
 
 
 def test_a_range_of_a_stimulus_column_keeps_its_stimuli(material):
-    [found] = answered(material, {**ANOVA, "within": ["dose"], "where": {"dose": {"from": 1}}})
+    [result] = answered(material, {**ANOVA, "within": ["dose"], "where": {"dose": {"from": 1}}})
     [listed] = answered(material, {**ANOVA, "within": ["dose"], "where": {"dose": ["1", "2"]}})
-    assert found.answer.rows == listed.answer.rows
+    assert result.answer.rows == listed.answer.rows
 
 
 def test_people_out_of_a_range_are_left_out(material):
@@ -86,8 +86,8 @@ def test_people_out_of_a_range_are_left_out(material):
 
 
 def test_a_range_of_words_or_of_nothing_is_refused(material):
-    [found] = answered(material, {**ANOVA, "where": {"cloth": {"from": 1}}})
-    assert "'cloth' holds words, as 'x'; a range (from 1) asks about numbers" in found.refused
+    [result] = answered(material, {**ANOVA, "where": {"cloth": {"from": 1}}})
+    assert "'cloth' holds words, as 'x'; a range (from 1) asks about numbers" in result.refused
     assert "holds words" in checked({**ANOVA, "where": {"gender": {"from": 1}}})[0]
     assert "holds words" in checked({**ANOVA, "where": {"participant": {"from": 1}}})[0]
     assert checked({**ANOVA, "where": {"dose": {"from": 7}}})[0].endswith("no dose from 7; there are 0, 1, 2")
@@ -105,13 +105,13 @@ def test_a_question_called_as_a_column_of_the_stimuli_has_a_name_of_its_own(mate
     changed = {**STUDY.model_dump(mode="json", exclude_defaults=True), "stimuli": columns}
     changed |= {"simulation": {"latents": {}}, "scale": {"from": 0, "to": 100}}
     study = Study.model_validate(changed)
-    made = simulated_material(study, LAB, people(24), 3)
+    simulated = simulated_material(study, LAB, people(24), 3)
     by = {"test": "anova", "outcomes": ["Soft"]}
     of_stimuli, of_people = answered(
-        made, {**by, "within": ["gender"]}, {**by, "between": ["answer.gender"]}, least_people=1
+        simulated, {**by, "within": ["gender"]}, {**by, "between": ["answer.gender"]}, least_people=1
     )
     assert [row["df2"] for row in of_stimuli.answer.rows] == [23]
-    genders = set(made.people.answers["gender"].values())
+    genders = set(simulated.people.answers["gender"].values())
     assert [(row["df1"], row["df2"]) for row in of_people.answer.rows] == [(len(genders) - 1, 24 - len(genders))]
     assert checked({**by, "within": ["gender"]}, study) == checked({**by, "between": ["answer.gender"]}, study) == []
     assert "the same in all answers" in checked({**by, "within": ["answer.gender"]}, study)[0]

@@ -71,15 +71,15 @@ def test_a_session_in_memory_answers_as_one_on_disk_does(tmp_path, name, count):
     for who in people(count):
         start(tmp_path, compile_plan(study, allocate(study, who), 5, forms), simulated(study, SHIPPED / name))
     engine = gathered(sorted((tmp_path / "sessions").glob("*.sqlite")), tmp_path)
-    kept = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
+    stored = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
     engine.dispose()
-    found = simulated_material(study, tmp_path, people(count), 5)
+    in_memory = simulated_material(study, tmp_path, people(count), 5)
     for table in ("trials", "words", "forms"):
-        one, other = getattr(found, table), getattr(kept, table)
+        one, other = getattr(in_memory, table), getattr(stored, table)
         assert one[list(other.columns)].equals(other), table
-    if kept.ratings is not None:
-        columns = [name for name in kept.ratings.table.columns if name != "response_time_s"]
-        assert found.ratings.table[columns].equals(kept.ratings.table[columns])
+    if stored.ratings is not None:
+        columns = [name for name in stored.ratings.table.columns if name != "response_time_s"]
+        assert in_memory.ratings.table[columns].equals(stored.ratings.table[columns])
 
 
 def test_without_an_effect_people_feel_no_difference_but_keep_their_noise():
@@ -117,19 +117,19 @@ def test_a_run_without_a_p_finds_nothing_and_says_why(lab):
     study = (folder / "study.yaml").read_text()
     (folder / "study.yaml").write_text(study.replace("noise_sd: 10", "noise_sd: 0").replace("height: 8", "height: 0"))
     (point,) = power_curve(asking(lab), [4], 10)
-    assert (point.found, point.undefined) == (0, 10)
+    assert (point.in_memory, point.undefined) == (0, 10)
     assert "undefined" in point.why
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"test": "texture"}, "no test 'texture'; did you mean 'textures'"),
         ({"outcome": "Rogh"}, "no outcome 'Rogh'; did you mean 'Rough'"),
     ],
 )
-def test_a_mistake_is_named(lab, change, told):
-    with pytest.raises(PowerError, match=told):
+def test_a_mistake_is_named(lab, change, message):
+    with pytest.raises(PowerError, match=message):
         check_request(replace(asking(lab), **change))
 
 
@@ -211,8 +211,8 @@ def test_the_verb_writes_a_table_and_a_figure(lab):
     command = ["pairs", "--lab", str(lab), "--test", "textures", "--participants", "3,8", "--runs", "10", "--jobs", "1"]
     done = CliRunner().invoke(power, [*command, "--json"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout.splitlines()[-1])
-    assert [point["participants"] for point in told["points"]] == [3, 8]
+    content = json.loads(done.stdout.splitlines()[-1])
+    assert [point["participants"] for point in content["points"]] == [3, 8]
     written = lab / "analysis" / "pairs"
     assert (written / "power_textures_x1.csv").read_text().startswith("participants,runs,found")
     assert (written / "power_textures_x1.png").is_file()
@@ -230,8 +230,8 @@ def test_the_time_it_takes_is_told_from_a_small_study_and_a_larger_one(lab):
 
 def test_quick_simulates_twenty_studies(lab):
     command = ["pairs", "--lab", str(lab), "--test", "textures", "--participants", "3", "--quick", "--jobs", "1"]
-    told = json.loads(CliRunner().invoke(power, [*command, "--json"]).stdout)
-    assert [point["runs"] for point in told["points"]] == [20]
+    content = json.loads(CliRunner().invoke(power, [*command, "--json"]).stdout)
+    assert [point["runs"] for point in content["points"]] == [20]
 
 
 @pytest.mark.parametrize("sizes", ["1..4", "9..3", "x", "4..1000", "2..200/1", "4..8/0"])

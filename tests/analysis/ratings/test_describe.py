@@ -77,8 +77,8 @@ def test_one_value_has_no_sd_and_says_why(kind: str, reason: str) -> None:
 def test_rows_stand_in_the_order_of_the_study() -> None:
     rows = [(p, a, level, 1.0) for p in ("P10", "P2") for a in ("Warm", "Soft") for level in ("g10", "g2")]
     ratings = small_ratings(rows)
-    found = describe(ratings, ["attribute", "level"])
-    assert list(zip(found["attribute"], found["level"], strict=True)) == [
+    description = describe(ratings, ["attribute", "level"])
+    assert list(zip(description["attribute"], description["level"], strict=True)) == [
         ("Warm", "g2"), ("Warm", "g10"), ("Soft", "g2"), ("Soft", "g10"),
     ]  # fmt: skip
     assert list(participant_means(ratings, ["attribute"])["participant"]) == ["P2", "P2", "P10", "P10"]
@@ -88,8 +88,8 @@ def test_attributes_are_averaged_only_when_a_category_is_asked_for() -> None:
     rows = [(p, a, "x", v) for p in ("P1", "P2") for a, v in (("Soft", 1.0), ("Warm", 3.0), ("New", 8.0))]
     categories = {"Soft": "physical", "Warm": "physical", "New": "emotional"}
     ratings = small_ratings(rows, categories=categories)
-    found = describe(ratings, ["category"], kind="over participants")
-    assert found[["category", "mean", "n"]].values.tolist() == [["physical", 2.0, 2], ["emotional", 8.0, 2]]
+    description = describe(ratings, ["category"], kind="over participants")
+    assert description[["category", "mean", "n"]].values.tolist() == [["physical", 2.0, 2], ["emotional", 8.0, 2]]
     with pytest.raises(DataRefused, match="3 attributes would be averaged"):
         describe(ratings, ["level"])
     with pytest.raises(DataRefused, match="Warm, New: no category is declared"):

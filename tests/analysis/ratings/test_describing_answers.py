@@ -35,14 +35,14 @@ def door(people: int = 4, attributes: int = 7) -> Selected:
     )
 
 
-def asked(kind: object, selected: Selected, **settings: object) -> Answer:
+def answer_of(kind: object, selected: Selected, **settings: object) -> Answer:
     name = next(name for name in ("means", "trends", "categories", "target_error") if TESTS[name] is kind)
     return kind.answer(selected, kind.settings(name="x", test=name, **settings))  # type: ignore[attr-defined]
 
 
 def test_means_are_describe_s_and_every_row_is_plain() -> None:
     selected = door(attributes=1)
-    answer = asked(MEANS, selected, by=("variant",))
+    answer = answer_of(MEANS, selected, by=("variant",))
     expected = describe(door_ratings(people=4, attributes=1), ("attribute", "variant"), kind="over participants")
     assert [row["variant"] for row in answer.rows] == expected["variant"].tolist()
     for ours, theirs in (("n", "n"), ("mean", "mean"), ("sd", "sd")):
@@ -53,7 +53,7 @@ def test_means_are_describe_s_and_every_row_is_plain() -> None:
 
 
 def test_a_column_that_never_changes_within_a_participant_is_a_group() -> None:
-    answer = asked(MEANS, door(attributes=1), by=("group", "car"))
+    answer = answer_of(MEANS, door(attributes=1), by=("group", "car"))
     assert [(row["group"], row["car"]) for row in answer.rows][:4] == [
         ("1", "BC3"),
         ("1", "FORD"),
@@ -65,7 +65,7 @@ def test_a_column_that_never_changes_within_a_participant_is_a_group() -> None:
 
 
 def test_trends_follow_every_attribute_then_every_category_in_families_of_their_own() -> None:
-    answer = asked(TRENDS, door(), families="augmentation", pooled="variant")
+    answer = answer_of(TRENDS, door(), families="augmentation", pooled="variant")
     outcomes = list(dict.fromkeys((row["outcome"], row["of"]) for row in answer.rows))
     assert [name for name, of in outcomes if of == "category"] == ["physical", "emotional"]
     assert len(outcomes) == 9
@@ -81,14 +81,14 @@ def test_trends_follow_every_attribute_then_every_category_in_families_of_their_
 
 def test_an_attribute_turned_round_turns_its_slopes_round() -> None:
     settings = {"families": "augmentation", "pooled": "variant", "category": "none"}
-    straight = asked(TRENDS, door(attributes=1), **settings)
-    turned = asked(TRENDS, door(attributes=1), **settings, reversed=("Easy-to-pull",))
+    straight = answer_of(TRENDS, door(attributes=1), **settings)
+    turned = answer_of(TRENDS, door(attributes=1), **settings, reversed=("Easy-to-pull",))
     assert [row["mean"] for row in turned.rows] == pytest.approx([-row["mean"] for row in straight.rows])
     assert "Turned round about 0" in " ".join(turned.notes)
 
 
 def test_categories_compare_means_spreads_and_every_level() -> None:
-    answer = asked(CATEGORIES, door(), by=("variant",))
+    answer = answer_of(CATEGORIES, door(), by=("variant",))
     mean, spread = answer.rows
     assert mean["difference"] == pytest.approx(mean["emotional"] - mean["physical"])
     assert spread["ratio"] == pytest.approx(spread["emotional"] / spread["physical"])
@@ -97,7 +97,7 @@ def test_categories_compare_means_spreads_and_every_level() -> None:
     assert [row["Source"] for row in answer.more["category_x_level"]] == ["category", "category:variant"]
     assert "ratio" in answer.headline
     with pytest.raises(DataRefused, match="1 category among the attributes"):
-        asked(CATEGORIES, door(attributes=3), by=("variant",))
+        answer_of(CATEGORIES, door(attributes=3), by=("variant",))
 
 
 def test_a_missing_rating_is_refused_or_its_participant_is_left_out_with_a_note() -> None:
@@ -105,24 +105,24 @@ def test_a_missing_rating_is_refused_or_its_participant_is_left_out_with_a_note(
     gap = replace(selected, table=selected.table.drop(index=17).reset_index(drop=True))
     settings = {"families": "augmentation", "pooled": "variant"}
     with pytest.raises(DataRefused, match=r"P100 lacks 1 rating"):
-        asked(TRENDS, gap, **settings)
-    answer = asked(TRENDS, gap, **settings, missing="listwise")
+        answer_of(TRENDS, gap, **settings)
+    answer = answer_of(TRENDS, gap, **settings, missing="listwise")
     assert {row["n"] for row in answer.rows} == {7}
     assert "Left out listwise: P100 (1 rating missing)." in answer.notes
     with pytest.raises(DataRefused, match="no form that takes gaps"):
-        asked(TRENDS, gap, **settings, missing="mixed_model")
+        answer_of(TRENDS, gap, **settings, missing="mixed_model")
 
 
 def test_one_participant_has_means_and_slopes_and_no_test() -> None:
     selected = door()
     one = replace(selected, table=selected.table.query("participant == 'P100'").reset_index(drop=True))
-    means = asked(
+    means = answer_of(
         MEANS, replace(one, table=one.table.query("attribute == 'Damped'"), outcomes=("Damped",)), by=("variant",)
     )
     assert {(row["n"], row["ci_low"], row["note"]) for row in means.rows} == {
         (1, None, "one participant has no spread")
     }
-    slopes = asked(TRENDS, one, families="augmentation", pooled="variant")
+    slopes = answer_of(TRENDS, one, families="augmentation", pooled="variant")
     assert {(row["p"], row["p_corrected"], row["note"]) for row in slopes.rows} == {
         (None, None, "one participant has no spread")
     }
@@ -134,7 +134,7 @@ def test_errors_of_targets_have_ends_attributes_categories_and_all() -> None:
     table = selected.table[rows].assign(
         **{"stimulus.attribute": "Easy-to-pull", "target": lambda t: t["variant"].map({"g1": "-8", "g2": "8"})}
     )
-    answer = asked(TARGET_ERROR, replace(selected, table=table.reset_index(drop=True)))
+    answer = answer_of(TARGET_ERROR, replace(selected, table=table.reset_index(drop=True)))
     assert [(row["of"], row["end"], row["target"]) for row in answer.rows] == [
         ("attribute and end", "min", -8.0), ("attribute and end", "max", 8.0), ("attribute", None, None),
         ("category", None, None), ("all", None, None),
@@ -145,17 +145,17 @@ def test_errors_of_targets_have_ends_attributes_categories_and_all() -> None:
     assert [row["mean_absolute_error"] for row in answer.rows[:2]] == pytest.approx(expected)
     assert answer.rows[2]["mean_absolute_error"] == pytest.approx(sum(expected) / 2)
     with pytest.raises(DataRefused, match=r"no column 'stimulus\.attribute'"):
-        asked(TARGET_ERROR, selected)
+        answer_of(TARGET_ERROR, selected)
 
 
 def test_an_unknown_column_is_answered_with_the_nearest() -> None:
     with pytest.raises(DataRefused, match="did you mean 'variant'"):
-        asked(MEANS, door(attributes=1), by=("variants",))
+        answer_of(MEANS, door(attributes=1), by=("variants",))
 
 
 def test_reading_the_settings_imports_neither_numpy_nor_pandas() -> None:
     code = (
         "import sys, palpate.analysis.plans.families.describing; print({'numpy', 'pandas', 'scipy'} & set(sys.modules))"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "set()"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == "set()"

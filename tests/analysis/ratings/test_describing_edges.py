@@ -45,8 +45,8 @@ def test_an_offset_of_a_billion_changes_no_interval(method: str) -> None:
 
 def test_participants_a_billion_apart_change_no_within_participant_interval() -> None:
     apart = [[value + 1e9 * i for value in row] for i, row in enumerate(GRID)]
-    found = mean_intervals(long(apart), by=("level",))["half"]
-    np.testing.assert_allclose(found, mean_intervals(long(GRID), by=("level",))["half"], rtol=1e-14)
+    halves = mean_intervals(long(apart), by=("level",))["half"]
+    np.testing.assert_allclose(halves, mean_intervals(long(GRID), by=("level",))["half"], rtol=1e-14)
 
 
 @settings(max_examples=examples(12), deadline=None)
@@ -115,8 +115,8 @@ def test_what_cannot_be_asked_is_refused_by_name() -> None:
 
 
 def test_p_of_a_perfect_trend_is_never_zero() -> None:
-    found = one_sample(np.array([1e200, 1e200 * (1 + 1e-15), 1e200 * (1 - 1e-15)]))
-    assert 0 < found.p < 1e-20
+    result = one_sample(np.array([1e200, 1e200 * (1 + 1e-15), 1e200 * (1 - 1e-15)]))
+    assert 0 < result.p < 1e-20
     assert one_sample(np.array([1.0] * 400 + [1.0 + 1e-13])).p > 0
 
 
@@ -147,10 +147,10 @@ def test_attributes_of_a_category_count_equally_and_a_missing_one_leaves_no_mean
 def test_without_spread_the_ratio_of_two_spreads_is_undefined() -> None:
     people = [(f"P{i}", a, "s") for i in range(4) for a in "ab"]
     flat = rated({key: 5.0 if key[1] == "a" else float(place) for place, key in enumerate(people)})
-    found = disagreement(flat, {"a": "x", "b": "y"}, ("x", "y"))
-    assert math.isnan(found.ratio)
-    assert "no spread between participants" in found.note
-    assert found.second > 0 == found.first
+    result = disagreement(flat, {"a": "x", "b": "y"}, ("x", "y"))
+    assert math.isnan(result.ratio)
+    assert "no spread between participants" in result.note
+    assert result.second > 0 == result.first
 
 
 def test_a_scale_s_unit_and_offset_change_no_ratio_of_spreads() -> None:
@@ -185,8 +185,8 @@ def matching() -> pd.DataFrame:
 def test_the_published_errors_of_the_attributes_give_the_published_averages() -> None:
     """5.7.1.3: attributes 5.83, 7.08, 6.67, 9.17, 7.92, 12.50, 16.67; physical 7.19, emotional 12.36, all 9.40."""
     categories = {name: "physical" if name in PHYSICAL else "emotional" for name in THESIS}
-    found = target_errors(matching(), scale=(0, 100), categories=categories)
-    means = {(each.of, each.attribute, each.end): round(each.error.mean, 2) for each in found}
+    errors = target_errors(matching(), scale=(0, 100), categories=categories)
+    means = {(error.of, error.attribute, error.end): round(error.error.mean, 2) for error in errors}
     published = {"Easy-to-pull": 5.83, "Damped": 7.08, "Consistent": 6.67, "Comfort": 9.17, "Pleasant": 7.92,
                  "New": 12.5, "Luxurious": 16.67}  # fmt: skip
     assert {name: means["attribute", name, ""] for name in THESIS} == published
@@ -204,8 +204,8 @@ def test_targets_on_another_scale_are_brought_to_the_ratings_own() -> None:
         target_errors(data[data["attribute"] == "Other"])
     with pytest.raises(DataRefused, match="targets beyond the ratings' scale from -10 to 10: 90"):
         target_errors(data.assign(value=0.0), scale=(-10, 10))
-    found = target_errors(doubled, scale=(-100, 100), target_scale=(0, 100))
-    assert found[-1].error.mean == pytest.approx(2 * target_errors(data, scale=(0, 100))[-1].error.mean)
+    errors = target_errors(doubled, scale=(-100, 100), target_scale=(0, 100))
+    assert errors[-1].error.mean == pytest.approx(2 * target_errors(data, scale=(0, 100))[-1].error.mean)
 
 
 def test_one_order_for_all_cannot_tell_position_from_stimulus() -> None:
@@ -228,8 +228,8 @@ def test_a_drift_is_found_whatever_the_stimuli_do_and_whatever_the_offset() -> N
         for k, s in enumerate(draw.permutation(8))
     ]
     data = pd.DataFrame(rows, columns=["participant", "trial", "stimulus", "value"])
-    found = order_effect(data.sample(frac=1, random_state=1), bins=4)
-    assert found.slope.mean == pytest.approx(0.5, abs=1e-6)
+    effect = order_effect(data.sample(frac=1, random_state=1), bins=4)
+    assert effect.slope.mean == pytest.approx(0.5, abs=1e-6)
 
 
 def test_who_lacks_a_rating_that_others_of_the_group_gave_is_named_or_left_out() -> None:
@@ -238,8 +238,8 @@ def test_who_lacks_a_rating_that_others_of_the_group_gave_is_named_or_left_out()
     data.loc[3, "value"] = math.nan
     with pytest.raises(DataRefused, match="P0 lacks 1 rating; find"):
         without_gaps(data)
-    kept, lacking = without_gaps(data, "listwise")
-    assert lacking == {"P0": 1}
-    assert set(kept["participant"]) == {"P1", "P2"}
+    complete, dropped = without_gaps(data, "listwise")
+    assert dropped == {"P0": 1}
+    assert set(complete["participant"]) == {"P1", "P2"}
     other = rated({("P9", "a", "u"): 1.0}).assign(group="2")
     assert without_gaps(pd.concat([data.dropna(), other]).query("participant != 'P0'"))[1] == {}

@@ -50,20 +50,20 @@ def test_it_finds_exactly_the_cells_that_were_removed_doubled_and_spoilt(
     crossing = Crossing({}, {"a": tuple(f"a{i}" for i in range(a)), "b": tuple(f"b{i}" for i in range(b))})
     before = left.copy()
     report = check_design(left, cells=["a", "b"], crossings=[crossing], limit=100)
-    gone = len(set(table["participant"].iloc[list(set(range(len(table))) - removed)]))
+    remaining = len(set(table["participant"].iloc[list(set(range(len(table))) - removed)]))
     expected = {row for row in removed if f"P{row // (a * b)}" in set(left["participant"])}
-    found = {kind: _places(report, kind) for kind in ("missing", "duplicate", "non_finite")}
-    assert found["missing"] == {_key(table, row) for row in expected}
-    assert found["duplicate"] == {_key(table, row) for row in doubled}
-    assert found["non_finite"] == {_key(table, row) for row in spoilt}
-    assert report.participants == gone
+    places = {kind: _places(report, kind) for kind in ("missing", "duplicate", "non_finite")}
+    assert places["missing"] == {_key(table, row) for row in expected}
+    assert places["duplicate"] == {_key(table, row) for row in doubled}
+    assert places["non_finite"] == {_key(table, row) for row in spoilt}
+    assert report.participants == remaining
     assert report.ok == (not expected and not doubled and not spoilt)
     pd.testing.assert_frame_equal(left, before)
 
 
 def _key(table: pd.DataFrame, row: int) -> tuple[str, str, str]:
-    found = table.iloc[row]
-    return found["participant"], found["a"], found["b"]
+    values = table.iloc[row]
+    return values["participant"], values["a"], values["b"]
 
 
 def _places(report: object, kind: str) -> set[tuple[str, str, str]]:

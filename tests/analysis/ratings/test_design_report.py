@@ -25,7 +25,7 @@ def test_labels_that_look_alike_are_noted(one: str, other: str) -> None:
     ):
         note = check_ratings(small_ratings(rows)).of("lookalike")
         assert note is not None and note.count == 1
-        assert note.listed[0].text() == f"{column}: " + " and ".join(ascii(each) for each in sorted((one, other)))
+        assert note.listed[0].text() == f"{column}: " + " and ".join(ascii(label) for label in sorted((one, other)))
         assert check_ratings(small_ratings(rows)).ok or column == "participant"
 
 

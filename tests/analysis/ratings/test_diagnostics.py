@@ -24,8 +24,8 @@ def attentive(n=20):
     return [trial(i, [(3 * i) % 7 - 3, (5 * i) % 11 - 5, i % 5 - 2]) for i in range(1, n + 1)]
 
 
-def flagged(found):
-    return {name for name, sign in found.items() if sign.flagged}
+def flagged(by_name):
+    return {name for name, sign in by_name.items() if sign.flagged}
 
 
 def test_an_attentive_rater_has_no_flag():
@@ -33,16 +33,16 @@ def test_an_attentive_rater_has_no_flag():
 
 
 def test_a_straight_liner_is_flagged_within_and_across_trials():
-    found = signs([trial(i, [3, 3, 3]) for i in range(1, 11)])
-    assert flagged(found) == {"same value on all items", "same answers in a row", "spread within a trial"}
-    assert found["same value on all items"].value == 1.0
-    assert found["same answers in a row"].value == 10
-    assert found["spread within a trial"].value == 0.0
+    by_name = signs([trial(i, [3, 3, 3]) for i in range(1, 11)])
+    assert flagged(by_name) == {"same value on all items", "same answers in a row", "spread within a trial"}
+    assert by_name["same value on all items"].value == 1.0
+    assert by_name["same answers in a row"].value == 10
+    assert by_name["spread within a trial"].value == 0.0
 
 
 def test_the_same_different_values_in_every_trial_are_a_run_but_no_straight_line():
-    found = signs([trial(i, [1, -4, 6]) for i in range(1, 11)])
-    assert flagged(found) == {"same answers in a row"}
+    by_name = signs([trial(i, [1, -4, 6]) for i in range(1, 11)])
+    assert flagged(by_name) == {"same answers in a row"}
 
 
 def test_a_run_ends_where_an_answer_changes():
@@ -64,34 +64,34 @@ def test_the_spread_of_a_trial_is_its_population_sd_over_the_range():
 
 
 def test_answers_piled_up_at_the_ends_are_flagged():
-    found = signs([trial(i, [10, -10, 3, i % 4]) for i in range(1, 11)])["at the ends"]
-    assert (found.value, found.n, found.flagged) == (0.5, 40, True)
-    assert found.sentence == "20 of 40 ratings lie at an end (50%); flagged from 50%."
+    sign = signs([trial(i, [10, -10, 3, i % 4]) for i in range(1, 11)])["at the ends"]
+    assert (sign.value, sign.n, sign.flagged) == (0.5, 40, True)
+    assert sign.sentence == "20 of 40 ratings lie at an end (50%); flagged from 50%."
 
 
 def test_trials_answered_too_fast_are_counted_by_their_items():
     # Three items at 0.4 s each: 1.2 s is not too fast, 1.19 s is.
     fast = [trial(i, [i % 5, 2, 3], seconds=1.19 if i <= 2 else 1.2) for i in range(1, 21)]
-    found = signs(fast)
-    assert (found["too fast"].value, found["too fast"].flagged) == (0.1, False)
+    by_name = signs(fast)
+    assert (by_name["too fast"].value, by_name["too fast"].flagged) == (0.1, False)
     assert signs([*fast, trial(21, [1, 2, 4], seconds=0.2)])["too fast"].flagged
-    assert found["time per item"].value == pytest.approx(0.4)
+    assert by_name["time per item"].value == pytest.approx(0.4)
 
 
 def test_times_that_are_not_on_record_give_no_number():
-    found = signs([trial(i, [1, i % 4], seconds=None) for i in range(1, 9)])
-    assert found["too fast"].value is None
-    assert found["time per item"].sentence == "No number: no response time is recorded."
+    by_name = signs([trial(i, [1, i % 4], seconds=None) for i in range(1, 9)])
+    assert by_name["too fast"].value is None
+    assert by_name["time per item"].sentence == "No number: no response time is recorded."
 
 
 def test_a_stimulus_met_again_is_compared_with_the_time_before_on_every_item():
-    met = [trial(i, [i, 10 - i], stimulus=f"s{i}") for i in range(1, 6)]
+    first = [trial(i, [i, 10 - i], stimulus=f"s{i}") for i in range(1, 6)]
     again = [trial(i + 5, [i + 1, 9 - i], stimulus=f"s{i}") for i in range(1, 6)]
-    found = signs([*met, *again])
+    by_name = signs([*first, *again])
     pairs = [(i, i + 1) for i in range(1, 6)] + [(10 - i, 9 - i) for i in range(1, 6)]
-    assert found["retest r"].n == 10
-    assert found["retest r"].value == pytest.approx(correlation(*zip(*pairs, strict=True)))  # Python's own
-    assert found["retest difference"].value == pytest.approx(1 / 20)
+    assert by_name["retest r"].n == 10
+    assert by_name["retest r"].value == pytest.approx(correlation(*zip(*pairs, strict=True)))  # Python's own
+    assert by_name["retest difference"].value == pytest.approx(1 / 20)
 
 
 def test_a_rater_who_answers_anew_is_flagged_for_retest():
@@ -111,9 +111,9 @@ def test_practice_counts_nowhere_and_is_no_first_meeting():
 @pytest.mark.parametrize("value", [0.1, 0.3, 1e9 + 0.1])
 def test_equal_ratings_have_no_correlation_rather_than_one_of_rounding(value):
     trials = [trial(i, [value], stimulus=f"s{i % 10}") for i in range(1, 31)]
-    found = signs(trials, low=0, high=2e9)["retest r"]
-    assert (found.value, found.flagged) == (None, False)
-    assert "equal" in found.sentence
+    sign = signs(trials, low=0, high=2e9)["retest r"]
+    assert (sign.value, sign.flagged) == (None, False)
+    assert "equal" in sign.sentence
 
 
 @given(st.lists(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), min_size=1, max_size=12))
@@ -126,8 +126,8 @@ def test_a_correlation_is_none_or_within_its_bounds(pairs):
 
 def test_ratings_that_are_owed_and_not_there_are_missing():
     trials = [trial(1, [1, 2, 3]), Answered(2, "s2", {"a": 1.0})]
-    found = signs(trials, expected=3)["missing"]
-    assert (found.value, found.flagged) == (pytest.approx(5 / 9), True)
+    sign = signs(trials, expected=3)["missing"]
+    assert (sign.value, sign.flagged) == (pytest.approx(5 / 9), True)
 
 
 def test_too_few_trials_are_not_flagged_for_their_share():
@@ -139,8 +139,8 @@ def test_nothing_answered_gives_reasons_and_no_number():
 
 
 def test_thresholds_are_the_callers():
-    found = signs(attentive(), limits=Limits(ends_share=0.0))["at the ends"]
-    assert (found.threshold, found.flagged) == (0.0, True)
+    sign = signs(attentive(), limits=Limits(ends_share=0.0))["at the ends"]
+    assert (sign.threshold, sign.flagged) == (0.0, True)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 10.5])
@@ -164,9 +164,9 @@ def words(trials, **how):
 
 
 def test_somebody_who_ticks_the_same_words_every_time_is_flagged():
-    found = words([worded(i, ["soft", "warm"] if i % 2 else ["warm", "soft"]) for i in range(1, 7)])
-    assert flagged(found) == {"same words in a row", "different sets of words"}
-    assert found["words ticked"].value == 0.25
+    by_name = words([worded(i, ["soft", "warm"] if i % 2 else ["warm", "soft"]) for i in range(1, 7)])
+    assert flagged(by_name) == {"same words in a row", "different sets of words"}
+    assert by_name["words ticked"].value == 0.25
 
 
 def test_words_that_fit_the_stimulus_are_not_flagged():
@@ -174,14 +174,14 @@ def test_words_that_fit_the_stimulus_are_not_flagged():
 
 
 def test_empty_and_hurried_trials_of_words_are_flagged():
-    found = words([worded(i, [] if i % 2 else ["soft", str(i)], seconds=1.0) for i in range(1, 9)])
-    assert {"no word at all", "too fast", "time per trial"} == flagged(found)
+    by_name = words([worded(i, [] if i % 2 else ["soft", str(i)], seconds=1.0) for i in range(1, 9)])
+    assert {"no word at all", "too fast", "time per trial"} == flagged(by_name)
 
 
 def test_written_words_are_counted_not_shared_out():
-    found = words([worded(i, ["a", str(i)], offered=0) for i in range(1, 4)], expected=4)
-    assert (found["words per trial"].value, found["words per trial"].unit) == (2.0, "words")
-    assert found["missing"].value == 0.25
+    by_name = words([worded(i, ["a", str(i)], offered=0) for i in range(1, 4)], expected=4)
+    assert (by_name["words per trial"].value, by_name["words per trial"].unit) == (2.0, "words")
+    assert by_name["missing"].value == 0.25
 
 
 def test_no_words_give_reasons_and_no_number():

@@ -21,14 +21,14 @@ def table(**people: list[float]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["participant", "attribute", "value"])
 
 
-def values(found: tuple[pd.DataFrame, object]) -> list[float]:
-    return found[0]["value"].tolist()
+def values(normalised_ratings: tuple[pd.DataFrame, object]) -> list[float]:
+    return normalised_ratings[0]["value"].tolist()
 
 
 def test_the_declared_ends_and_the_middle_go_exactly_to_the_new_ones() -> None:
-    found = normalised(table(P1=[-10.0, -9.0, 0.0, 10.0]), (-10, 10), "to_-100_100")
-    assert values(found) == [-100.0, -90.0, 0.0, 100.0]
-    assert found[1] == (-100.0, 100.0)
+    result = normalised(table(P1=[-10.0, -9.0, 0.0, 10.0]), (-10, 10), "to_-100_100")
+    assert values(result) == [-100.0, -90.0, 0.0, 100.0]
+    assert result[1] == (-100.0, 100.0)
     assert values(normalised(table(P1=[1.0, 4.0, 7.0]), (1, 7), "to_0_100")) == [0.0, 50.0, 100.0]
     assert values(normalised(table(P1=[0.1, 33.3]), (0, 100), "to_0_100")) == [0.1, 33.3]
 
@@ -40,8 +40,8 @@ def test_nothing_in_the_table_given_changes() -> None:
 
 
 def test_each_participant_s_range_becomes_0_to_100_and_a_missing_rating_stays_missing() -> None:
-    found, scale = normalised(table(P1=[2.0, np.nan, 4.0, 3.0], P2=[0.0, 10.0]), (0, 10), "range_within_participant")
-    np.testing.assert_array_equal(found["value"], [0, np.nan, 100, 50, 0, 100])
+    rescaled, scale = normalised(table(P1=[2.0, np.nan, 4.0, 3.0], P2=[0.0, 10.0]), (0, 10), "range_within_participant")
+    np.testing.assert_array_equal(rescaled["value"], [0, np.nan, 100, 50, 0, 100])
     assert scale == (0.0, 100.0)
 
 
@@ -65,7 +65,7 @@ def test_what_a_scale_cannot_hold_is_refused() -> None:
 def test_an_offset_of_a_billion_costs_z_no_digit() -> None:
     small = [0.0, 1.0, 3.0, 7.0]
     near = values(normalised(table(P1=small), None, "z_within_participant"))
-    far = values(normalised(table(P1=[1e9 + each for each in small]), None, "z_within_participant"))
+    far = values(normalised(table(P1=[1e9 + value for value in small]), None, "z_within_participant"))
     assert far == pytest.approx(near, rel=1e-15)
 
 
@@ -77,7 +77,7 @@ whole = st.lists(st.integers(-50, 50), min_size=3, max_size=9, unique=True)
 def test_neither_the_order_of_rows_nor_the_unit_changes_a_z(
     rows: list[int], shift: int, unit: float, draw: random.Random
 ) -> None:
-    data = table(P1=[float(each) for each in rows], P2=[1.0, 2.0])
+    data = table(P1=[float(value) for value in rows], P2=[1.0, 2.0])
     mixed = data.sample(frac=1, random_state=draw.randrange(10_000))
     first = normalised(data, None, "z_within_participant")[0]["value"]
     np.testing.assert_array_equal(normalised(mixed, None, "z_within_participant")[0]["value"].sort_index(), first)

@@ -55,9 +55,11 @@ def material():
 
 
 def plan_of(*tests, **declared):
-    asked = tuple(TESTS[one["test"]].settings.model_validate({"name": f"t{n}", **one}) for n, one in enumerate(tests))
+    requests = tuple(
+        TESTS[one["test"]].settings.model_validate({"name": f"t{n}", **one}) for n, one in enumerate(tests)
+    )
     plan = AnalysisPlan.model_validate({"study": "two", "draws": 100, **declared})
-    return Plan(Path("analysis.yaml"), "", plan, asked, (), load(b"a: 1", "analysis.yaml"))
+    return Plan(Path("analysis.yaml"), "", plan, requests, (), load(b"a: 1", "analysis.yaml"))
 
 
 def answered(material, *tests, **declared):
@@ -93,45 +95,54 @@ def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(mate
         outcomes = {} if one["test"] in ("likert", "cronbach_alpha") or "attribute" in str(one) else ("Soft",)
         try:
             whole = {"name": f"t{number}", **({"outcomes": outcomes} if outcomes else {}), **one}
-            asked = TESTS[one["test"]].settings.model_validate(whole)
+            request = TESTS[one["test"]].settings.model_validate(whole)
         except ValueError:
             continue
-        if not problems_of_test(asked, columns):
+        if not problems_of_test(request, columns):
             in_order.append(whole)
     assert len(in_order) > 40
-    found = answered(material, *in_order, least_people=1)
-    shown = [(each.settings.model_dump(exclude_defaults=True), each.refused) for each in found if each.answer is None]
+    results = answered(material, *in_order, least_people=1)
+    shown = [
+        (result.settings.model_dump(exclude_defaults=True), result.refused)
+        for result in results
+        if result.answer is None
+    ]
     assert not shown, "\n".join(str(one)[:300] for one in shown)
 
 
 def test_sessions_groups_and_answers_cross_in_one_analysis(material):
-    [found] = answered(material, {"test": "anova", "within": ["session"], "between": ["group"], "outcomes": ["Soft"]})
-    assert [(row["effect"], row["df1"], row["df2"]) for row in found.answer.rows] == [
+    [result] = answered(material, {"test": "anova", "within": ["session"], "between": ["group"], "outcomes": ["Soft"]})
+    assert [(row["effect"], row["df1"], row["df2"]) for row in result.answer.rows] == [
         ("group", 1, 22), ("session", 1, 22), ("group:session", 1, 22)]  # fmt: skip
 
 
 def test_a_small_group_is_refused_unless_it_is_asked_for(material):
     gender = {"test": "anova", "between": ["gender"], "outcomes": ["Soft"]}
-    sizes = {level: sum(said == level for said in material.people.answers["gender"].values()) for level in "FMX"}
-    [found] = answered(material, gender, least_people=min(sizes.values()) + 1)
-    assert found.answer is None and f"{min(sizes.values())} of the participants have gender" in found.refused
+    sizes = {
+        level: sum(gender_answer == level for gender_answer in material.people.answers["gender"].values())
+        for level in "FMX"
+    }
+    [result] = answered(material, gender, least_people=min(sizes.values()) + 1)
+    assert result.answer is None and f"{min(sizes.values())} of the participants have gender" in result.refused
     assert answered(material, gender, least_people=min(sizes.values()))[0].answer is not None
 
 
 def test_who_did_not_answer_is_named(material):
-    said = {who: level for who, level in material.people.answers["gender"].items() if who != "P003"}
-    object.__setattr__(material, "people", people_of([]).__class__({**material.people.answers, "gender": said}))
+    answered_gender = {who: level for who, level in material.people.answers["gender"].items() if who != "P003"}
+    object.__setattr__(
+        material, "people", people_of([]).__class__({**material.people.answers, "gender": answered_gender})
+    )
     gender = {"test": "anova", "between": ["gender"], "outcomes": ["Soft"]}
     [refused] = answered(material, gender, least_people=1)
     assert "no answer to gender from P003" in refused.refused
-    [found] = answered(material, {**gender, "missing": "listwise"}, least_people=1)
-    assert found.answer.participants == 23 and "P003" in found.missing.text()
+    [result] = answered(material, {**gender, "missing": "listwise"}, least_people=1)
+    assert result.answer.participants == 23 and "P003" in result.missing.text()
 
 
 def test_answers_about_oneself_leave_people_out_and_free_text_never_groups(material):
     left = apply_exclusions(material, plan_of(exclusions=[{"where": {"gender": "F"}, "because": "x"}]).declared)
-    gone = {who for who, said in material.people.answers["gender"].items() if said == "F"}
-    assert set(left.material.participants) == set(material.participants) - gone
+    excluded = {who for who, level in material.people.answers["gender"].items() if level == "F"}
+    assert set(left.material.participants) == set(material.participants) - excluded
     row = {"session": "two/P001/1", "participant": "P001", "item": "why", "kind": "text", "value": "x", "number": None}
     with pytest.raises(DataRefused, match="own words"):
         people_of([row]).named(material.trials, ["why"])

@@ -148,8 +148,8 @@ def test_simulated_and_real_sessions_are_not_mixed(lab: Engine) -> None:
     real = read_ratings(lab, "doors", simulated=False)
     assert (len(real.participants), real.simulated) == (6, False)
     assert real.exclusions[0].why == "a simulated session"
-    made_up = read_ratings(lab, "doors", simulated=True)
-    assert (made_up.participants, made_up.simulated, len(made_up.exclusions)) == (("P109",), True, 6)
+    simulated = read_ratings(lab, "doors", simulated=True)
+    assert (simulated.participants, simulated.simulated, len(simulated.exclusions)) == (("P109",), True, 6)
 
 
 def test_a_stimulus_column_that_takes_a_name_of_the_table_is_renamed() -> None:

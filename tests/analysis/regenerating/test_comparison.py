@@ -42,8 +42,11 @@ def test_what_outcomes_mean_is_compared_where_it_was_committed(committed):
     assert differences(now, committed) == []
     meant["outcomes"][0]["high"] = "Mild"
     (committed / "statistics.json").write_text(json.dumps(meant))
-    (found,) = differences(now, committed)
-    assert found.where == "outcomes[Hard].high" and (found.committed, found.found) == ('"Mild"', '"Soft"')
+    (difference,) = differences(now, committed)
+    assert difference.where == "outcomes[Hard].high" and (difference.committed, difference.found) == (
+        '"Mild"',
+        '"Soft"',
+    )
 
 
 @pytest.mark.parametrize("value", [3.25 * (1 + 5e-10), 3.25 * (1 - 5e-10)])
@@ -53,42 +56,46 @@ def test_a_number_may_differ_by_a_billionth(committed, value):
 
 @pytest.mark.parametrize("change", [{"F": 3.25 * (1 + 2e-9)}, {"p": None}, {"n": 5}, {"more": 1.0}, {"F": True}])
 def test_more_is_told_by_name(committed, change):
-    (found,) = differences(texts(**change), committed)
-    assert found.file == "statistics.json"
-    assert found.where.startswith("tests[a Hard].results[0].")
+    (difference,) = differences(texts(**change), committed)
+    assert difference.file == "statistics.json"
+    assert difference.where.startswith("tests[a Hard].results[0].")
 
 
 def test_a_tidy_table_is_compared_to_the_letter_and_a_test_by_number(committed):
     near = {**texts(), "tests/a.csv": "F,p\n3.2500000001,0.01\n"}
     assert differences(near, committed) == []
     other = {**texts(), "tables/ratings.csv": "who,value\nP001,3.0000000000001\n"}
-    (found,) = differences(other, committed)
-    assert (found.file, found.where) == ("tables/ratings.csv", "line 2")
+    (difference,) = differences(other, committed)
+    assert (difference.file, difference.where) == ("tables/ratings.csv", "line 2")
 
 
 def test_files_that_come_or_go_are_told(committed):
-    gone = {name: text for name, text in texts().items() if name != "tests/a.csv"}
-    assert [each.text() for each in differences(gone, committed)] == [
+    remaining = {name: text for name, text in texts().items() if name != "tests/a.csv"}
+    assert [difference.text() for difference in differences(remaining, committed)] == [
         "tests/a.csv: the file: committed present, found no longer written"
     ]
-    assert [each.found for each in differences({**texts(), "tests/b.csv": "x\n"}, committed)] == ["made now"]
+    assert [difference.found for difference in differences({**texts(), "tests/b.csv": "x\n"}, committed)] == [
+        "made now"
+    ]
 
 
 def test_a_small_p_is_no_rounding_and_a_small_other_number_is(committed):
     for name, texts_of_p in (("tests/p.csv", "F,p\n3.0,{}\n"), ("tests/q.csv", 'outcome,F,p\n"a, b",3.0,{}\n')):
         (committed / name).write_text(texts_of_p.format("1e-14"))
-        (found,) = differences({**texts(), name: texts_of_p.format("2e-14")}, committed)
-        assert found.file == name
+        (difference,) = differences({**texts(), name: texts_of_p.format("2e-14")}, committed)
+        assert difference.file == name
         assert differences({**texts(), name: texts_of_p.format("1.0000000001e-14")}, committed) == []
         (committed / name).unlink()
     (committed / "statistics.json").write_text(texts(p=1e-14, F=1e-14)["statistics.json"])
-    assert [each.where for each in differences(texts(p=3e-14, F=3e-14), committed)] == ["tests[a Hard].results[0].p"]
+    assert [difference.where for difference in differences(texts(p=3e-14, F=3e-14), committed)] == [
+        "tests[a Hard].results[0].p"
+    ]
 
 
 def test_a_result_called_seconds_is_a_result(committed):
     (committed / "statistics.json").write_text(texts(seconds=2.5)["statistics.json"])
-    (found,) = differences(texts(seconds=2.75), committed)
-    assert found.where == "tests[a Hard].results[0].seconds"
+    (difference,) = differences(texts(seconds=2.75), committed)
+    assert difference.where == "tests[a Hard].results[0].seconds"
 
 
 def test_a_listed_picture_that_is_gone_is_told_and_anothers_table_is_not(committed):
@@ -96,8 +103,8 @@ def test_a_listed_picture_that_is_gone_is_told_and_anothers_table_is_not(committ
     (committed / MARK).write_text(json.dumps({"files": names}))
     (committed / "report.html").touch()
     (committed / "tables" / "mine.csv").write_text("x\n")
-    (found,) = differences(texts(), committed)
-    assert found.text() == "figures/a.png: the file: committed listed, found not there"
+    (difference,) = differences(texts(), committed)
+    assert difference.text() == "figures/a.png: the file: committed listed, found not there"
 
 
 def test_a_table_of_another_length_or_line_ending_is_told(committed):

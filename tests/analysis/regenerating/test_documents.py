@@ -38,10 +38,10 @@ def test_word_holds_every_table_with_its_number_and_its_rows(small, word):
     document = opened(word[0].read_bytes())
     expected = list(numbered_tables(small))
     assert len(document.tables) == len(expected)
-    for found, each in zip(document.tables, expected, strict=True):
-        assert [cell.text for cell in found.rows[0].cells] == [head.name for head in each.table.heads]
-        assert len(found.rows) == 1 + len(each.table.rows) + len(each.table.groups)
-        assert [cell.text for cell in found.rows[-1].cells] == list(each.table.rows[-1])
+    for table, shown in zip(document.tables, expected, strict=True):
+        assert [cell.text for cell in table.rows[0].cells] == [head.name for head in shown.table.heads]
+        assert len(table.rows) == 1 + len(shown.table.rows) + len(shown.table.groups)
+        assert [cell.text for cell in table.rows[-1].cells] == list(shown.table.rows[-1])
     assert document.paragraphs[0].text == TITLE
     assert any(HOSTILE in cell.text for cell in document.tables[0]._cells)
     fields = document.element.body.findall(f".//{qn('w:fldSimple')}")
@@ -75,7 +75,8 @@ def test_a_wide_table_lies_on_a_turned_page_and_the_next_one_stands_again():
     turned = [section.orientation == WD_ORIENT.LANDSCAPE for section in document.sections]
     assert turned == [False, True, False]
     assert all(
-        (each.page_width > each.page_height) == side for each, side in zip(document.sections, turned, strict=True)
+        (section.page_width > section.page_height) == side
+        for section, side in zip(document.sections, turned, strict=True)
     )
     order = [element.tag for element in document.element.body if element.tag == qn("w:tbl") or
              element.find(f"{qn('w:pPr')}/{qn('w:sectPr')}") is not None]  # fmt: skip
@@ -86,7 +87,7 @@ def test_word_is_the_same_twice_and_has_no_hour(small, word, tmp_path):
     again = write_documents(small, tmp_path)
     assert [file.read_bytes() for file in again] == [file.read_bytes() for file in word]
     with zipfile.ZipFile(word[0]) as file:
-        assert {each.date_time for each in file.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert {entry.date_time for entry in file.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
 def test_word_takes_any_letters():
@@ -114,7 +115,7 @@ def test_latex_has_the_parts_of_every_table(small, word):
     assert len(set(labels)) == len(expected)
     assert text.count(r"\begin{landscape}") == text.count(r"\end{landscape}")
     body = [line for line in text.splitlines() if line.endswith(r" \\") and " & " in line]
-    rows = sum(len(each.table.rows) + 2 for each in expected if len(each.table.heads) > 1)
+    rows = sum(len(shown.table.rows) + 2 for shown in expected if len(shown.table.heads) > 1)
     assert len(body) == rows
     assert "<script>" not in text
 
@@ -145,7 +146,9 @@ def test_letters_beyond_pdflatex_are_named():
 
 
 def test_a_test_without_an_answer_is_still_a_table(small):
-    refused = replace(small, answered=tuple(each for each in small.answered if each.settings.name == "refused"))
+    refused = replace(
+        small, answered=tuple(answered for answered in small.answered if answered.settings.name == "refused")
+    )
     (table,) = numbered_tables(refused)
     assert "no_such_column" in " ".join(table.notes)
     assert opened(word_bytes("T", "", [table])).tables and latex_text("T", "", [table])

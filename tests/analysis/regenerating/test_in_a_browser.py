@@ -42,14 +42,14 @@ def browser(started, address):
 
 def mark(browser, figure, key, place=0):
     """The place of a mark on the screen, in its middle, after scrolling to it."""
-    found = browser.execute_script(
+    element = browser.execute_script(
         "const own = [...document.querySelectorAll(`#${arguments[0]} .mark`)]"
         "  .filter((each) => each.dataset.key === arguments[1]);"
         "own[arguments[2]].scrollIntoView({ block: 'center' }); return own[arguments[2]]",
         *(figure, key, place),
     )
-    box = browser.execute_script("const b = arguments[0].getBoundingClientRect(); return b.toJSON()", found)
-    return found, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    box = browser.execute_script("const b = arguments[0].getBoundingClientRect(); return b.toJSON()", element)
+    return element, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def mouse(browser, kind, x, y, **more):
@@ -68,16 +68,16 @@ def press(browser, key):
 
 
 def mean_of(small, figure, level):
-    data = next(each.data for each in small.figures if each.settings.name == figure)
+    data = next(drawing.data for drawing in small.figures if drawing.settings.name == figure)
     return next(row["mean"] for row in data.rows if row["level"] == level and row["attribute"] == "Soft")
 
 
 def test_pointing_at_a_bar_tells_its_numbers(browser, small):
     _, x, y = mark(browser, "figure-means", HOSTILE)
     mouse(browser, "mouseMoved", x, y)
-    told = browser.execute_script(TIP).splitlines()
-    assert HOSTILE in told and "Soft" in told
-    assert f"{mean_of(small, 'means', HOSTILE):.2f}" in told
+    lines = browser.execute_script(TIP).splitlines()
+    assert HOSTILE in lines and "Soft" in lines
+    assert f"{mean_of(small, 'means', HOSTILE):.2f}" in lines
     mouse(browser, "mouseMoved", 5, 5)
     assert browser.execute_script(TIP) == ""
 
@@ -89,9 +89,9 @@ def test_a_click_marks_the_same_in_two_figures_and_its_rows(browser):
     click(browser, x, y)
     chosen = browser.execute_script(CHOSEN)
     assert {("g", "figure-means"), ("g", "figure-people"), ("tr", "figure-means"), ("tr", "tests")} <= {
-        tuple(each[:2]) for each in chosen
+        tuple(mark[:2]) for mark in chosen
     }
-    assert all(HOSTILE in each[2].split("\t") for each in chosen)
+    assert all(HOSTILE in mark[2].split("\t") for mark in chosen)
     assert browser.execute_script("return document.querySelector('.chosen-bar').innerText").startswith(HOSTILE)
     dimmed = "return getComputedStyle(document.querySelector('#figure-means .mark:not(.chosen)')).opacity"
     assert float(browser.execute_script(dimmed)) < 0.5
@@ -104,7 +104,7 @@ def test_a_pair_of_levels_is_found_by_both(browser):
     for key in ("g2", "g10"):
         _, x, y = mark(browser, "figure-means", key)
         click(browser, x, y)
-        assert any({"g2", "g10"} == set(each[2].split("\t")) for each in browser.execute_script(CHOSEN))
+        assert any({"g2", "g10"} == set(mark[2].split("\t")) for mark in browser.execute_script(CHOSEN))
 
 
 def test_a_row_chooses_as_a_mark_does(browser):
@@ -133,7 +133,7 @@ def test_keys_alone_do_the_same(browser, small):
     second = browser.execute_script("return document.activeElement.dataset.key")
     assert second != first and f"{mean_of(small, 'means', second):.2f}" in browser.execute_script(TIP).splitlines()
     press(browser, Keys.ENTER)
-    assert {"figure-means", "figure-people"} <= {each[1] for each in browser.execute_script(CHOSEN)}
+    assert {"figure-means", "figure-people"} <= {mark[1] for mark in browser.execute_script(CHOSEN)}
     assert browser.execute_script("return document.activeElement.getAttribute('aria-pressed')") == "true"
     press(browser, Keys.ESCAPE)
     assert browser.execute_script(CHOSEN) == []
@@ -191,7 +191,7 @@ def test_nothing_is_asked_of_a_network(browser, address):
         "const image = new Image(); image.src = 'http://127.0.0.1:9/x.png';"
     )
     assert blocked.startswith("http://127.0.0.1:9")
-    assert all("Content Security Policy" in json.dumps(each) for each in browser.get_log("browser"))
+    assert all("Content Security Policy" in json.dumps(entry) for entry in browser.get_log("browser"))
 
 
 def test_paper_shows_the_figures_as_they_are(browser):

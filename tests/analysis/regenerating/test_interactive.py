@@ -22,17 +22,22 @@ MARK = Mark("m0", (("who\tis", 'P "1" <b>'), ("mean", "2.50")), "P & 1")
 
 
 def test_fewer_bytes_and_the_same_picture():
-    found = compact_svg(SVG, "f1", {"f1-m0"})
-    assert 'd="M 1.23 0 L 2e-05 10.5"' in found or 'd="M 1.23 0 L 0 10.5"' in found
-    assert "translate(11.49 55.49) scale(0.09 -0.09)" in found and "scale(0.015625)" in found
-    assert 'd="M 2944 4013 L 2944 2272"' in found and 'href="#f1-glyph"' in found and "xlink:href" not in found
-    assert "f1-empty" not in found and "f1-figure_1" not in found and 'id="f1-m0"' in found and 'id="f1-c"' in found
-    assert found.count("fill:#fff;stroke:none") == 1 and found.count('class="f1s0"') == 2
-    assert ">\n" not in found
+    compact = compact_svg(SVG, "f1", {"f1-m0"})
+    assert 'd="M 1.23 0 L 2e-05 10.5"' in compact or 'd="M 1.23 0 L 0 10.5"' in compact
+    assert "translate(11.49 55.49) scale(0.09 -0.09)" in compact and "scale(0.015625)" in compact
+    assert 'd="M 2944 4013 L 2944 2272"' in compact and 'href="#f1-glyph"' in compact and "xlink:href" not in compact
+    assert (
+        "f1-empty" not in compact
+        and "f1-figure_1" not in compact
+        and 'id="f1-m0"' in compact
+        and 'id="f1-c"' in compact
+    )
+    assert compact.count("fill:#fff;stroke:none") == 1 and compact.count('class="f1s0"') == 2
+    assert ">\n" not in compact
 
 
 def test_every_length_stays_within_a_hundredth_of_a_point(small):
-    (picture, *_) = [each for each in draw_all(small.figures[:1], None) if each is not None]
+    (picture, *_) = [picture for picture in draw_all(small.figures[:1], None) if picture is not None]
     whole = inline_svg(picture.svg, "f1")
     less = compact_svg(whole, "f1", {f"f1-{mark.gid}" for mark in picture.marks})
     assert len(less) < 0.8 * len(whole)
@@ -44,10 +49,10 @@ def test_every_length_stays_within_a_hundredth_of_a_point(small):
 
 
 def test_a_mark_tells_its_numbers_and_nothing_of_it_is_markup():
-    found = str(figure_markup(SVG, [MARK], "f1", 'a "label"'))
-    assert 'data-told="who is\tP &quot;1&quot; &lt;b&gt;\nmean\t2.50"' in found
-    assert 'data-key="P &amp; 1"' in found and 'aria-label="a &quot;label&quot;"' in found
-    assert found.count('class="mark"') == 1 and "--least:720px" in found
+    markup = str(figure_markup(SVG, [MARK], "f1", 'a "label"'))
+    assert 'data-told="who is\tP &quot;1&quot; &lt;b&gt;\nmean\t2.50"' in markup
+    assert 'data-key="P &amp; 1"' in markup and 'aria-label="a &quot;label&quot;"' in markup
+    assert markup.count('class="mark"') == 1 and "--least:720px" in markup
 
 
 def test_a_mark_that_is_not_drawn_is_left_out():

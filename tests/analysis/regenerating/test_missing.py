@@ -41,51 +41,51 @@ def answered(material, tmp_path, test, missing, left_out=None, tables=None):
 
 @pytest.mark.parametrize("test", [BOTH, AVERAGED, ONE_CAR, PAIRS, MODEL], ids=str)
 def test_refused_with_the_cell_and_what_to_write_into_the_plan(material, tmp_path, test):
-    found = answered(material, tmp_path, test, "refuse", GAP)
-    assert found.answer is None
-    assert "P003 lacks 1 of 6 cells (car K3, variant g3)" in found.refused
-    assert "`missing: listwise`" in found.refused
-    assert "--missing" not in found.refused
+    result = answered(material, tmp_path, test, "refuse", GAP)
+    assert result.answer is None
+    assert "P003 lacks 1 of 6 cells (car K3, variant g3)" in result.refused
+    assert "`missing: listwise`" in result.refused
+    assert "--missing" not in result.refused
 
 
 @pytest.mark.parametrize("test", [BOTH, AVERAGED, ONE_CAR, PAIRS, MODEL], ids=str)
 def test_listwise_is_the_answer_without_that_participant(material, tmp_path, test):
-    found = answered(material, tmp_path, test, "listwise", GAP)
+    result = answered(material, tmp_path, test, "listwise", GAP)
     without = answered(material, tmp_path, test, "refuse", {"participant": "P003"})
-    assert found.answer.rows == without.answer.rows
-    assert found.answer.participants == 11
-    assert found.missing.text() == "1 cell of 1 participant missing; left out listwise: P003"
+    assert result.answer.rows == without.answer.rows
+    assert result.answer.participants == 11
+    assert result.missing.text() == "1 cell of 1 participant missing; left out listwise: P003"
 
 
 @pytest.mark.parametrize("test", [BOTH, ONE_CAR, MODEL], ids=str)
 def test_a_mixed_model_keeps_what_is_there(material, tmp_path, test):
-    found = answered(material, tmp_path, test, "mixed_model", GAP)
-    assert found.answer.method.startswith("Linear mixed model")
-    assert found.answer.values == len(found.rows)
-    assert found.answer.participants == 12
-    assert found.missing.text() == "1 cell of 1 participant missing; answered from what is there"
+    result = answered(material, tmp_path, test, "mixed_model", GAP)
+    assert result.answer.method.startswith("Linear mixed model")
+    assert result.answer.values == len(result.rows)
+    assert result.answer.participants == 12
+    assert result.missing.text() == "1 cell of 1 participant missing; answered from what is there"
 
 
 def test_a_mixed_model_does_not_average_over_what_is_left_of_a_cell(material, tmp_path):
-    found = answered(material, tmp_path, AVERAGED, "mixed_model", GAP)
-    assert found.answer is None
-    assert "in a cell of variant rests on up to 2 stimuli, and some are missing" in found.refused
+    result = answered(material, tmp_path, AVERAGED, "mixed_model", GAP)
+    assert result.answer is None
+    assert "in a cell of variant rests on up to 2 stimuli, and some are missing" in result.refused
 
 
 def test_a_test_without_such_a_form_says_so(material, tmp_path):
-    found = answered(material, tmp_path, PAIRS, "mixed_model", GAP)
-    assert found.refused.startswith("1 cell of 1 participant missing, and 'pairs' has no form that takes gaps; give")
+    result = answered(material, tmp_path, PAIRS, "mixed_model", GAP)
+    assert result.refused.startswith("1 cell of 1 participant missing, and 'pairs' has no form that takes gaps; give")
 
 
 @pytest.mark.parametrize("policy", ["refuse", "listwise", "mixed_model"])
 def test_somebody_without_any_of_a_tests_cells_is_not_overlooked(material, tmp_path, policy):
     """All of P003's trials with one car are left out; a test of that car has nothing of P003 any more."""
-    found = answered(material, tmp_path, ONE_CAR, policy, {"participant": "P003", "car": "K3"})
+    result = answered(material, tmp_path, ONE_CAR, policy, {"participant": "P003", "car": "K3"})
     if policy == "refuse":
-        assert "P003 lacks 3 of 6 cells" in found.refused
+        assert "P003 lacks 3 of 6 cells" in result.refused
     else:
-        assert found.missing.text().startswith("3 cells of 1 participant missing; ")
-        assert found.answer.participants == 11
+        assert result.missing.text().startswith("3 cells of 1 participant missing; ")
+        assert result.answer.participants == 11
 
 
 def test_a_gap_elsewhere_is_none_of_a_tests_business(material, tmp_path):
@@ -101,12 +101,12 @@ def test_whoever_a_test_left_out_counts_nowhere(material, tmp_path):
     value[4] = np.nan
     table = pd.DataFrame({"participant": [f"P{i}" for i in p], "cond": [f"c{i}" for i in c], "value": value})
     test = {"test": "anova", "table": "own", "within": ["cond"]}
-    found = answered(material, tmp_path, test, "listwise", tables={"own": table})
-    assert found.answer.notes[0] == "Left out listwise: P1."
-    assert (found.answer.participants, found.answer.values) == (4, 12)
+    result = answered(material, tmp_path, test, "listwise", tables={"own": table})
+    assert result.answer.notes[0] == "Left out listwise: P1."
+    assert (result.answer.participants, result.answer.values) == (4, 12)
     pairs = answered(material, tmp_path, {**PAIRS, "table": "own", "factor": "cond"}, "listwise", tables={"own": table})
     assert (pairs.answer.participants, pairs.answer.values) == (4, 12)
-    assert all(check.difference < 1e-14 for check in exact_checks([found]))
+    assert all(check.difference < 1e-14 for check in exact_checks([result]))
 
 
 @pytest.mark.parametrize("group", [None, ["", ""], ["1", "2"]])

@@ -89,8 +89,8 @@ def test_what_was_refused_says_why(read):
 
 
 def test_each_column_says_what_it_is(page, read):
-    told = {value for tag, name, value in read.attributes if (tag, name) == ("th", "title")}
-    assert "partial eta squared" in told
+    meanings = {value for tag, name, value in read.attributes if (tag, name) == ("th", "title")}
+    assert "partial eta squared" in meanings
     assert "What the columns are" in read.text and "partial_eta_squared" in read.text
     assert ">η²p</th>" in page
 
@@ -105,10 +105,10 @@ def test_the_same_bytes_in_another_process(page, tmp_path):
         "sys.stdout.buffer.write(page_of(small_study(Path(sys.argv[1]))).encode())"
     )
     environment = {**os.environ, "PYTHONHASHSEED": "4711"}
-    made = subprocess.run(
+    other = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path)], env=environment, capture_output=True, check=True
     ).stdout.decode()
-    assert made == page
+    assert other == page
 
 
 def test_rows_in_another_order_give_the_same_page(page, tmp_path, monkeypatch):
@@ -124,12 +124,12 @@ def test_rows_in_another_order_give_the_same_page(page, tmp_path, monkeypatch):
 
 def test_the_ledger_is_counted_by_reason():
     lines = [Exclusion("practice", f"P{n}", "practice trials do not count", 7) for n in range(16)]
-    found = left_out([Exclusion("nothing", "nobody", "a session must be whole", 0), *lines])
-    assert list(found.reasons.rows) == [
+    shown = left_out([Exclusion("nothing", "nobody", "a session must be whole", 0), *lines])
+    assert list(shown.reasons.rows) == [
         ("a session must be whole", "met nothing", "0", "0"),
         ("practice trials do not count", "practice", "16", "112"),
     ]
-    assert len(found.lines.rows) == 16
+    assert len(shown.lines.rows) == 16
 
 
 def test_results_stand_below_each_other_but_brackets_stay_whole():
@@ -137,6 +137,6 @@ def test_results_stand_below_each_other_but_brackets_stay_whole():
     assert parts_of("12 of 15 differ (p < .05; Holm; 15)") == ("12 of 15 differ (p < .05; Holm; 15)",)
 
 
-@pytest.mark.parametrize(("seconds", "told"), [(0.01, "less than 0.1 s"), (1.26, "1.3 s"), (134.2, "134 s")])
-def test_seconds_are_told_with_the_digits_that_mean_something(seconds, told):
-    assert seconds_text(seconds) == told
+@pytest.mark.parametrize(("seconds", "text"), [(0.01, "less than 0.1 s"), (1.26, "1.3 s"), (134.2, "134 s")])
+def test_seconds_are_told_with_the_digits_that_mean_something(seconds, text):
+    assert seconds_text(seconds) == text

@@ -17,24 +17,24 @@ def test_outcomes_of_several_rows_have_headings_and_those_of_one_a_column():
     one = [answered(name, [{"effect": "x", "F": 2.0}]) for name in ("Soft", "Hard")]
     assert [row[0] for row in shown.test_table(one).rows] == ["Soft", "Hard"]
     two = [answered(name, [{"effect": "x", "F": 2.0}, {"effect": "y", "F": 1.0}]) for name in ("Soft", "Hard")]
-    found = shown.test_table(two)
-    assert dict(found.groups) == {0: "Soft", 2: "Hard"} and len(found.rows) == 4
-    assert [head.name for head in found.heads] == ["effect", "F"]
+    table = shown.test_table(two)
+    assert dict(table.groups) == {0: "Soft", 2: "Hard"} and len(table.rows) == 4
+    assert [head.name for head in table.heads] == ["effect", "F"]
 
 
 def test_a_refused_outcome_keeps_its_place_with_the_reason():
-    found = shown.test_table(
+    table = shown.test_table(
         [answered("Soft", [{"effect": "x", "F": 2.0}]), answered("Hard", [], refused="too few people")]
     )
-    assert found.rows == (("Soft", "x", "2.00"), ("Hard", "", "– ¹"))
-    assert found.notes == ("¹ Not answered: too few people",)
+    assert table.rows == (("Soft", "x", "2.00"), ("Hard", "", "– ¹"))
+    assert table.notes == ("¹ Not answered: too few people",)
     alone = shown.test_table([answered("", [], refused="too few people")])
     assert alone.rows and any("too few people" in note for note in alone.notes)
 
 
 def test_columns_say_what_they_are():
-    found = shown.test_table([answered("", [{"effect": "x", "F": 2.0, "partial_eta_squared": 0.5}])])
-    assert [(head.name, head.column, head.meaning) for head in found.legend] == [("F", "F", "F of the effect")]
+    table = shown.test_table([answered("", [{"effect": "x", "F": 2.0, "partial_eta_squared": 0.5}])])
+    assert [(head.name, head.column, head.meaning) for head in table.legend] == [("F", "F", "F of the effect")]
     assert heading("partial_eta_squared") == "η²p" and heading("pc12") == "component 12"
     assert heading("some_other_name") == "some other name"
     assert all("_" not in shown for shown in HEADINGS.values())

@@ -53,7 +53,7 @@ def statistics(lab):
     return json.loads((lab / "regenerated" / "doors_small" / "statistics.json").read_text())
 
 
-def found_of(lab, name, outcome=None):
+def stored_answer(lab, name, outcome=None):
     return next(
         t for t in statistics(lab)["tests"] if t["name"] == name and (outcome is None or t["outcome"] == outcome)
     )
@@ -72,14 +72,14 @@ def test_everything_is_written_and_every_number_says_what_it_is(lab):
         *("tables/trials.csv", "tables/exclusions.csv", "figures/means.svg", "figures/means.png", "figures/means.csv"),
     ):
         assert files[name], name
-    found = found_of(lab, "variants", "Damped")
-    assert found["participants"] == 12 and found["refused"] is None
-    assert len(found["inputs_sha256"]) == 64 and found["method"] and found["seconds"] >= 0
-    numbers = {key for row in found["results"] for key, value in row.items() if isinstance(value, float)}
-    assert numbers <= set(found["kinds"]), numbers - set(found["kinds"])
-    crossed = {row["effect"]: row["F"] for row in found_of(lab, "all", "Damped")["results"]}
+    answer = stored_answer(lab, "variants", "Damped")
+    assert answer["participants"] == 12 and answer["refused"] is None
+    assert len(answer["inputs_sha256"]) == 64 and answer["method"] and answer["seconds"] >= 0
+    numbers = {key for row in answer["results"] for key, value in row.items() if isinstance(value, float)}
+    assert numbers <= set(answer["kinds"]), numbers - set(answer["kinds"])
+    crossed = {row["effect"]: row["F"] for row in stored_answer(lab, "all", "Damped")["results"]}
     assert crossed == {source: pytest.approx(expected_f("Damped", source), rel=1e-9) for source in crossed}
-    assert {each["what"] for each in statistics(lab)["exclusions"]} == {"practice"}
+    assert {exclusion["what"] for exclusion in statistics(lab)["exclusions"]} == {"practice"}
     assert len(statistics(lab)["inputs"]) == 1 + 12 + 1
 
 
@@ -123,8 +123,8 @@ def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
     file.write_text(json.dumps(known))
     change(lab, "correction: holm", "correction: bonferroni")
     run(lab, "--no-figures")
-    assert found_of(lab, "variants")["seconds"] == 1234.0
-    assert found_of(lab, "pairs")["seconds"] < 100
+    assert stored_answer(lab, "variants")["seconds"] == 1234.0
+    assert stored_answer(lab, "pairs")["seconds"] < 100
 
 
 @pytest.mark.long
@@ -134,7 +134,7 @@ def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
     file.write_text(json.dumps(dict.fromkeys(json.loads(file.read_text()), 1234.0)))
     change(lab, "study: doors_small", "study: doors_small\ndraws: 500")
     run(lab, "--no-figures")
-    assert found_of(lab, "variants")["seconds"] < 100
+    assert stored_answer(lab, "variants")["seconds"] < 100
 
 
 @pytest.mark.long
@@ -171,20 +171,20 @@ def test_a_where_that_takes_other_cells_from_everyone_never_averages_what_is_lef
     first = "where: {trial: ['2', '3', '4']}"
     change(lab, "within: [variant]", f"within: [variant], missing: {policy}, {first}")
     assert run(lab, "--no-figures").exit_code == 0
-    found = found_of(lab, "variants", "Damped")
-    told = {
+    answer = stored_answer(lab, "variants", "Damped")
+    messages = {
         "refuse": "`where` leaves P001 without",
         "listwise": "nobody is left listwise",
         "mixed_model": "means of different stimuli would be compared",
     }
-    assert told[policy] in found["refused"] and "results" not in found
+    assert messages[policy] in answer["refused"] and "results" not in answer
 
 
 @pytest.mark.long
 def test_a_where_on_the_stimulus_keeps_whole_cells(lab):
     change(lab, "within: [variant]", "within: [variant], where: {car: K3, stimulus: [K3_g0, K3_g3, K3_g6]}")
     run(lab, "--no-figures")
-    assert found_of(lab, "variants", "Damped")["participants"] == 12
+    assert stored_answer(lab, "variants", "Damped")["participants"] == 12
 
 
 def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
@@ -194,13 +194,13 @@ def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
     study.write_text(study.read_text().replace("Damped", "Muffled"))
     changed = ["doors_small", "--participant", "P021", "--simulate", "--lab", str(lab), "--accept-change"]
     assert not CliRunner().invoke(sit, changed).exception
-    told = str(run(lab, "--no-figures").exception)
-    assert "was changed between participants" in told
-    old = next(part.split()[0] for part in told.replace(":", ",").split(",") if "12 sessions" in part)
+    message = str(run(lab, "--no-figures").exception)
+    assert "was changed between participants" in message
+    old = next(part.split()[0] for part in message.replace(":", ",").split(",") if "12 sessions" in part)
     done = run(lab, "--no-figures", "--digest", old)
     assert done.exit_code == 0, done.exception
-    assert found_of(lab, "variants", "Damped")["participants"] == 12
-    assert any("another version" in each["why"] for each in statistics(lab)["exclusions"])
+    assert stored_answer(lab, "variants", "Damped")["participants"] == 12
+    assert any("another version" in exclusion["why"] for exclusion in statistics(lab)["exclusions"])
     notes = {version["note"]: version["sha256"] for version in statistics(lab)["versions"]}
     assert set(notes) == {"12 sessions", "1 session, left out"}
     for note, sha256 in notes.items():
@@ -223,32 +223,32 @@ def test_a_missing_cell_is_refused_by_name_unless_the_plan_says_otherwise(lab):
     done = drop_a_cell(lab, None)
     assert done.exit_code == 0
     assert "K3_g3" not in group_of(lab, "P003")
-    found = found_of(lab, "variants", "Damped")
-    assert "P003 lacks 1 of 6 cells" in found["refused"] and "results" not in found
+    answer = stored_answer(lab, "variants", "Damped")
+    assert "P003 lacks 1 of 6 cells" in answer["refused"] and "results" not in answer
     assert "P003 lacks" in done.output
-    assert "P003 lacks 1 of 6 cells" in found_of(lab, "model", "Damped")["refused"]
+    assert "P003 lacks 1 of 6 cells" in stored_answer(lab, "model", "Damped")["refused"]
 
 
 def test_listwise_leaves_the_participant_out_by_name(lab):
     drop_a_cell(lab, "listwise")
-    found = found_of(lab, "variants", "Damped")
-    assert found["participants"] == 11
-    assert found["missing"] == {
+    answer = stored_answer(lab, "variants", "Damped")
+    assert answer["participants"] == 11
+    assert answer["missing"] == {
         "policy": "listwise", "cells": 1, "participants_with_gaps": 1, "left_out": ["P003"],
     }  # fmt: skip
-    assert found_of(lab, "model", "Damped")["participants"] == 11
+    assert stored_answer(lab, "model", "Damped")["participants"] == 11
 
 
 @pytest.mark.long
 def test_a_mixed_model_answers_on_what_is_there(lab):
     drop_a_cell(lab, "mixed_model")
     for name in ("all", "model"):
-        found = found_of(lab, name, "Damped")
-        assert found["participants"] == 12 and "mixed model" in found["method"].lower()
-        assert found["missing"]["cells"] == 1 and found["missing"]["left_out"] == []
+        answer = stored_answer(lab, name, "Damped")
+        assert answer["participants"] == 12 and "mixed model" in answer["method"].lower()
+        assert answer["missing"]["cells"] == 1 and answer["missing"]["left_out"] == []
     for name in ("variants", "means"):
-        assert "means of different stimuli would be compared" in found_of(lab, name, "Damped")["refused"]
-    assert "has no form that takes gaps" in found_of(lab, "pairs", "Damped")["refused"]
+        assert "means of different stimuli would be compared" in stored_answer(lab, name, "Damped")["refused"]
+    assert "has no form that takes gaps" in stored_answer(lab, "pairs", "Damped")["refused"]
 
 
 def test_every_anova_is_within_1e_12_of_exact_fractions(lab):
@@ -260,7 +260,7 @@ def test_every_anova_is_within_1e_12_of_exact_fractions(lab):
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "told"),
+    ("before", "after", "message"),
     [
         ("within: [variant]", "within: [varient]", "line 5: tests[0].within: the study has no column 'varient'; did"),
         ("factor: variant,", "factor: variant, outcomes: [Dampt],", "tests[2].outcomes[0]: no outcome 'Dampt'; did"),
@@ -279,12 +279,12 @@ def test_every_anova_is_within_1e_12_of_exact_fractions(lab):
         ("test: means, by: [variant]", "test: likert", "asks about forms, of which the study has none"),
     ],
 )
-def test_a_plan_is_held_against_the_study_before_there_are_data(lab, before, after, told):
+def test_a_plan_is_held_against_the_study_before_there_are_data(lab, before, after, message):
     shutil.rmtree(lab / "sessions")
     assert run(lab, "--check-plan").exit_code == 0
     change(lab, before, after)
     done = run(lab, "--check-plan")
-    assert done.exit_code == 1 and told in str(done.exception), done.exception
+    assert done.exit_code == 1 and message in str(done.exception), done.exception
 
 
 def test_without_a_plan_or_without_data_it_says_what_to_do(lab):
@@ -327,8 +327,8 @@ def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):
     plan.write_text("study: sk2011\ntests:\n  - {name: two, test: anova, within: [inference, plausibility]}\n")
     done = CliRunner().invoke(regenerate, ["sk2011", "--lab", str(tmp_path), "--no-figures"])
     assert done.exit_code == 0, done.output
-    found = json.loads((tmp_path / "regenerated" / "sk2011" / "statistics.json").read_text())["tests"][0]
-    row = next(row for row in found["results"] if row["effect"] == "inference")
+    answer = json.loads((tmp_path / "regenerated" / "sk2011" / "statistics.json").read_text())["tests"][0]
+    row = next(row for row in answer["results"] if row["effect"] == "inference")
     assert row["F"] == pytest.approx(5.1492441741628365, rel=1e-12)  # R 4.2.2, afex 1.2.1 (analysis/reference)
 
 
@@ -336,10 +336,10 @@ def test_a_second_opinion_lies_beside_the_statistics_and_is_no_part_of_what_is_c
     done = run(lab, "--no-figures", "--crosscheck")
     folder = lab / "regenerated" / "doors_small"
     checks = json.loads((folder / "crosscheck.json").read_text())
-    outcomes = len({each["outcome"] for each in checks["checks"]})
-    assert [each["test"] for each in checks["checks"]][::outcomes] == ["variants", "all", "pairs", "model"]
+    outcomes = len({check["outcome"] for check in checks["checks"]})
+    assert [check["test"] for check in checks["checks"]][::outcomes] == ["variants", "all", "pairs", "model"]
     assert checks["disagreements"] == 0 and "DISAGREEMENT" not in done.output
-    assert all(each["largest_relative_difference"] < 1e-9 for each in checks["checks"] if not each["not_checked"])
+    assert all(check["largest_relative_difference"] < 1e-9 for check in checks["checks"] if not check["not_checked"])
     assert "Second opinion: " in done.output
     (folder / "crosscheck.json").write_text("{}")
     assert run(lab, "--check").exit_code == 0

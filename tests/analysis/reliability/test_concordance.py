@@ -50,7 +50,7 @@ def test_the_exact_p_counts_every_order(values: list[list[float]]) -> None:
         return float(((total - total.mean()) ** 2).sum())
 
     observed = spread(ranks)
-    orders = [[np.array(each) for each in permutations(row)] for row in ranks[1:]]
+    orders = [[np.array(order) for order in permutations(row)] for row in ranks[1:]]
     hits = [spread([ranks[0], *rest]) >= observed - 1e-9 for rest in product(*orders)]
     result = concordance(np.array(values, dtype=float), "exact")
     assert result["p_kind"] == "exact"

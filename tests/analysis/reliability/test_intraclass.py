@@ -85,15 +85,15 @@ def exact(values: np.ndarray) -> list[Fraction]:
 @pytest.mark.parametrize("how", ["offset 1e9", "offset 1e12", "1 + 1e-12 x", "raters 1e9 apart", "times 1e-200"])
 def test_extreme_tables_keep_their_digits(how: str) -> None:
     x = wide("many")[:12, :5]
-    made = {
+    tables = {
         "offset 1e9": x + 1e9,
         "offset 1e12": x + 1e12,
         "1 + 1e-12 x": 1 + 1e-12 * x,
         "raters 1e9 apart": x + 1e9 * np.arange(5),
         "times 1e-200": x * 1e-200,
     }[how]
-    result = [each.icc for each in iccs(made)]
-    assert max(relative(ours, float(true)) for ours, true in zip(result, exact(made), strict=True)) < 1e-14
+    result = [estimate.icc for estimate in iccs(tables)]
+    assert max(relative(ours, float(true)) for ours, true in zip(result, exact(tables), strict=True)) < 1e-14
 
 
 def test_constant_ratings_have_no_icc_and_say_so() -> None:
@@ -160,8 +160,8 @@ def test_what_has_gaps_is_left_out_by_name() -> None:
     by_target, by_rater = (icc(long(x), "y", "target", "rater", missing=how) for how in ("drop_targets", "drop_raters"))
     assert by_target.attrs["dropped"] == ["3"]
     assert by_rater.attrs["dropped"] == ["1"]
-    assert by_target["ICC"].tolist() == [each.icc for each in iccs(np.delete(x, 3, axis=0))]
-    assert by_rater["ICC"].tolist() == [each.icc for each in iccs(np.delete(x, 1, axis=1))]
+    assert by_target["ICC"].tolist() == [estimate.icc for estimate in iccs(np.delete(x, 3, axis=0))]
+    assert by_rater["ICC"].tolist() == [estimate.icc for estimate in iccs(np.delete(x, 1, axis=1))]
 
 
 @settings(max_examples=examples(25), deadline=None)
@@ -172,17 +172,20 @@ def test_rows_labels_shift_and_unit_change_nothing(values: np.ndarray, seed: int
     pd.testing.assert_frame_equal(plain, mixed, check_exact=True)
     moved = icc(long(values * 1024 + 2**40), "y", "target", "rater")
     pd.testing.assert_frame_equal(plain, moved, check_exact=True)
-    turned = [each.icc for each in iccs(values[:, ::-1])]
+    turned = [estimate.icc for estimate in iccs(values[:, ::-1])]
     np.testing.assert_allclose(turned, plain["ICC"], rtol=1e-12)
 
 
 @settings(max_examples=examples(40), deadline=None)
 @given(TABLES)
 def test_every_interval_holds_its_estimate_and_no_number_is_impossible(values: np.ndarray) -> None:
-    for each in iccs(values):
-        assert isinstance(each.note, str)
-        assert not each.icc > 1
-        assert not each.p <= 0
-        assert each.note or np.isfinite([each.icc, each.f, each.p, each.ci_low, each.ci_high]).all()
-        if np.isfinite(each.ci_low):
-            assert each.ci_low <= each.icc <= each.ci_high
+    for estimate in iccs(values):
+        assert isinstance(estimate.note, str)
+        assert not estimate.icc > 1
+        assert not estimate.p <= 0
+        assert (
+            estimate.note
+            or np.isfinite([estimate.icc, estimate.f, estimate.p, estimate.ci_low, estimate.ci_high]).all()
+        )
+        if np.isfinite(estimate.ci_low):
+            assert estimate.ci_low <= estimate.icc <= estimate.ci_high

@@ -64,8 +64,8 @@ def test_cohen_s_kappa_where_it_is_one_none_or_refused() -> None:
     assert np.isnan(one.kappa) and one.agreement == 1.0 and "one and the same category" in one.note
     opposed = cohen_kappa(np.array([[0, 4], [4, 0]]))
     assert opposed.kappa == -1.0 and "less than by chance" in opposed.note and opposed.low >= -1.0
-    for wrong, said in ((np.ones((2, 3)), "shape"), (np.full((2, 2), 0.5), "whole numbers")):
-        with pytest.raises(BadValue, match=said):
+    for wrong, message in ((np.ones((2, 3)), "shape"), (np.full((2, 2), 0.5), "whole numbers")):
+        with pytest.raises(BadValue, match=message):
             cohen_kappa(wrong)
     with pytest.raises(BadValue, match="confidence"):
         cohen_kappa(COHEN, confidence=1.0)

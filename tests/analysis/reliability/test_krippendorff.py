@@ -100,10 +100,10 @@ def test_an_offset_changes_no_digit_at_level_interval() -> None:
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_draw_is_the_alpha_of_the_units_it_repeats(level: str) -> None:
-    kept = TWELVE[:11]
+    units = TWELVE[:11]
     weights = np.random.default_rng(8).multinomial(11, [1 / 11] * 11, size=20)
-    fast = disagreement_of(kept, level)(weights.astype(float))
-    slow = [krippendorff(np.repeat(kept, row, axis=0), level).alpha for row in weights]  # type: ignore[arg-type]
+    fast = disagreement_of(units, level)(weights.astype(float))
+    slow = [krippendorff(np.repeat(units, row, axis=0), level).alpha for row in weights]  # type: ignore[arg-type]
     np.testing.assert_allclose(fast, slow, rtol=1e-12)
 
 

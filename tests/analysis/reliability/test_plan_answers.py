@@ -70,7 +70,7 @@ def test_icc_averages_repetitions_and_says_so() -> None:
     result = answer("icc", given)
     rough = given.table[given.table["attribute"] == "rough"]
     means = rough.pivot_table(index="stimulus", columns="participant", values="value", aggfunc="mean").to_numpy()
-    assert [row["ICC"] for row in result.rows] == [each.icc for each in iccs(means)]
+    assert [row["ICC"] for row in result.rows] == [estimate.icc for estimate in iccs(means)]
     assert result.notes == ("Each cell is the mean of 2 values.",)
     assert result.headline.startswith("ICC(A,1) = .")
     assert answer("krippendorff_alpha", given).notes == ("Each cell is the mean of 2 values.",)

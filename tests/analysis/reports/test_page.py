@@ -79,15 +79,15 @@ def test_bold_and_braces_in_a_name_are_kept():
 
 def test_a_long_caption_is_opened_at_the_end_of_a_sentence():
     text = " ".join(f"Sentence {n} is p < .05 and e.g. this long." for n in range(20))
-    found = caption(text)
-    assert len(found.first) <= SHORT_CAPTION and found.first.endswith(".") and f"{found.first} {found.rest}" == text
+    parts = caption(text)
+    assert len(parts.first) <= SHORT_CAPTION and parts.first.endswith(".") and f"{parts.first} {parts.rest}" == text
     assert caption("Short. One.").rest == ""
 
 
 def test_the_least_error_stands_out_and_a_column_without_numbers_is_left_out():
     rows = [{"method": "a", "mae": 2.0, "none": None}, {"method": "b", "mae": 1.0, "none": None}]
     columns = [Column("method", "method"), Column("mae", "MAE", "2", better="low"), Column("none", "nothing", "2")]
-    found = table("t", rows, columns, ours="a")
-    assert found.table.emphasis.cells == {(1, 1)}
-    assert found.table.emphasis.rows == {0}
-    assert [head.name for head in found.table.heads] == ["method", "MAE"]
+    section = table("t", rows, columns, ours="a")
+    assert section.table.emphasis.cells == {(1, 1)}
+    assert section.table.emphasis.rows == {0}
+    assert [head.name for head in section.table.heads] == ["method", "MAE"]

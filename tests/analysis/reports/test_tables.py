@@ -62,27 +62,27 @@ def test_what_is_undefined_has_the_number_of_its_reason():
         {"effect": "c", "F": 1.0, "eps": None},
         {"effect": "d", "F": 1.0, "eps": 1.0, "note": "few people"},
     ]
-    found = value_table(rows)
-    assert found.rows[1] == ("b", "– ¹", "0.500")
-    assert found.rows[2] == ("c", "1.00", "– ²")
-    assert found.rows[3] == ("d ³", "1.00", "1.000")
-    assert found.notes == ("¹ no variation", f"² {NO_NUMBER}", "³ few people")
+    table = value_table(rows)
+    assert table.rows[1] == ("b", "– ¹", "0.500")
+    assert table.rows[2] == ("c", "1.00", "– ²")
+    assert table.rows[3] == ("d ³", "1.00", "1.000")
+    assert table.notes == ("¹ no variation", f"² {NO_NUMBER}", "³ few people")
 
 
 def test_a_figures_row_leaves_empty_what_it_does_not_have():
     rows = [{"shows": "mean", "value": 2.0, "sd": None}, {"shows": "sd", "value": None, "sd": 1.5, "note": "why"}]
-    found = value_table(rows, without="")
-    assert found.rows == (("mean", "2.00", ""), ("sd", "– ¹", "1.50")) and found.notes == ("¹ why",)
+    table = value_table(rows, without="")
+    assert table.rows == (("mean", "2.00", ""), ("sd", "– ¹", "1.50")) and table.notes == ("¹ why",)
 
 
 def test_rows_belong_to_every_mark_that_they_name():
-    found = value_table([{"a": "g2", "b": "g10", "n": 3}, {"a": "x", "b": "g2", "n": 1}], known={"g2", "g10", "3"})
-    assert found.keys == (("g2", "g10"), ("g2",))
+    table = value_table([{"a": "g2", "b": "g10", "n": 3}, {"a": "x", "b": "g2", "n": 1}], known={"g2", "g10", "3"})
+    assert table.keys == (("g2", "g10"), ("g2",))
 
 
 def test_a_kind_of_test_may_name_columns_of_its_own():
-    found = value_table([{"decides": 3, "F": 2.0}], headings={"decides": "people who decide"})
-    assert [head.name for head in found.heads] == ["people who decide", "F"]
+    table = value_table([{"decides": 3, "F": 2.0}], headings={"decides": "people who decide"})
+    assert [head.name for head in table.heads] == ["people who decide", "F"]
 
 
 def test_footnotes_are_numbered_and_never_share_a_number() -> None:

@@ -57,8 +57,8 @@ def test_a_map_is_the_same_whatever_the_order_and_unit() -> None:
     frame = pd.DataFrame(result["values"], index=result["labels"], columns=result["labels"])
     mixed = frame.sample(frac=1, random_state=1).sample(frac=1, axis=1, random_state=2)
     numbered = frame.set_axis([int(name) for name in frame], axis=0).set_axis([int(name) for name in frame], axis=1)
-    one, two = (nonmetric_mds(dissimilarities_of(each), starts=4) for each in (frame, mixed))
-    three, four = (nonmetric_mds(dissimilarities_of(each), starts=4) for each in (frame * 1024.0, numbered))
+    one, two = (nonmetric_mds(dissimilarities_of(ratings), starts=4) for ratings in (frame, mixed))
+    three, four = (nonmetric_mds(dissimilarities_of(ratings), starts=4) for ratings in (frame * 1024.0, numbered))
     assert one.points.equals(two.points)
     assert one.stress == two.stress == three.stress == four.stress
     assert one.points.equals(three.points)
@@ -83,7 +83,7 @@ def test_places_have_all_their_digits_whatever_way_led_there(name: str) -> None:
     one = given_set(name)
     labels = list(one.labels)
     two = dissimilarities_of(pd.DataFrame(one.values**1.3, index=labels, columns=labels))
-    first, second = (nonmetric_mds(each, starts=4).points.to_numpy() for each in (one, two))
+    first, second = (nonmetric_mds(dissimilarities, starts=4).points.to_numpy() for dissimilarities in (one, two))
     assert first == pytest.approx(second, abs=1e-9)
 
 

@@ -85,15 +85,15 @@ def test_a_map_from_ratings_of_pairs() -> None:
         for j in range(i)
     ]
     given = Selected(pd.DataFrame(rows), pd.DataFrame(rows), ("similar",), {}, seed=1)
-    asked = {"pairs": ["a", "b"], "meaning": "similarity", "top": 10, "method": "classical", "replications": 30}
-    result = answer("mds", given, **asked)
+    settings = {"pairs": ["a", "b"], "meaning": "similarity", "top": 10, "method": "classical", "replications": 30}
+    result = answer("mds", given, **settings)
     assert len(result.rows) == 6
     assert "10 - mean similarity" in result.method
     assert len(result.more["ellipses"]) == 6
     with pytest.raises(DataRefused, match="one outcome"):
-        answer("mds", replace(given, outcomes=("similar", "other")), **asked)
+        answer("mds", replace(given, outcomes=("similar", "other")), **settings)
     with pytest.raises(DataRefused, match="no column 'c'"):
-        answer("mds", given, **{**asked, "pairs": ["a", "c"]})
+        answer("mds", given, **{**settings, "pairs": ["a", "c"]})
 
 
 def test_groups_are_compared_in_pairs() -> None:

@@ -53,8 +53,8 @@ def rated_table() -> pd.DataFrame:
 
 def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:
     """What `rm_anova` says when it refuses a table like `rated_table`."""
-    asked = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
+    arguments = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
     with pytest.raises(error) as caught:
-        rm_anova(table, **asked)  # type: ignore[arg-type]
+        rm_anova(table, **arguments)  # type: ignore[arg-type]
     assert isinstance(caught.value, ValueError)
     return str(caught.value)

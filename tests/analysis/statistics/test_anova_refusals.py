@@ -24,13 +24,13 @@ def table() -> pd.DataFrame:
 
 
 def test_a_missing_cell_is_named(table: pd.DataFrame) -> None:
-    gone = (table["participant"] == "P003") & (table["car"] == "BC3") & (table["variant"] == "1")
+    cell = (table["participant"] == "P003") & (table["car"] == "BC3") & (table["variant"] == "1")
     expected = (
         "participant 'P003' has no value at car='BC3', variant='1'; 1 cell missing in all; "
         "pass missing='listwise' to leave such participants out"
     )
-    assert tell(table[~gone], IncompleteCells) == expected
-    assert tell(table.assign(y=table["y"].mask(gone)), IncompleteCells) == expected
+    assert tell(table[~cell], IncompleteCells) == expected
+    assert tell(table.assign(y=table["y"].mask(cell)), IncompleteCells) == expected
 
 
 def test_at_most_five_missing_cells_are_named(table: pd.DataFrame) -> None:

@@ -20,12 +20,12 @@ from tests.analysis.statistics.anova_for_tests import relative_error, same
 from tests.analysis.statistics.variance_for_tests import UNEQUAL, design
 from tests.examples import examples
 
-ASKED: dict[str, Any] = {"within": ["A", "B"], "between": ["g", "h"], "subject": "subject"}
+OPTIONS: dict[str, Any] = {"within": ["A", "B"], "between": ["g", "h"], "subject": "subject"}
 FREE = ("F", "p_unc", "p_GG_corr", "eps", "np2", "ng2")
 
 
 def result(table: pd.DataFrame, **options: Any) -> pd.DataFrame:
-    return mixed_anova(table, "y", **{**ASKED, **options})
+    return mixed_anova(table, "y", **{**OPTIONS, **options})
 
 
 @pytest.mark.parametrize("kind", ["II", "III"])
@@ -43,7 +43,7 @@ def test_a_huge_effect_costs_the_others_no_digit(column: str) -> None:
     """1e9 between participants, groups or conditions: exact fractions on the same doubles agree."""
     table = design(UNEQUAL)
     place = pd.factorize(table[column])[0]
-    result = self_check(table.assign(y=(10 * table["y"]).round() + 1e9 * place), "y", **ASKED)
+    result = self_check(table.assign(y=(10 * table["y"]).round() + 1e9 * place), "y", **OPTIONS)
     assert result["checked"].all()
     assert result["difference"].max() < 1e-13
 
@@ -105,10 +105,10 @@ def test_more_groups_than_are_solved_in_integers() -> None:
     sizes = {(f"g{i}", f"h{j}"): int(rng.integers(1, 4)) for i in range(5) for j in range(6)}
     assert len(sizes) > EXACT_GROUPS
     table = design(sizes, k=(3, 1)).assign(y=lambda t: (10 * t["y"]).round())
-    asked: dict[str, Any] = {"within": "A", "between": ["g", "h"], "subject": "subject", "sum_of_squares": "II"}
-    plain, moved = (mixed_anova(table.assign(y=table["y"] + add), "y", **asked) for add in (0.0, 1e9))
+    factors: dict[str, Any] = {"within": "A", "between": ["g", "h"], "subject": "subject", "sum_of_squares": "II"}
+    plain, moved = (mixed_anova(table.assign(y=table["y"] + add), "y", **factors) for add in (0.0, 1e9))
     np.testing.assert_allclose(plain["F"], moved["F"], rtol=1e-12)
-    checked = self_check(table, "y", **asked)
+    checked = self_check(table, "y", **factors)
     assert not checked["checked"].any()
     assert checked["note"].str.contains("30 groups of different sizes").all()
 
@@ -155,11 +155,11 @@ REFUSED: list[tuple[str, Callable[[pd.DataFrame], pd.DataFrame], dict[str, Any]]
 ]
 
 
-@pytest.mark.parametrize(("said", "change", "options"), REFUSED, ids=[said for said, *_ in REFUSED])
-def test_what_is_refused(said: str, change: Callable[[pd.DataFrame], pd.DataFrame], options: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("message", "change", "options"), REFUSED, ids=[message for message, *_ in REFUSED])
+def test_what_is_refused(message: str, change: Callable[[pd.DataFrame], pd.DataFrame], options: dict[str, Any]) -> None:
     with pytest.raises(StatisticsError) as caught:
         result(change(design(UNEQUAL)), **options)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_listwise_leaves_participants_out_of_their_group() -> None:

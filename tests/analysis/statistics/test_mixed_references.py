@@ -39,11 +39,11 @@ def check_sphericity(result: pd.DataFrame, effects: dict[str, Any]) -> None:
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_reference_sets(name: str) -> None:
     entry, table = SHIPPED[name], reference_table(f"csv/{SHIPPED[name]['csv']}")
-    asked: dict[str, Any] = {"within": entry["within"], "between": entry["between"], "subject": "subject"}
-    asked["aggregate"] = "mean"
+    design: dict[str, Any] = {"within": entry["within"], "between": entry["between"], "subject": "subject"}
+    design["aggregate"] = "mean"
     kind: Any = "I" * entry["type"]
-    check(mixed_anova(table, "y", sum_of_squares=kind, **asked).set_index("Source"), entry["effects"])
-    check_sphericity(mauchly_tests(table, "y", **asked).set_index("Source"), entry["effects"])
+    check(mixed_anova(table, "y", sum_of_squares=kind, **design).set_index("Source"), entry["effects"])
+    check_sphericity(mauchly_tests(table, "y", **design).set_index("Source"), entry["effects"])
 
 
 def test_the_reference_sets_hold_both_types_and_several_factors() -> None:
@@ -59,10 +59,10 @@ def test_the_reference_sets_hold_both_types_and_several_factors() -> None:
 def test_sets_made_for_this_test(name: str, kind: Any) -> None:
     entry = R["anova"][name]
     table, effects = r_table(entry["csv"]), entry[f"type{len(kind)}"]
-    asked: dict[str, Any] = {"within": entry["within"], "between": entry["between"], "subject": "subject"}
-    check(mixed_anova(table, "y", sum_of_squares=kind, **asked).set_index("Source"), effects)
+    design: dict[str, Any] = {"within": entry["within"], "between": entry["between"], "subject": "subject"}
+    check(mixed_anova(table, "y", sum_of_squares=kind, **design).set_index("Source"), effects)
     if entry["within"]:
-        check_sphericity(mauchly_tests(table, "y", **asked).set_index("Source"), effects)
+        check_sphericity(mauchly_tests(table, "y", **design).set_index("Source"), effects)
 
 
 def test_three_factors_within_by_the_call_for_repeated_measures() -> None:

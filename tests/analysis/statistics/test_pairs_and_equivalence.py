@@ -28,20 +28,21 @@ def test_families_against_r() -> None:
 
 
 def test_a_family_larger_than_its_pairs() -> None:
-    asked: dict[str, Any] = {"within": "time", "subject": "subject"}
-    plain = pairwise_tests(MD, "y", **asked)["p_unc"]
-    result = pairwise_tests(MD, "y", padjust="bonf", family=20, **asked)
+    design: dict[str, Any] = {"within": "time", "subject": "subject"}
+    plain = pairwise_tests(MD, "y", **design)["p_unc"]
+    result = pairwise_tests(MD, "y", padjust="bonf", family=20, **design)
     np.testing.assert_allclose(result["p_corr"], np.minimum(1, 20 * plain), rtol=1e-15)
     assert result.attrs["family"] == 20
-    same = pairwise_tests(MD, "y", padjust="holm", family=6, **asked)
-    assert same["p_corr"].tolist() == pairwise_tests(MD, "y", padjust="holm", **asked)["p_corr"].tolist()
+    same = pairwise_tests(MD, "y", padjust="holm", family=6, **design)
+    assert same["p_corr"].tolist() == pairwise_tests(MD, "y", padjust="holm", **design)["p_corr"].tolist()
 
 
 @pytest.mark.parametrize(
-    ("family", "said"), [(5, "family=5 is smaller than the 6 pairs"), (6.0, "family=6.0 is unknown"), (True, "family")]
+    ("family", "message"),
+    [(5, "family=5 is smaller than the 6 pairs"), (6.0, "family=6.0 is unknown"), (True, "family")],
 )
-def test_a_family_that_is_none(family: Any, said: str) -> None:
-    with pytest.raises(BadOption, match=said):
+def test_a_family_that_is_none(family: Any, message: str) -> None:
+    with pytest.raises(BadOption, match=message):
         pairwise_tests(MD, "y", within="time", subject="subject", padjust="holm", family=family)
 
 
@@ -55,20 +56,20 @@ def check(row: pd.Series, expected: dict[str, Any]) -> None:
     assert inside == (row["p"] < 0.05)
 
 
-@pytest.mark.parametrize(("name", "asked"), [("paired", {"bounds": (-10, 8)}), ("paired_dz", {"bounds_dz": 0.5})])
-def test_paired_against_r(name: str, asked: dict[str, Any]) -> None:
-    result = equivalence_tests(MD, "y", within="time", subject="subject", **asked).set_index(["A", "B"])
+@pytest.mark.parametrize(("name", "settings"), [("paired", {"bounds": (-10, 8)}), ("paired_dz", {"bounds_dz": 0.5})])
+def test_paired_against_r(name: str, settings: dict[str, Any]) -> None:
+    result = equivalence_tests(MD, "y", within="time", subject="subject", **settings).set_index(["A", "B"])
     check(result.loc[("m30", "m36")], R["equivalence"][name])
 
 
 @pytest.mark.parametrize(
-    ("name", "asked"),
+    ("name", "settings"),
     [("equal", {"bounds": (-1, 1.5)}), ("welch", {"bounds": (-1, 1.5)}), ("welch_d", {"bounds_dz": 0.8})],
 )
-def test_two_groups_against_r(name: str, asked: dict[str, Any]) -> None:
+def test_two_groups_against_r(name: str, settings: dict[str, Any]) -> None:
     given = R["equivalence"][name]
     table = pd.DataFrame({"g": ["x"] * len(given["x"]) + ["y"] * len(given["y"]), "y": given["x"] + given["y"]})
-    check(equivalence_tests(table, "y", between="g", **asked).iloc[0], given)
+    check(equivalence_tests(table, "y", between="g", **settings).iloc[0], given)
 
 
 def test_a_narrow_difference_is_equivalent_and_a_wide_one_is_not() -> None:
@@ -93,7 +94,7 @@ def test_undefined_and_refused() -> None:
     assert flat["equivalent"] is None
     assert np.isnan(flat["p"])
     assert flat["note"].startswith("t is undefined")
-    for asked, said in (
+    for settings, message in (
         ({}, "give either `bounds`"),
         ({"bounds": (-1, 1), "bounds_dz": 1.0}, "give either `bounds`"),
         ({"bounds": (1, -1)}, "the lower one must be"),
@@ -102,5 +103,5 @@ def test_undefined_and_refused() -> None:
         ({"bounds_dz": True}, "are not two numbers"),
         ({"bounds": (-1, 1), "alpha": 0.5}, "alpha=0.5 is unknown"),
     ):
-        with pytest.raises(BadOption, match=said):
-            equivalence_tests(MD, "y", within="time", subject="subject", **asked)
+        with pytest.raises(BadOption, match=message):
+            equivalence_tests(MD, "y", within="time", subject="subject", **settings)

@@ -27,9 +27,9 @@ def rows_of(table: pd.DataFrame) -> pd.DataFrame:
 
 def ask(table: pd.DataFrame, test: str, **settings: Any) -> Answer:
     kind = TESTS[test]
-    asked = kind.settings.model_validate({"name": "q", "test": test, **settings})
+    request = kind.settings.model_validate({"name": "q", "test": test, **settings})
     rows = rows_of(table)
-    return kind.answer(Selected(rows, rows[["participant"]], ("Damped",), ORDER), asked)
+    return kind.answer(Selected(rows, rows[["participant"]], ("Damped",), ORDER), request)
 
 
 def plain(answer: Answer) -> None:

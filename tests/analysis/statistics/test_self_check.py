@@ -19,8 +19,8 @@ SETS = {name: entry for name, entry in reference_values("r_reference").items() i
 def test_every_reference_set_is_right_to_the_last_digits(name: str) -> None:
     entry = SETS[name]
     table, kind = reference_table(f"csv/{entry['csv']}"), "I" * entry["type"]
-    asked = {"within": entry["within"], "between": entry["between"], "subject": "subject", "aggregate": "mean"}
-    result = self_check(table, "y", sum_of_squares=kind, **asked)
+    design = {"within": entry["within"], "between": entry["between"], "subject": "subject", "aggregate": "mean"}
+    result = self_check(table, "y", sum_of_squares=kind, **design)
     assert result["checked"].all()
     assert result["difference"].max() < 1e-15
     for effect, f in zip(result["Source"], result["exact_F"], strict=True):
@@ -37,10 +37,10 @@ def test_the_oracles_agree() -> None:
     assert (one.f, one.ss, one.np2) == (plain.f, plain.ss, plain.np2)
 
 
-@pytest.mark.parametrize("asked", [{"within": "A", "subject": "subject"}, {"between": "A"}], ids=["within", "between"])
-def test_40_by_45(asked: dict) -> None:
+@pytest.mark.parametrize("design", [{"within": "A", "subject": "subject"}, {"between": "A"}], ids=["within", "between"])
+def test_40_by_45(design: dict) -> None:
     cells = np.random.default_rng(40).normal(50, 9, (40, 45))
-    result = self_check(long_table(cells), "y", **asked)
+    result = self_check(long_table(cells), "y", **design)
     assert result["checked"].all()
     assert result["difference"].max() < 1e-15
 
@@ -48,8 +48,8 @@ def test_40_by_45(asked: dict) -> None:
 def test_a_wrong_number_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
     real = checking.mixed_effects
 
-    def off(*asked: object) -> list:
-        return [(d, effect._replace(f=effect.f * (1 + 1e-9))) for d, effect in real(*asked)]
+    def off(*arguments: object) -> list:
+        return [(d, effect._replace(f=effect.f * (1 + 1e-9))) for d, effect in real(*arguments)]
 
     monkeypatch.setattr(checking, "mixed_effects", off)
     result = self_check(design(UNEQUAL), "y", within=["A", "B"], between=["g", "h"], subject="subject")

@@ -143,8 +143,8 @@ def test_a_level_named_none_is_a_level() -> None:
     assert lost["A"].isna().sum() == 6
     with pytest.raises(ValueError, match="no label"):
         rm_anova(lost, "y", "A", "subject")
-    kept = lost.assign(A=["None", "x"] * 6)
-    assert rm_anova(kept, "y", "A", "subject")["ddof1"][0] == 1
+    named = lost.assign(A=["None", "x"] * 6)
+    assert rm_anova(named, "y", "A", "subject")["ddof1"][0] == 1
 
 
 def mixed_model_residual(table: pd.DataFrame) -> float:

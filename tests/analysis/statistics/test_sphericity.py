@@ -13,7 +13,7 @@ from palpate.analysis.statistics.references import reference_table
 from tests.analysis.statistics.anova_for_tests import long_table, same
 from tests.analysis.statistics.variance_for_tests import UNEQUAL, design
 
-ASKED: dict[str, Any] = {"within": "A", "subject": "subject"}
+DESIGN: dict[str, Any] = {"within": "A", "subject": "subject"}
 
 
 def test_the_two_second_order_terms() -> None:
@@ -35,7 +35,7 @@ def test_one_row_for_each_effect_with_something_to_test() -> None:
 
 
 def test_fewer_participants_than_contrasts_have_no_test() -> None:
-    result = mauchly_tests(long_table(np.random.default_rng(1).normal(size=(5, 7))), "y", **ASKED).iloc[0]
+    result = mauchly_tests(long_table(np.random.default_rng(1).normal(size=(5, 7))), "y", **DESIGN).iloc[0]
     assert math.isnan(result["W"])
     assert math.isnan(result["p"])
     assert "there is no test of sphericity" in result["note"]
@@ -43,7 +43,7 @@ def test_fewer_participants_than_contrasts_have_no_test() -> None:
 
 @pytest.mark.parametrize("values", [np.full((9, 4), 0.3), np.arange(9.0)[:, None] + np.zeros(4)])
 def test_no_residual_has_no_test(values: np.ndarray) -> None:
-    result = mauchly_tests(long_table(values), "y", **ASKED).iloc[0]
+    result = mauchly_tests(long_table(values), "y", **DESIGN).iloc[0]
     assert "has no variation" in result["note"]
     assert math.isnan(result["W"])
 
@@ -51,18 +51,18 @@ def test_no_residual_has_no_test(values: np.ndarray) -> None:
 def test_a_doubled_condition_has_no_test() -> None:
     cells = np.round(np.random.default_rng(2).normal(50, 5, (12, 4)))
     cells[:, 3] = cells[:, 2]
-    assert "singular" in mauchly_tests(long_table(cells), "y", **ASKED)["note"][0]
+    assert "singular" in mauchly_tests(long_table(cells), "y", **DESIGN)["note"][0]
 
 
 def test_offset_and_order_change_nothing() -> None:
     cells = np.round(np.random.default_rng(3).normal(50, 5, (15, 4)))
     plain = long_table(cells)
     moved = long_table(cells + 1e9 * np.arange(1, 16)[:, None]).sample(frac=1, random_state=1)
-    assert same(mauchly_tests(plain, "y", **ASKED), mauchly_tests(moved, "y", **ASKED))
+    assert same(mauchly_tests(plain, "y", **DESIGN), mauchly_tests(moved, "y", **DESIGN))
 
 
 def test_p_is_a_probability_also_with_hardly_more_participants_than_contrasts() -> None:
     for n in (12, 13, 20):
-        row = mauchly_tests(long_table(np.random.default_rng(n).normal(size=(n, 12))), "y", **ASKED).iloc[0]
+        row = mauchly_tests(long_table(np.random.default_rng(n).normal(size=(n, 12))), "y", **DESIGN).iloc[0]
         assert 0 < row["p"] <= 1
         assert 0 < row["W"] < 1

@@ -40,8 +40,8 @@ class Written:
         self.ask_for("sense")
 
     def ask_for(self, do):
-        asked = {"form": "sliders", "items": [], "back": False, "previous": None}
-        given = {"present": {"stimulus": "K8"}, "sense": {"device": "d", "seconds": 1.0}, "ask": asked}
+        request = {"form": "sliders", "items": [], "back": False, "previous": None}
+        given = {"present": {"stimulus": "K8"}, "sense": {"device": "d", "seconds": 1.0}, "ask": request}
         self.note("request", {"do": do, **given[do]})
 
     def end(self, as_="captured"):
@@ -55,7 +55,7 @@ class Written:
 
     def chunk(self, *pieces):
         """(Samples, told) of each stream."""
-        streams = {block.stream: told for block, told in pieces}
+        streams = {block.stream: description for block, description in pieces}
         self.note("samples", {"streams": streams}, [block for block, _ in pieces])
 
     def done(self, **summary):
@@ -79,13 +79,13 @@ def block(name, values, rate_hz, first=0, t0_s=0.0, clock="host", channels=("val
     return Samples(name, channels, units, rate_hz, round(t0_s * NS), rows.tobytes(), first, clock)
 
 
-def told(first, count, arrived=(), gaps=()):
+def block_description(first, count, arrived=(), gaps=()):
     """What the recorder says of a chunk's stream beside its samples."""
-    lost = sum(each[1] for each in gaps)
+    lost = sum(gap[1] for gap in gaps)
     return {
-        "first": first, "count": count, "lost": lost, "why": "; ".join(each[2] for each in gaps),
+        "first": first, "count": count, "lost": lost, "why": "; ".join(gap[2] for gap in gaps),
         "arrived": [[n, round(t_s * NS), *rest] for n, t_s, *rest in arrived],
-        **({"gaps": [list(each) for each in gaps]} if gaps else {}),
+        **({"gaps": [list(gap) for gap in gaps]} if gaps else {}),
     }  # fmt: skip
 
 
@@ -101,6 +101,6 @@ def chunks(written, streams, seconds=0.5):
                 ends = range(at[name] + max(1, count // 16) - 1, at[name] + len(part), max(1, count // 16))
                 arrived = [(n, t0_s + n / true_hz + delay()) for n in ends]
                 piece = block(name, part, rate_hz, at[name], t0_s + at[name] / true_hz, **further)
-                pieces.append((piece, told(at[name], len(part), arrived)))
+                pieces.append((piece, block_description(at[name], len(part), arrived)))
                 at[name] += len(part)
         written.chunk(*pieces)

@@ -27,8 +27,8 @@ from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunk
 ROOT = Path(__file__).parents[3]
 
 
-def said(*arguments):
-    return CliRunner().invoke(streams, [str(each) for each in arguments], catch_exceptions=False).output
+def output_of(*arguments):
+    return CliRunner().invoke(streams, [str(argument) for argument in arguments], catch_exceptions=False).output
 
 
 def columns(path):
@@ -66,79 +66,82 @@ def session(tmp_path_factory):
 
 
 def test_a_session_lists_its_streams_with_their_clocks(session):
-    rows = json.loads(said(session, "--json"))[0]["streams"]
+    rows = json.loads(output_of(session, "--json"))[0]["streams"]
     assert [(row["trial"], row["stream"], row["samples"]) for row in rows] == [
-        (trial, *each) for trial in (1, 2) for each in (("tool_force", 30000), ("tool_position", 1200))
+        (trial, *stream) for trial in (1, 2) for stream in (("tool_force", 30000), ("tool_position", 1200))
     ]
     for row in rows:
         assert row["timing"]["drift_ppm"] == pytest.approx(50, abs=4 * row["timing"]["drift_error_ppm"])
         assert row["seconds"] == pytest.approx(10, abs=0.01) and row["lost"] == 0
-    text = said(session, "--trial", 1).splitlines()
+    text = output_of(session, "--trial", 1).splitlines()
     assert "calibration" in text[1] and "measured Hz" in text[1] and len(text) == 4
     assert "FT123" in text[2] and "3000.15" in text[2] and "daq" in text[2]
     assert max(map(len, text[1:])) < 130
 
 
 def test_both_spellings_of_listing_and_a_folder_say_the_same(session):
-    assert said(session) == said("list", session) == said(session.parent)
-    assert "no streams" in said(RECORDED / "texture_adjectives_P001_s1.sqlite")
+    assert output_of(session) == output_of("list", session) == output_of(session.parent)
+    assert "no streams" in output_of(RECORDED / "texture_adjectives_P001_s1.sqlite")
 
 
 def test_an_aligned_export_is_the_truth_on_the_grid_and_explains_itself(session, tmp_path):
     out = tmp_path / "one.csv"
-    said("export", session, "--trial", 1, "--out", out)
-    found, told_of = columns(out), account(out)
-    time_s = found["time_s"]
-    assert list(found) == ["time_s", "tool_force_value", *(f"tool_position_{axis}" for axis in "xyz")]
-    assert (np.diff(np.round(time_s * 1000)) == 1).all() and len(time_s) == told_of["grid"]["rows"] > 9900
+    output_of("export", session, "--trial", 1, "--out", out)
+    table, description = columns(out), account(out)
+    time_s = table["time_s"]
+    assert list(table) == ["time_s", "tool_force_value", *(f"tool_position_{axis}" for axis in "xyz")]
+    assert (np.diff(np.round(time_s * 1000)) == 1).all() and len(time_s) == description["grid"]["rows"] > 9900
     inside = slice(200, -200)
-    assert np.abs(found["tool_force_value"] - np.sin(3 * time_s))[inside].max() < 1e-3
-    assert np.abs(found["tool_position_x"] - np.sin(time_s))[inside].max() < 1e-3
-    assert np.abs(found["tool_position_z"] - time_s)[inside].max() < 1e-3
-    assert told_of["ledger_sha256"] == hashlib.sha256(session.read_bytes()).hexdigest()
-    assert (told_of["study"], told_of["trial"], told_of["stimulus"], told_of["counts"]) == (
+    assert np.abs(table["tool_force_value"] - np.sin(3 * time_s))[inside].max() < 1e-3
+    assert np.abs(table["tool_position_x"] - np.sin(time_s))[inside].max() < 1e-3
+    assert np.abs(table["tool_position_z"] - time_s)[inside].max() < 1e-3
+    assert description["ledger_sha256"] == hashlib.sha256(session.read_bytes()).hexdigest()
+    assert (description["study"], description["trial"], description["stimulus"], description["counts"]) == (
         "door_capture",
         1,
         "K8",
         True,
     )
-    position = told_of["streams"]["tool_position"]
+    position = description["streams"]["tool_position"]
     assert position["units"] == ["mm", "mm", "mm"] and position["timing"]["rate_is"] == "measured"
     assert position["method"]["name"] == "bandlimited" and position["method"]["rms_error_of_a_sine"] < 1e-3
     assert position["method"]["leak_from_above_the_grid"] is None
-    assert told_of["streams"]["tool_force"]["method"]["leak_from_above_the_grid"] < 1e-3
+    assert description["streams"]["tool_force"]["method"]["leak_from_above_the_grid"] < 1e-3
 
 
 def test_what_is_occluded_stays_empty_and_is_told(session, tmp_path):
     out = tmp_path / "two.csv"
-    said("export", session, "--trial", 2, "--out", out, "--method", "tool_position=pchip,tool_force=linear")
-    found, told_of = columns(out), account(out)["streams"]
-    hidden = np.isnan(found["tool_position_x"])
-    assert 165 < hidden.sum() == told_of["tool_position"]["empty_rows"] < 180
-    assert np.isfinite(found["tool_force_value"]).all()
-    assert told_of["tool_position"]["not_finite"] == 20 and told_of["tool_position"]["holes"] == 1
-    assert told_of["tool_position"]["method"]["name"] == "pchip" and told_of["tool_force"]["method"]["name"] == "linear"
-    said("export", session, "--trial", 2, "--out", out, "--longest-gap", 0.2, "--marks")
-    found = columns(out)
-    assert np.isfinite(found["tool_position_x"]).all() and not found["tool_force_bridged"].any()
-    assert (np.flatnonzero(found["tool_position_bridged"]) == np.flatnonzero(hidden)).all()
+    output_of("export", session, "--trial", 2, "--out", out, "--method", "tool_position=pchip,tool_force=linear")
+    table, description = columns(out), account(out)["streams"]
+    hidden = np.isnan(table["tool_position_x"])
+    assert 165 < hidden.sum() == description["tool_position"]["empty_rows"] < 180
+    assert np.isfinite(table["tool_force_value"]).all()
+    assert description["tool_position"]["not_finite"] == 20 and description["tool_position"]["holes"] == 1
+    assert (
+        description["tool_position"]["method"]["name"] == "pchip"
+        and description["tool_force"]["method"]["name"] == "linear"
+    )
+    output_of("export", session, "--trial", 2, "--out", out, "--longest-gap", 0.2, "--marks")
+    table = columns(out)
+    assert np.isfinite(table["tool_position_x"]).all() and not table["tool_force_bridged"].any()
+    assert (np.flatnonzero(table["tool_position_bridged"]) == np.flatnonzero(hidden)).all()
     assert account(out)["streams"]["tool_position"]["bridged_rows"] == hidden.sum()
 
 
 def test_a_known_latency_moves_a_stream_back(session, tmp_path):
-    said("export", session, "--trial", 1, "--out", tmp_path / "a.csv", "--latency", "tool_position=0.05")
-    found = columns(tmp_path / "a.csv")
-    assert np.abs(found["tool_position_z"] - (found["time_s"] + 0.05))[200:-200].max() < 1e-3
+    output_of("export", session, "--trial", 1, "--out", tmp_path / "a.csv", "--latency", "tool_position=0.05")
+    table = columns(tmp_path / "a.csv")
+    assert np.abs(table["tool_position_z"] - (table["time_s"] + 0.05))[200:-200].max() < 1e-3
 
 
 @pytest.mark.long
 def test_a_whole_session_goes_into_a_folder_and_raw_streams_as_they_were_recorded(session, tmp_path):
-    files = json.loads(said("export", session, "--out", tmp_path / "all", "--rate", 500, "--json"))["files"]
-    assert [Path(each).name for each in files if each.endswith("csv")] == [
+    files = json.loads(output_of("export", session, "--out", tmp_path / "all", "--rate", 500, "--json"))["files"]
+    assert [Path(name).name for name in files if name.endswith("csv")] == [
         f"texture_capture_P001_s1_t00{trial}.csv" for trial in (1, 2)
     ]
     assert np.diff(columns(Path(files[0]))["time_s"]).mean() == pytest.approx(0.002)
-    said("export", session, "--trial", 1, "--raw", "--out", tmp_path / "raw")
+    output_of("export", session, "--trial", 1, "--raw", "--out", tmp_path / "raw")
     raw = columns(tmp_path / "raw" / "texture_capture_P001_s1_t001_tool_force.csv")
     assert (raw["sample"] == np.arange(30000)).all()
     assert raw["value"].astype(np.float32) == pytest.approx(np.sin(3 * (20 + np.arange(30000) / 3000.15)), abs=1e-6)
@@ -150,11 +153,11 @@ def test_a_whole_session_goes_into_a_folder_and_raw_streams_as_they_were_recorde
 def test_several_recordings_of_a_trial_are_chosen_among(tmp_path):
     ledger = RECORDED / "door_authoring_P001_s1.sqlite"
     with pytest.raises(StreamError, match="one file holds one aligned recording; there are 2: choose one with --act"):
-        said("export", ledger, "--trial", 2, "--out", tmp_path / "a.csv")
-    said("export", ledger, "--trial", 2, "--act", 2, "--out", tmp_path / "a.csv")
+        output_of("export", ledger, "--trial", 2, "--out", tmp_path / "a.csv")
+    output_of("export", ledger, "--trial", 2, "--act", 2, "--out", tmp_path / "a.csv")
     assert account(tmp_path / "a.csv")["act"] == 2
     with pytest.raises(StreamError, match="trial 2 has 2 recordings, none is 3"):
-        said("export", ledger, "--trial", 2, "--act", 3, "--out", tmp_path / "a.csv")
+        output_of("export", ledger, "--trial", 2, "--act", 3, "--out", tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize(
@@ -176,17 +179,19 @@ def test_several_recordings_of_a_trial_are_chosen_among(tmp_path):
 def test_what_cannot_be_exported_is_refused_and_nothing_is_written(session, tmp_path, arguments, error, says):
     trial = [] if "--trial" in arguments else ["--trial", 1]
     with pytest.raises(error, match=says):
-        said("export", session, *trial, *arguments, "--out", tmp_path / "a.csv")
+        output_of("export", session, *trial, *arguments, "--out", tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
 
 
 def test_a_mistake_in_the_options_is_told_as_one(session, tmp_path):
-    assert "STREAM=SECONDS is expected" in said("export", session, "--latency", "soon", "--out", tmp_path / "a.csv")
-    assert "no ledgers" in said(tmp_path)
+    assert "STREAM=SECONDS is expected" in output_of(
+        "export", session, "--latency", "soon", "--out", tmp_path / "a.csv"
+    )
+    assert "no ledgers" in output_of(tmp_path)
     with pytest.raises(StreamError, match="name it with --trial"):
-        said("export", session, "--act", 1, "--out", tmp_path)
+        output_of("export", session, "--act", 1, "--out", tmp_path)
     with pytest.raises(LedgerError, match="no such ledger"):
-        said("export", tmp_path / "none.sqlite", "--out", tmp_path)
+        output_of("export", tmp_path / "none.sqlite", "--out", tmp_path)
 
 
 def test_streams_that_were_noted_are_exported_raw_only(tmp_path):
@@ -197,8 +202,8 @@ def test_streams_that_were_noted_are_exported_raw_only(tmp_path):
     written.end("answered")
     path = written.record().path
     with pytest.raises(StreamError, match="can be exported raw only"):
-        said("export", path, "--trial", 1, "--out", tmp_path / "a.csv")
-    said("export", path, "--trial", 1, "--raw", "--out", tmp_path)
+        output_of("export", path, "--trial", 1, "--out", tmp_path / "a.csv")
+    output_of("export", path, "--trial", 1, "--raw", "--out", tmp_path)
     assert (tmp_path / "s_t001_marker.csv").read_text().splitlines() == ["sample,item,time,value", "0,0,1,2", "1,3,4,5"]
 
 
@@ -210,19 +215,19 @@ def test_a_form_s_marker_beside_a_recording_does_not_keep_the_recording_from_bei
     written.note("reply", {}, [block("door_force", np.arange(100.0), 1000)])
     written.end("answered")
     path = written.record().path
-    said("export", path, "--trial", 1, "--out", tmp_path / "door.csv")
+    output_of("export", path, "--trial", 1, "--out", tmp_path / "door.csv")
     assert "door_force_value" in columns(tmp_path / "door.csv")
-    said("export", path, "--out", tmp_path / "all")
+    output_of("export", path, "--out", tmp_path / "all")
     assert sorted(file.name for file in (tmp_path / "all").iterdir()) == ["s_t001_act2.csv", "s_t001_act2.json"]
     with pytest.raises(StreamError, match="can be exported raw only"):
-        said("export", path, "--trial", 1, "--act", 1, "--out", tmp_path / "a.csv")
+        output_of("export", path, "--trial", 1, "--act", 1, "--out", tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("method", ["bandlimited", "cubic", "linear"])
 def test_a_recorded_door_is_exported_and_normalised_to_its_profile(tmp_path, method):
     """The recording's door is K8 of the twin: force at 1 kHz, angle at 80 Hz (thesis 5.3.1.1)."""
     door, profile = tmp_path / "door.csv", tmp_path / "K8_g0.csv"
-    said("export", DOOR, "--trial", 1, "--method", method, "--out", door)
+    output_of("export", DOOR, "--trial", 1, "--method", method, "--out", door)
     arguments = ["normalise", door, "--angle-column", "door_angle_angle", "--force-column", "door_force_force"]
     done = CliRunner().invoke(doors, [*map(str, arguments), "--zero", "--out", str(profile)], catch_exceptions=False)
     assert "621 points from 7,988 rows" in done.output
@@ -256,7 +261,7 @@ def test_a_measured_car_door_survives_two_sensors_two_clocks_and_an_export(tmp_p
     })  # fmt: skip
     written.done()
     written.end()
-    said("export", written.record().path, "--trial", 1, "--hinge", "door_position", "--out", tmp_path / "d.csv")
+    output_of("export", written.record().path, "--trial", 1, "--hinge", "door_position", "--out", tmp_path / "d.csv")
     assert account(tmp_path / "d.csv")["hinge"]["radius"] == pytest.approx(900, abs=1)
     arguments = ["normalise", str(tmp_path / "d.csv"), "--force-column", "door_force_value", "--zero"]
     CliRunner().invoke(doors, [*arguments, "--out", str(tmp_path / "p.csv")], catch_exceptions=False)

@@ -19,7 +19,7 @@ from palpate.analysis.streams.recorded_streams import (
 )
 from palpate.protocols.session_state import fold
 from palpate.studies.sessions.record import Record, read
-from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
+from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, block_description, chunks
 from tests.protocols.every_task import plan_of
 from tests.protocols.test_every_task import ran
 
@@ -30,8 +30,8 @@ def written(tmp_path) -> Iterator[Written]:
 
 
 def one_second(written, value, start=0.0):
-    written.chunk((block("force", np.full(50, value), 100, 0, start), told(0, 50)))
-    written.chunk((block("force", np.full(50, value), 100, 50, start + 0.5), told(50, 50)))
+    written.chunk((block("force", np.full(50, value), 100, 0, start), block_description(0, 50)))
+    written.chunk((block("force", np.full(50, value), 100, 50, start + 0.5), block_description(50, 50)))
     written.done(force={"samples": 100, "gaps": 0, "calibration": "FT123 of 2026-01-05"})
 
 
@@ -52,7 +52,8 @@ def test_streams_of_a_reply_alone_are_read_as_ever():
 
 def test_a_stimulus_that_was_presented_again_has_an_act_for_each_time():
     acts = [
-        (each.act, each.name, each.count) for each in streams_of(read(RECORDED / "door_authoring_P001_s1.sqlite"), 2)
+        (stream.act, stream.name, stream.count)
+        for stream in streams_of(read(RECORDED / "door_authoring_P001_s1.sqlite"), 2)
     ]
     assert acts == [(1, "door", 349), (2, "door", 349)]
 
@@ -100,7 +101,7 @@ def test_the_last_attempt_that_ended_well_counts(written):
     assert [(a.trial, a.number, a.ending) for a in attempts_of(record)] == [
         (1, 1, "faulted"), (1, 2, "repeated"), (1, 3, "captured"), (2, 1, "not ended"),
     ]  # fmt: skip
-    assert {trial: each.number for trial, each in counting_attempts(attempts_of(record)).items()} == {1: 3}
+    assert {trial: attempt.number for trial, attempt in counting_attempts(attempts_of(record)).items()} == {1: 3}
     assert streams_of(record, 1)[0].values()[0, 0] == 3
     assert streams_of(record, 1, attempt=1)[0].values()[0, 0] == 1
     with pytest.raises(StreamError, match=r"trial 2: no attempt that counts holds streams \(attempt 1 not ended\)"):
@@ -153,12 +154,12 @@ def test_the_streams_of_a_trial_that_was_being_revised_stay_when_the_one_before_
 
 def test_gaps_are_where_and_why_they_were_told(written):
     written.begin(1)
-    written.chunk((block("force", np.zeros(40), 100, 3), told(0, 40, gaps=[(0, 3, "late start")])))
+    written.chunk((block("force", np.zeros(40), 100, 3), block_description(0, 40, gaps=[(0, 3, "late start")])))
     parts = [block("force", np.zeros(10), 100, 50), block("force", np.zeros(10), 100, 65)]
-    gaps = told(43, 20, gaps=[(43, 7, "overrun"), (60, 5, "link")])
+    gaps = block_description(43, 20, gaps=[(43, 7, "overrun"), (60, 5, "link")])
     written.note("samples", {"streams": {"force": gaps}}, parts)
-    written.chunk((block("force", np.zeros(10), 100, 80), told(80, 10)))
-    written.note("samples", {"streams": {"force": told(90, 0, gaps=[(90, 4, "no room")])}})
+    written.chunk((block("force", np.zeros(10), 100, 80), block_description(80, 10)))
+    written.note("samples", {"streams": {"force": block_description(90, 0, gaps=[(90, 4, "no room")])}})
     written.done(force={"gaps": 5, "lost": 24})
     written.end()
     [stream] = streams_of(written.record(), 1)
@@ -184,10 +185,12 @@ def test_what_is_missing_at_the_start_is_so_whatever_was_lost_later_in_that_chun
 
 def test_two_losses_in_a_row_keep_their_reasons_also_at_the_very_end(written):
     written.begin(1)
-    lost = told(0, 20, gaps=[(10, 5, "overrun"), (15, 2, "link")])
+    lost = block_description(0, 20, gaps=[(10, 5, "overrun"), (15, 2, "link")])
     parts = [block("force", np.zeros(10), 100), block("force", np.zeros(10), 100, 18)]
     written.note("samples", {"streams": {"force": lost}}, parts)
-    written.note("samples", {"streams": {"force": told(28, 0, gaps=[(28, 4, "overrun"), (32, 1, "no room")])}})
+    written.note(
+        "samples", {"streams": {"force": block_description(28, 0, gaps=[(28, 4, "overrun"), (32, 1, "no room")])}}
+    )
     written.done(force={"gaps": 4, "lost": 12})
     written.end()
     [stream] = streams_of(written.record(), 1)
@@ -207,8 +210,8 @@ def test_two_losses_in_a_row_keep_their_reasons_also_at_the_very_end(written):
 )
 def test_blocks_that_do_not_fit_together_are_refused(written, second, says):
     written.begin(1)
-    written.chunk((block("force", np.zeros(50), 100), told(0, 50)))
-    written.chunk((second, told(second.first, 50)))
+    written.chunk((block("force", np.zeros(50), 100), block_description(0, 50)))
+    written.chunk((second, block_description(second.first, 50)))
     written.done()
     written.end()
     with pytest.raises(StreamError, match=f"session.sqlite: trial 1, attempt 1: stream force: {says}"):
@@ -217,7 +220,7 @@ def test_blocks_that_do_not_fit_together_are_refused(written, second, says):
 
 def test_arrivals_that_run_backwards_are_refused_by_the_streams_name(written):
     written.begin(1)
-    written.chunk((block("force", np.zeros(50), 100), told(0, 50, arrived=[(24, 3.0), (49, 2.0)])))
+    written.chunk((block("force", np.zeros(50), 100), block_description(0, 50, arrived=[(24, 3.0), (49, 2.0)])))
     written.done()
     written.end()
     [stream] = streams_of(written.record(), 1)
@@ -245,7 +248,7 @@ def test_one_stream_of_one_trial_is_in_memory_at_a_time(written):
         written.begin(trial)
         for number in range(20):
             part = np.zeros(25_000)
-            written.chunk((block("force", part, 50_000, 25_000 * number), told(25_000 * number, 25_000)))
+            written.chunk((block("force", part, 50_000, 25_000 * number), block_description(25_000 * number, 25_000)))
         written.done()
         written.end()
     path = written.record().path  # 3 x 2 MB of samples

@@ -21,15 +21,15 @@ SIGNAL = Signal("wrench", ("fx", "fz"), ("N", "N"), RATE_HZ, "daq", "FT123 of 20
 
 def blocks():
     """Twenty seconds that drift by 80 ppm and arrive late by chance; 30 samples are overrun in the middle."""
-    rng, came = random.Random(8), 0
+    rng, arrived_ns = random.Random(8), 0
     for first in range(0, COUNT, BLOCK):
         if 10_000 <= first < 10_030:
             continue
         rows = np.arange(first, first + BLOCK)
-        came = max(came, round((3 + (first + BLOCK - 1) / TRUE_HZ + rng.expovariate(2000)) * NS))
+        arrived_ns = max(arrived_ns, round((3 + (first + BLOCK - 1) / TRUE_HZ + rng.expovariate(2000)) * NS))
         data = np.column_stack([rows, -rows]).astype("<f4").tobytes()
         lost, why = (30, "overrun") if first == 10_030 else (0, "")
-        yield Block(first, data, came, None, lost, why)
+        yield Block(first, data, arrived_ns, None, lost, why)
 
 
 def taken_s(block):
@@ -57,9 +57,9 @@ class Scripted:
         if self.given.is_set():
             self.stopped.wait(timeout_s)
             return {}
-        found = [replace(each, device_s=taken_s(each) if self.stamped else None) for each in blocks()]
+        taken = [replace(block, device_s=taken_s(block) if self.stamped else None) for block in blocks()]
         self.given.set()
-        return {"wrench": found}
+        return {"wrench": taken}
 
     def stop(self):
         self.stopped.set()

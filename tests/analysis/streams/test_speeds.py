@@ -12,14 +12,14 @@ from click.testing import CliRunner
 from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded_streams import StreamError
 from palpate.signals.aligning.speed import slope
-from tests.analysis.streams.ledgers import Written, block, chunks, told
+from tests.analysis.streams.ledgers import Written, block, block_description, chunks
 
 TRUE_HZ, START_S, HZ, AMPLITUDE = 120.006, 20.0, 1.5, 40.0
 XYZ = {"channels": ("x", "y", "z"), "units": ("mm",) * 3, "clock": "tracker"}
 
 
 def invoked(*arguments):
-    return CliRunner().invoke(streams, ["export", *(str(each) for each in arguments)], catch_exceptions=False)
+    return CliRunner().invoke(streams, ["export", *(str(argument) for argument in arguments)], catch_exceptions=False)
 
 
 def exported(path, out, *arguments):
@@ -63,9 +63,9 @@ def test_the_speed_of_a_stroke_is_right_but_for_the_error_that_is_told(tmp_path,
     inner = table[200:-200]
     truth = velocity_mm_s(inner["time_s"])
     off = velocities(inner) - truth
-    told_share = about["relative_error_of_a_sine"]["1.5 Hz"]
+    documented_share = about["relative_error_of_a_sine"]["1.5 Hz"]
     share = np.sqrt((off**2).mean() / (truth[:, :2] ** 2).sum(axis=1).mean() * 3)
-    assert share == pytest.approx(told_share, abs=3e-4)
+    assert share == pytest.approx(documented_share, abs=3e-4)
     speed = np.linalg.norm(velocities(inner), axis=1)
     np.testing.assert_allclose(inner["tool_position_speed"], speed, rtol=1e-6)
     assert (inner["tool_position_speed"] > 9).all()
@@ -113,14 +113,14 @@ def test_an_occlusion_and_a_window_around_it_have_no_speed(tmp_path, causal, fir
 
 def test_a_hole_that_positions_bridge_is_not_bridged_by_their_speed(tmp_path):
     """One lost sample of a 1 kHz stream is 1 ms: the position goes on, the speed does not know."""
-    written, kept = Written(tmp_path / "s.sqlite"), [(0, 1000), (1001, 2000)]
+    written, received = Written(tmp_path / "s.sqlite"), [(0, 1000), (1001, 2000)]
     written.begin(1)
-    for first, end in kept:
+    for first, end in received:
         n = np.arange(first, end)
-        arrived = [(int(each), START_S + each / 1000) for each in n[9::10]]
+        arrived = [(int(number), START_S + number / 1000) for number in n[9::10]]
         gaps = [(1000, 1, "overrun")] if first else []
         piece = block("tool_position", stroke(START_S + n / 1000), 1000, first, START_S + first / 1000, **XYZ)
-        written.chunk((piece, told(first, end - first, arrived, gaps)))
+        written.chunk((piece, block_description(first, end - first, arrived, gaps)))
     written.end()
     table, _ = exported(written.record().path, tmp_path / "t.csv", "--speed-window", 5, "--method", "linear")
     unknown = np.flatnonzero(np.isnan(table["tool_position_speed"][100:-100])) + 100

@@ -13,66 +13,68 @@ from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded_streams import StreamError, streams_of
 from palpate.protocols.clocks import fit_clock
 from palpate.signals.aligning.stamps import stamps_of
-from tests.analysis.streams.ledgers import Written, block, told
+from tests.analysis.streams.ledgers import Written, block, block_description
 
 XYZ = {"channels": ("x", "y", "z"), "units": ("mm",) * 3}
 TRUE_HZ, START_S = 120.006, 20.0
 
 
-def said(*arguments):
-    return CliRunner().invoke(streams, [str(each) for each in arguments], catch_exceptions=False).output
+def output_of(*arguments):
+    return CliRunner().invoke(streams, [str(argument) for argument in arguments], catch_exceptions=False).output
 
 
 def late_by(late_s, seed=1):
     """(n, arrival, stamp) of 20 s at 120 Hz: stamps err by 0.1 ms to both sides, arrivals are late_s or more later."""
-    rng, found, came_s = random.Random(seed), [], 0.0
+    rng, samples, arrived_s = random.Random(seed), [], 0.0
     for n in range(2, 2400, 4):
         taken_s = START_S + n / TRUE_HZ
-        came_s = max(came_s, taken_s + late_s + rng.expovariate(1000))
-        found.append((n, came_s, taken_s + rng.gauss(0, 1e-4)))
-    return found
+        arrived_s = max(arrived_s, taken_s + late_s + rng.expovariate(1000))
+        samples.append((n, arrived_s, taken_s + rng.gauss(0, 1e-4)))
+    return samples
 
 
-def stamps(found, clock="lsl"):
-    return stamps_of(found, 120.0, clock, fit_clock([(n, came_s) for n, came_s, _ in found], 120.0))
+def stamps(samples, clock="lsl"):
+    return stamps_of(samples, 120.0, clock, fit_clock([(n, arrived_s) for n, arrived_s, _ in samples], 120.0))
 
 
 def recorded(path, clock="lsl", own_zero_s=0.0, late_s=0.02):
     """A session of a tracker that stamps, and a force sensor at once; both see the same sine."""
     written, rng = Written(path), random.Random(3)
     written.begin(1)
-    by_stamp = {n: (came_s, stamp_s) for n, came_s, stamp_s in late_by(late_s)}
+    by_stamp = {n: (arrived_s, stamp_s) for n, arrived_s, stamp_s in late_by(late_s)}
     for first in range(0, 2400, 60):
         n = np.arange(first, first + 60)
         x = 50 * np.sin(2 * np.pi * (START_S + n / TRUE_HZ))
-        kept = [each for each in by_stamp if first <= each < first + 60]
-        about = told(first, 60, [(each, by_stamp[each][0]) for each in kept])
-        about["device_s"] = [by_stamp[each][1] - own_zero_s for each in kept]
+        received = [number for number in by_stamp if first <= number < first + 60]
+        about = block_description(first, 60, [(number, by_stamp[number][0]) for number in received])
+        about["device_s"] = [by_stamp[number][1] - own_zero_s for number in received]
         place = block("tool_position", np.stack([x, 0 * x, 0 * x], 1), 120, first, START_S, clock, **XYZ)
         m = np.arange(first * 25, (first + 60) * 25)
         ends = m[93::94]
         force = block("tool_force", 50 * np.sin(2 * np.pi * (START_S + m / 3000)), 3000, int(m[0]), START_S, "daq")
-        arrived = [(int(each), START_S + each / 3000 + rng.expovariate(5000)) for each in ends]
-        written.chunk((place, about), (force, told(int(m[0]), len(m), sorted(arrived))))
+        arrived = [(int(end), START_S + end / 3000 + rng.expovariate(5000)) for end in ends]
+        written.chunk((place, about), (force, block_description(int(m[0]), len(m), sorted(arrived))))
     written.end()
     return written.record()
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.0042, 0.3])
 def test_the_delay_that_all_arrivals_share_is_told_within_its_error(late_s):
-    found = [stamps(late_by(late_s, seed)) for seed in range(10)]
-    assert all(each.problem is None for each in found)
-    off = [(each.late_s - late_s) / each.late_error_s for each in found]
-    assert max(map(abs, off)) < 3 and max(each.late_error_s for each in found) < 5e-5
-    assert found[0].late_median_s == pytest.approx(late_s + 0.7e-3, abs=0.2e-3)
-    assert found[0].late_p95_s > found[0].late_median_s
-    assert found[0].scatter_s == pytest.approx(1e-4, rel=0.1)
-    assert found[0].line.time_s(1200) == pytest.approx(START_S + 1200 / TRUE_HZ, abs=3 * found[0].line.offset_error_s)
+    results = [stamps(late_by(late_s, seed)) for seed in range(10)]
+    assert all(result.problem is None for result in results)
+    off = [(result.late_s - late_s) / result.late_error_s for result in results]
+    assert max(map(abs, off)) < 3 and max(result.late_error_s for result in results) < 5e-5
+    assert results[0].late_median_s == pytest.approx(late_s + 0.7e-3, abs=0.2e-3)
+    assert results[0].late_p95_s > results[0].late_median_s
+    assert results[0].scatter_s == pytest.approx(1e-4, rel=0.1)
+    assert results[0].line.time_s(1200) == pytest.approx(
+        START_S + 1200 / TRUE_HZ, abs=3 * results[0].line.offset_error_s
+    )
 
 
 def test_stamps_that_were_set_late_now_and_then_do_not_move_the_line():
-    found = [(n, came_s + 0.1, stamp_s + (0.05 if n % 40 == 2 else 0)) for n, came_s, stamp_s in late_by(0.004)]
-    assert stamps(found).late_s == pytest.approx(0.104, abs=2e-4)
+    samples = [(n, arrived_s + 0.1, stamp_s + (0.05 if n % 40 == 2 else 0)) for n, arrived_s, stamp_s in late_by(0.004)]
+    assert stamps(samples).late_s == pytest.approx(0.104, abs=2e-4)
 
 
 @pytest.mark.parametrize(
@@ -88,10 +90,10 @@ def test_stamps_that_were_set_late_now_and_then_do_not_move_the_line():
     ],
 )
 def test_stamps_that_cannot_say_when_a_sample_was_taken_are_named(clock, change, says):
-    found = stamps([(n, came_s, change(n, stamp_s)) for n, came_s, stamp_s in late_by(0.004)], clock)
-    assert found.late_s is None
+    result = stamps([(n, arrived_s, change(n, stamp_s)) for n, arrived_s, stamp_s in late_by(0.004)], clock)
+    assert result.late_s is None
     with pytest.raises(AssertionError, match=says):
-        raise AssertionError(found.problem)
+        raise AssertionError(result.problem)
 
 
 def test_few_stamps_tell_nothing():
@@ -100,9 +102,9 @@ def test_few_stamps_tell_nothing():
 
 def test_a_listing_and_an_account_say_how_late_samples_came_against_their_stamps(tmp_path):
     path = recorded(tmp_path / "s.sqlite").path
-    heading, position = said(path).splitlines()[1], said(path).splitlines()[2]
+    heading, position = output_of(path).splitlines()[1], output_of(path).splitlines()[2]
     assert "late ms" in heading and "tool_position" in position and " +-0.0" in position
-    rows = {row["stream"]: row for row in json.loads(said(path, "--json"))[0]["streams"]}
+    rows = {row["stream"]: row for row in json.loads(output_of(path, "--json"))[0]["streams"]}
     about = rows["tool_position"]["stamps"]
     assert about["late_s"] == pytest.approx(0.02, abs=1e-4) and about["usable"] and about["of_the_host"]
     assert rows["tool_position"]["timing"]["from"] == "arrivals" and rows["tool_force"]["stamps"] is None
@@ -113,7 +115,7 @@ def test_a_listing_and_an_account_say_how_late_samples_came_against_their_stamps
 def test_an_export_by_stamps_takes_the_shared_delay_away(tmp_path, further, off):
     """Both sensors see one sine; by arrivals the tracker is 20 ms late, which is 6.3 mm of it."""
     path, out = recorded(tmp_path / "s.sqlite").path, tmp_path / "t.csv"
-    said("export", path, "--trial", 1, "--out", out, *further)
+    output_of("export", path, "--trial", 1, "--out", out, *further)
     table = np.genfromtxt(out, delimiter=",", names=True)[200:-200]
     truth = 50 * np.sin(2 * np.pi * (table["time_s"] - off))
     assert np.abs(table["tool_position_x"] - truth).max() < 0.03
@@ -124,7 +126,7 @@ def test_an_export_by_stamps_takes_the_shared_delay_away(tmp_path, further, off)
 
 def test_raw_streams_are_timed_by_stamps_as_well(tmp_path):
     path = recorded(tmp_path / "s.sqlite").path
-    said("export", path, "--raw", "--trial", 1, "--out", tmp_path, "--by-stamps", "tool_position")
+    output_of("export", path, "--raw", "--trial", 1, "--out", tmp_path, "--by-stamps", "tool_position")
     table = np.genfromtxt(tmp_path / "s_t001_tool_position.csv", delimiter=",", names=True)
     np.testing.assert_allclose(table["time_s"], START_S + table["sample"] / TRUE_HZ, atol=3e-5)
 
@@ -143,13 +145,15 @@ def test_what_cannot_be_timed_by_stamps_is_refused_by_name_and_nothing_is_writte
 ):
     path = recorded(tmp_path / "s.sqlite", clock, own_zero_s).path
     with pytest.raises(StreamError, match=f"trial 1, attempt 1: stream .*{says}"):
-        said("export", path, "--trial", 1, "--out", tmp_path / "t.csv", "--by-stamps", name)
+        output_of("export", path, "--trial", 1, "--out", tmp_path / "t.csv", "--by-stamps", name)
     assert not list(tmp_path.glob("t.*"))
 
 
 def test_stamps_of_a_stream_without_a_rate_are_not_asked(tmp_path):
     written = Written(tmp_path / "s.sqlite")
     written.begin(1)
-    written.chunk((block("notes", [1, 2], 0), {**told(0, 2, [(0, 1.0), (1, 2.0)]), "device_s": [1.0, 2.0]}))
+    written.chunk(
+        (block("notes", [1, 2], 0), {**block_description(0, 2, [(0, 1.0), (1, 2.0)]), "device_s": [1.0, 2.0]})
+    )
     written.end()
     assert streams_of(written.record(), 1)[0].stamps is None

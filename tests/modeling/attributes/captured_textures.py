@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
-from tests.analysis.streams.ledgers import DOOR, Written, block, told
+from tests.analysis.streams.ledgers import DOOR, Written, block, block_description
 from tests.modeling.textures.made_textures import vibration
 
 WRENCH = {"channels": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), "units": ("N",) * 3 + ("N m",) * 3}
@@ -32,7 +32,9 @@ def streams(seed, seconds, first_s, press=1.0, seen_s=np.inf):
         pieces = []
         for name, rows, rate_hz, form in kinds:
             a, b = (round(k * CHUNK_S * rate_hz) for k in (chunk, chunk + 1))
-            pieces.append((block(name, rows[a:b], rate_hz, a, first_s + a / rate_hz, **form), told(a, b - a)))
+            pieces.append(
+                (block(name, rows[a:b], rate_hz, a, first_s + a / rate_hz, **form), block_description(a, b - a))
+            )
         yield pieces
 
 

@@ -11,7 +11,7 @@ from palpate.modeling.textures.recording import Joined, TextureDataError
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
-from tests.analysis.streams.ledgers import Written, block, told
+from tests.analysis.streams.ledgers import Written, block, block_description
 from tests.modeling.attributes.captured_textures import session as captures_of
 from tests.modeling.textures.made_textures import vibration
 
@@ -35,7 +35,7 @@ def capture(written, trial, attempt=1, as_="captured", level=1.0, lacks="", chan
         block("tool_position", place, 120, t0_s=start_s, **PLACE),
     ]
     written.begin(trial, attempt)
-    written.chunk(*((each, told(0, each.count)) for each in streams if each.stream != lacks))
+    written.chunk(*((each, block_description(0, each.count)) for each in streams if each.stream != lacks))
     written.done()
     written.end(as_)
 

@@ -14,7 +14,7 @@ import numpy as np
 import psignifit
 
 SETS = json.loads(Path("tests/analysis/data/r/choices.json").read_text())["sets"]
-ASKED = (("yes_no", "yes/no", "norm"), ("two_choice", "2AFC", "norm"), ("two_choice", "2AFC", "weibull"))
+CASES = (("yes_no", "yes/no", "norm"), ("two_choice", "2AFC", "norm"), ("two_choice", "2AFC", "weibull"))
 
 
 def fitted(name: str, experiment: str, sigmoid: str) -> dict[str, object]:
@@ -23,15 +23,15 @@ def fitted(name: str, experiment: str, sigmoid: str) -> dict[str, object]:
     levels = np.log(given["level"]) if sigmoid == "weibull" else np.array(given["level"], dtype=float)
     trials = np.broadcast_to(given["n"], len(levels))
     data = np.column_stack([levels, given["k"], trials])
-    found = psignifit.psignifit(
+    result = psignifit.psignifit(
         data, experiment_type=experiment, sigmoid=sigmoid, CI_method="percentiles", verbose=False
     )
-    mean = {key: float(value) for key, value in found.get_parameter_estimate(estimate_type="mean").items()}
-    ends = {key: [float(end) for end in of["0.95"]] for key, of in found.confidence_intervals.items()}
+    mean = {key: float(value) for key, value in result.get_parameter_estimate(estimate_type="mean").items()}
+    ends = {key: [float(end) for end in of["0.95"]] for key, of in result.confidence_intervals.items()}
     return {"set": name, "experiment": experiment, "sigmoid": sigmoid, "mean": mean, "ci95": ends}
 
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    made = {"made_with": {"psignifit": "4.3", "numpy": np.__version__}, "fits": [fitted(*asked) for asked in ASKED]}
-    Path("tests/analysis/data/psignifit/psignifit.json").write_text(json.dumps(made, indent=1) + "\n")
+    content = {"made_with": {"psignifit": "4.3", "numpy": np.__version__}, "fits": [fitted(*case) for case in CASES]}
+    Path("tests/analysis/data/psignifit/psignifit.json").write_text(json.dumps(content, indent=1) + "\n")
