@@ -11,9 +11,9 @@ from palpate.modeling.library.search import wishes_of
 def test_the_search_finds_what_the_exhaustive_one_finds_and_sure_means_do_not():
     library = bench.random_library(60)
     wishes = [wishes_of(library, [text]) for text in bench.WISHES]
-    exact = [bench.exhaustive(library.textures, each) for each in wishes]
-    found = bench.search_all(library.textures, wishes)
-    assert bench.fit_error(exact, found) < 1e-9 and bench.share_missed(exact, found) == 0
+    exact = [bench.exhaustive(library.textures, wish) for wish in wishes]
+    result = bench.search_all(library.textures, wishes)
+    assert bench.fit_error(exact, result) < 1e-9 and bench.share_missed(exact, result) == 0
     assert bench.share_missed(exact, bench.search_all(bench.without_uncertainty(library), wishes)) > 0
 
 
@@ -30,8 +30,8 @@ def test_the_exhaustive_search_is_an_integral():
 
 
 def test_the_nearest_are_those_of_a_table_of_distances():
-    names = [(each.case, each.input, each.method) for each in bench.cases(True)]
+    names = [(case.case, case.input, case.method) for case in bench.cases(True)]
     assert len(set(names)) == len(names)
-    case = next(each for each in bench.cases(True) if each.case == "library: nearest")
-    found = case.run()
-    assert case.error(found) == 0 and case.error(found[::-1]) == 1
+    case = next(case for case in bench.cases(True) if case.case == "library: nearest")
+    nearest = case.run()
+    assert case.error(nearest) == 0 and case.error(nearest[::-1]) == 1

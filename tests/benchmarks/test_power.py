@@ -29,7 +29,7 @@ def test_simulated_studies_have_the_exact_power():
 def test_coverage_is_summed_over_the_binomial_distribution():
     whole = [(0.0, 1.0)] * 11
     assert bench.coverage_error(0.3, whole) == pytest.approx(0.05)
-    only_five = [(0.0, 1.0) if found == 5 else (2.0, 3.0) for found in range(11)]
+    only_five = [(0.0, 1.0) if count == 5 else (2.0, 3.0) for count in range(11)]
     assert bench.coverage_error(0.5, only_five) == pytest.approx(0.95 - 252 / 1024)
 
 

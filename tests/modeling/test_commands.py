@@ -36,29 +36,40 @@ def done(command, *arguments):
     return result
 
 
-def told(arguments, capsys):
+def run_command(arguments, capsys):
     """What the front door says of a mistake, and its exit code."""
     with pytest.raises(SystemExit) as ended:
-        command_line.main([str(each) for each in arguments])
+        command_line.main([str(argument) for argument in arguments])
     return ended.value.code, capsys.readouterr().err
 
 
 def test_evaluate_writes_tables_figures_and_the_report_and_goes_on_from_what_is_finished(table, tmp_path):
-    asked = ("--lab", tmp_path / "lab", "--data", table, "--methods", "mean,ridge,nearest", "--workers", "1")
-    asked += ("--no-figures", "--json")
-    first = json.loads(done(evaluate, *asked).stdout)
+    arguments = ("--lab", tmp_path / "lab", "--data", table, "--methods", "mean,ridge,nearest", "--workers", "1")
+    arguments += ("--no-figures", "--json")
+    first = json.loads(done(evaluate, *arguments).stdout)
     folder = tmp_path / "lab" / "evaluated" / "doors"
     assert (folder / "report.html").stat().st_size > 20_000
     assert json.loads((folder / RESULTS).read_text())["default"] == first["default"]
     assert first["jobs_kept"] == 0
-    again = json.loads(done(evaluate, *asked).stdout)
+    again = json.loads(done(evaluate, *arguments).stdout)
     assert again["jobs_kept"] == again["jobs"] == first["jobs"]
     assert again["tables"]["table_5_3_mae"] == first["tables"]["table_5_3_mae"]
 
 
 def test_train_writes_two_models_that_the_rig_reads_with_metrics_interval_and_run_card(table, tmp_path):
-    asked = ("--data", table, "--lab", tmp_path / "lab", "--forward", "ridge", "--inverse", "nearest", "--workers", "1")
-    assert "door-perception.json: ridge; MAE" in done(train, *asked).stdout
+    arguments = (
+        "--data",
+        table,
+        "--lab",
+        tmp_path / "lab",
+        "--forward",
+        "ridge",
+        "--inverse",
+        "nearest",
+        "--workers",
+        "1",
+    )
+    assert "door-perception.json: ridge; MAE" in done(train, *arguments).stdout
     models = tmp_path / "lab" / "models"
     card = json.loads((models / "door-perception.json").read_text())
     assert card["interval"]["coverage"] == 0.9
@@ -78,17 +89,28 @@ def small_digest(table):
 
 
 def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_path):
-    asked = ("--data", table, "--lab", tmp_path, "--to", tmp_path / "to", "--forward", "mlp", "--inverse", "nearest")
-    done(train, *asked, "--quick", "--workers", "1")
+    arguments = (
+        "--data",
+        table,
+        "--lab",
+        tmp_path,
+        "--to",
+        tmp_path / "to",
+        "--forward",
+        "mlp",
+        "--inverse",
+        "nearest",
+    )
+    done(train, *arguments, "--quick", "--workers", "1")
     assert (tmp_path / "to" / "door-perception.history.csv").read_text().startswith("epoch,seconds,")
     assert (tmp_path / "to" / "door-perception.history.svg").stat().st_size > 1000
-    kept = tmp_path / "evaluated" / "doors" / ".jobs"
-    assert len(list(kept.glob("*.json"))) == 2 * 3, "two methods, the three folds of a quick run, nothing else"
-    assert not list((kept / "checkpoints").glob("*"))
+    jobs = tmp_path / "evaluated" / "doors" / ".jobs"
+    assert len(list(jobs.glob("*.json"))) == 2 * 3, "two methods, the three folds of a quick run, nothing else"
+    assert not list((jobs / "checkpoints").glob("*"))
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("evaluate", "doors", "--simulated", "--methods", "rigde"), "no method 'rigde'; did you mean 'ridge'?"),
         (("evaluate", "doors", "--simulated", "--methods", "backward:ridge"), "'backward' is not a direction"),
@@ -101,10 +123,10 @@ def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_pat
         (("train", "doors", "--data", __file__), "test_commands.py"),
     ],
 )
-def test_a_mistake_is_told_without_a_traceback(arguments, said, tmp_path, capsys):
-    code, err = told([each.replace("{empty}", str(tmp_path)) for each in arguments], capsys)
+def test_a_mistake_is_told_without_a_traceback(arguments, message, tmp_path, capsys):
+    code, err = run_command([argument.replace("{empty}", str(tmp_path)) for argument in arguments], capsys)
     assert code == 2
-    assert said in err
+    assert message in err
     assert "Traceback" not in err
 
 

@@ -13,7 +13,7 @@ from palpate import command_line
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.files import place_of, write_library
 from palpate.modeling.library.lab import keep
-from tests.modeling.library.made_library import made_library
+from tests.modeling.library.made_library import small_library
 
 HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"
 
@@ -27,21 +27,21 @@ def picture(colour):
 @pytest.fixture
 def lab(tmp_path):
     """A lab with a library; T01 has a picture."""
-    library = made_library(simulated=True)
+    library = small_library(simulated=True)
     name = keep(place_of(tmp_path).parent, "T01", picture((200, 30, 40)), "x")
     first = library.textures[0].model_copy(update={"picture": name})
     write_library(tmp_path, library.model_copy(update={"textures": (first, *library.textures[1:])}))
     return tmp_path
 
 
-def said(lab, *arguments):
+def output_of(lab, *arguments):
     result = CliRunner().invoke(textures, [*map(str, arguments), "--lab", str(lab)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.stdout
 
 
-def told(lab, *arguments):
-    return json.loads(said(lab, *arguments, "--json"))
+def json_of(lab, *arguments):
+    return json.loads(output_of(lab, *arguments, "--json"))
 
 
 def refused(capsys, *arguments):
@@ -53,7 +53,7 @@ def refused(capsys, *arguments):
 
 
 def test_find_prints_what_was_understood_and_a_table(lab):
-    lines = said(lab, "find", "rough, a bit sticky, not bumpy").splitlines()
+    lines = output_of(lab, "find", "rough, a bit sticky, not bumpy").splitlines()
     assert lines[:3] == [
         "rough: Rough-Smooth 0 to 38", "a bit sticky: Sticky-Slippery 25 to 50", "not bumpy: Flat-Bumpy 0 to 62",
     ]  # fmt: skip
@@ -65,52 +65,54 @@ def test_find_prints_what_was_understood_and_a_table(lab):
 
 
 def test_find_as_json_holds_the_wishes_and_every_number(lab):
-    answer = told(lab, "find", "rough, soft 60-80", "-n", "1", "--predicted")
-    assert [each["said"] for each in answer["wished"]] == ["rough", "soft 60 - 80"]
-    (found,) = answer["found"]
-    assert found["id"] == "T06" and found["fit"] == pytest.approx(found["fits"][0] * found["fits"][1])
-    assert found["attributes"]["Rough-Smooth"] == pytest.approx(
+    answer = json_of(lab, "find", "rough, soft 60-80", "-n", "1", "--predicted")
+    assert [row["said"] for row in answer["wished"]] == ["rough", "soft 60 - 80"]
+    (match,) = answer["found"]
+    assert match["id"] == "T06" and match["fit"] == pytest.approx(match["fits"][0] * match["fits"][1])
+    assert match["attributes"]["Rough-Smooth"] == pytest.approx(
         {"value": 12, "sd": 15 / 1.6448536, "low": -3, "high": 27, "from": "predicted"}
     )
 
 
 def test_values_and_words_and_classes_go_together(lab):
-    by_value = told(lab, "find", "--at", "Rough-Smooth=10", "--at", "Hard=85")
-    by_words = told(lab, "find", "rough 90, hard 85")
-    assert [each["id"] for each in by_value["found"]] == ["T01", "T05", "T02"]
+    by_value = json_of(lab, "find", "--at", "Rough-Smooth=10", "--at", "Hard=85")
+    by_words = json_of(lab, "find", "rough 90, hard 85")
+    assert [row["id"] for row in by_value["found"]] == ["T01", "T05", "T02"]
     assert by_words["found"] == by_value["found"]
-    assert [each["id"] for each in told(lab, "find", "rough", "--class", "mesh")["found"]] == ["T05"]
-    assert [each["id"] for each in told(lab, "find", "rough", "--rated-only")["found"]] == ["T01", "T05", "T02"]
+    assert [row["id"] for row in json_of(lab, "find", "rough", "--class", "mesh")["found"]] == ["T05"]
+    assert [row["id"] for row in json_of(lab, "find", "rough", "--rated-only")["found"]] == ["T01", "T05", "T02"]
 
 
 def test_where_nothing_fits_it_is_told_what_left_out_most(lab):
-    told = said(lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png")
-    assert "None of 6 textures fits. Most are left out by 'extremely slippery': 6 of 6. Without" in told
-    assert "none.png was not written" in told and not (lab / "none.png").exists()
+    output = output_of(lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png")
+    assert "None of 6 textures fits. Most are left out by 'extremely slippery': 6 of 6. Without" in output
+    assert "none.png was not written" in output and not (lab / "none.png").exists()
 
 
 def test_nearest_and_show(lab):
-    answer = told(lab, "nearest", "t01", "-n", "2")
-    assert [each["id"] for each in answer["nearest"]] == ["T02", "T06"] and answer["texture"]["id"] == "T01"
+    answer = json_of(lab, "nearest", "t01", "-n", "2")
+    assert [row["id"] for row in answer["nearest"]] == ["T02", "T06"] and answer["texture"]["id"] == "T01"
     apart = answer["nearest"][0]["apart"]
     assert apart == {"Rough-Smooth": 1.0, "Flat-Bumpy": -1.0, "Sticky-Slippery": 0.5, "Hard-Soft": 0.5}
-    assert said(lab, "nearest", "T01").startswith("T01 (sandpaper 01): extremely rough, a bit flat, sticky, very hard")
-    shown = said(lab, "show", "T02")
+    assert output_of(lab, "nearest", "T01").startswith(
+        "T01 (sandpaper 01): extremely rough, a bit flat, sticky, very hard"
+    )
+    shown = output_of(lab, "show", "T02")
     assert "20.0 (17 to 23, SD 8.0)" in shown and "35.0 (20 to 50)" in shown and "most like it: T01" in shown
-    whole = told(lab, "show", "T02")
+    whole = json_of(lab, "show", "T02")
     assert whole["words"] == "very rough, flat, a bit sticky, very hard" and whole["predicted"]["high"][0] == 50
-    assert len(told(lab, "show")["textures"]) == 6 and "T06" in said(lab, "show")
+    assert len(json_of(lab, "show")["textures"]) == 6 and "T06" in output_of(lab, "show")
 
 
 def test_show_tells_only_what_was_asked_for(lab):
-    rated, predicted = (said(lab, "show", "T02", flag) for flag in ("--rated-only", "--predicted"))
+    rated, predicted = (output_of(lab, "show", "T02", flag) for flag in ("--rated-only", "--predicted"))
     assert "20.0 (17 to 23" in rated and "35.0 (20 to 50)" not in rated and "predicted" not in rated
     assert rated.startswith("T02 (sandpaper 02) (sandpaper): very rough") or rated.startswith("T02, sandpaper 02")
     assert "35.0 (20 to 50)" in predicted and "20.0 (17 to 23" not in predicted and "rated by" not in predicted
     assert "most like it: T06" in predicted and "T01" not in predicted
-    only = told(lab, "show", "T02", "--rated-only")
+    only = json_of(lab, "show", "T02", "--rated-only")
     assert only["rated"]["mean"][0] == 20 and only["predicted"] is None
-    assert told(lab, "show", "T02", "--predicted")["words"].startswith("perhaps rough")
+    assert json_of(lab, "show", "T02", "--predicted")["words"].startswith("perhaps rough")
 
 
 def test_a_picture_into_a_folder_that_is_not_there_is_refused_and_nothing_is_made(lab, capsys):
@@ -124,14 +126,14 @@ def test_a_picture_into_a_folder_that_is_not_there_is_refused_and_nothing_is_mad
 
 
 def test_sheets_and_maps_are_written_and_named(lab):
-    files = told(lab, "find", "rough", "--sheet", lab / "found.png", "--map", lab / "plane.png")["files"]
+    files = json_of(lab, "find", "rough", "--sheet", lab / "found.png", "--map", lab / "plane.png")["files"]
     assert [name.rsplit("/", 1)[1] for name in files] == ["found.png", "plane.svg", "plane.png"]
     with Image.open(lab / "found.png") as sheet:
         assert max(abs(a - b) for a, b in zip(sheet.getpixel((100, 200)), (200, 30, 40), strict=True)) < 6
-    assert f"Look at {lab / 'near.jpg'}" in said(lab, "nearest", "T01", "--sheet", lab / "near.jpg")
-    assert told(lab, "show", "T01", "--sheet", lab / "one.png")["files"] == [str(lab / "one.png")]
-    assert "marked: T01, T05, T06, T02" in said(lab, "map", "very rough")
-    assert (lab / "library" / "map.png").is_file() and told(lab, "map")["marked"] == []
+    assert f"Look at {lab / 'near.jpg'}" in output_of(lab, "nearest", "T01", "--sheet", lab / "near.jpg")
+    assert json_of(lab, "show", "T01", "--sheet", lab / "one.png")["files"] == [str(lab / "one.png")]
+    assert "marked: T01, T05, T06, T02" in output_of(lab, "map", "very rough")
+    assert (lab / "library" / "map.png").is_file() and json_of(lab, "map")["marked"] == []
 
 
 @pytest.mark.parametrize(
@@ -165,12 +167,12 @@ def test_a_lab_without_a_library_is_told_how_to_make_one(tmp_path, capsys):
     assert "`palpate textures index` makes it" in refused(capsys, "find", "rough", "--lab", tmp_path)
 
 
-@pytest.mark.parametrize("asked", [("find", "rough"), ("nearest", "T01"), ("show", "T01"), ("show",)])
-def test_the_questions_load_nothing_heavy(lab, asked):
+@pytest.mark.parametrize("arguments", [("find", "rough"), ("nearest", "T01"), ("show", "T01"), ("show",)])
+def test_the_questions_load_nothing_heavy(lab, arguments):
     code = (
         (
             "import sys\nfrom palpate import command_line\n"
-            f"try: command_line.main(['textures', *{asked!r}, '--lab', {str(lab)!r}])\n"
+            f"try: command_line.main(['textures', *{arguments!r}, '--lab', {str(lab)!r}])\n"
             f"except SystemExit as ended: assert not ended.code\n"
             f"sys.exit(' '.join(sorted({HEAVY.split()!r} & {{n.partition('.')[0] for n in sys.modules}})) or 0)"
         )

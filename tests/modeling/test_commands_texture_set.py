@@ -25,16 +25,16 @@ class Session:
 
 @dataclass
 class Front:
-    made: list
-    asked: dict = field(default_factory=dict)
+    sessions: list
+    options: dict = field(default_factory=dict)
 
     def __call__(self):
         return self
 
-    def make_set(self, lab, report, **asked):
+    def make_set(self, lab, report, **options):
         report("50 textures")
-        self.asked = {"lab": lab, **asked}
-        return self.made
+        self.options = {"lab": lab, **options}
+        return self.sessions
 
 
 def test_what_is_asked_and_told(tmp_path):
@@ -44,7 +44,7 @@ def test_what_is_asked_and_told(tmp_path):
         simulate, ["--lab", str(tmp_path), "--textures", "T01, T02", "--textures", "T03", "--seed", "4"], obj=front
     )
     assert result.exit_code == 0, result.output
-    assert front.asked == {
+    assert front.options == {
         "lab": tmp_path, "textures": ("T01", "T02", "T03"), "seconds": None, "pictures": None, "raters": None,
         "seed": 4, "workers": 1, "quick": False,
     }  # fmt: skip
@@ -54,10 +54,10 @@ def test_what_is_asked_and_told(tmp_path):
 
 
 def test_what_was_all_there_is_said_to_be_left_alone(tmp_path):
-    for done, told in (("kept", True), ("made", False)):
+    for done, unchanged in (("kept", True), ("made", False)):
         front = Front([Session("texture_capture", "P001", "kept"), Session("texture_ratings", "P001", done)])
         result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)
-        assert ("Everything exists already: nothing was changed" in result.stdout) is told
+        assert ("Everything exists already: nothing was changed" in result.stdout) is unchanged
         assert f"palpate textures index --lab {tmp_path}" in result.stdout
 
 

@@ -32,20 +32,20 @@ def done(command, *arguments):
 
 
 def test_evaluate_judges_tables_and_goes_on_from_what_is_finished(tables, tmp_path):
-    asked = ("--tables", tables, "--lab", tmp_path, "--methods", "ar", "--quick", "--workers", "1", "--no-figures")
-    first = json.loads(done(evaluate_textures, *asked, "--json").stdout)
+    arguments = ("--tables", tables, "--lab", tmp_path, "--methods", "ar", "--quick", "--workers", "1", "--no-figures")
+    first = json.loads(done(evaluate_textures, *arguments, "--json").stdout)
     folder = tmp_path / "evaluated" / "textures"
     assert (folder / "report.html").stat().st_size > 20_000
     assert {row["texture"] for row in first["tables"]["textures"]} == {"felt", "grit"}
     assert all(row["level"] > 0.3 for row in first["tables"]["textures"])
-    again = done(evaluate_textures, *asked)
+    again = done(evaluate_textures, *arguments)
     assert "Piecewise" in again.stdout or "ar" in again.stdout
     assert str(folder / "report.html").replace("\n", "") in again.stdout.replace("\n", "")
     assert json.loads((folder / "evaluation.json").read_text())["jobs_kept"] == first["jobs"]
 
 
 def test_train_writes_a_model_that_the_rig_reads(tables, tmp_path):
-    asked = (
+    arguments = (
         "--tables",
         tables,
         "--textures",
@@ -58,7 +58,7 @@ def test_train_writes_a_model_that_the_rig_reads(tables, tmp_path):
         "1",
         "--quick",
     )
-    (written,) = json.loads(done(train_textures, *asked, "--json").stdout)
+    (written,) = json.loads(done(train_textures, *arguments, "--json").stdout)
     assert written["card"] == str(tmp_path / "models" / "texture-grit-ar.json")
     card = read_model(tmp_path / "models" / "texture-grit-ar.json").card
     assert card.texture.id == "grit"
@@ -69,10 +69,10 @@ def test_a_rate_and_a_hand_held_still_may_stand_in_for_columns(tmp_path):
     acceleration = recording(3.0, 1, "bare").acceleration_m_s2
     np.savetxt(tmp_path / "bare.csv", acceleration, "%.6f", header="acceleration", comments="")
     held = ("--rate-hz", 1000, "--speed-mm-s", 80, "--force-n", 1)
-    asked = ("--tables", tmp_path / "bare.csv", "--lab", tmp_path, "--methods", "ar", "--quick", "--workers", "1")
-    found = json.loads(done(evaluate_textures, *asked, *held, "--no-figures", "--json").stdout)
-    assert found["tables"]["textures"][0]["with_speed"] is None
-    assert found["tables"]["textures"][0]["level"] > 0.3
+    arguments = ("--tables", tmp_path / "bare.csv", "--lab", tmp_path, "--methods", "ar", "--quick", "--workers", "1")
+    content = json.loads(done(evaluate_textures, *arguments, *held, "--no-figures", "--json").stdout)
+    assert content["tables"]["textures"][0]["with_speed"] is None
+    assert content["tables"]["textures"][0]["level"] > 0.3
 
 
 @pytest.mark.parametrize(

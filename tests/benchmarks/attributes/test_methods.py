@@ -26,15 +26,15 @@ def rows():
 def test_every_method_has_its_error_beside_the_times_of_training_and_of_50_predictions(rows):
     assert {row.area for row in rows} == {AREA}
     trained = {row.method: row for row in rows if row.case == "attributes of a texture left out"}
-    asked = {row.method: row for row in rows if row.case.startswith("50 predictions")}
-    assert set(asked) == {row.method for row in rows if row.case.startswith("a texture of 110 segments")}
-    assert set(asked) == {"mean", "ridge", "hv_net"}
-    assert set(trained) == {*asked, "ann"}
+    predictions = {row.method: row for row in rows if row.case.startswith("50 predictions")}
+    assert set(predictions) == {row.method for row in rows if row.case.startswith("a texture of 110 segments")}
+    assert set(predictions) == {"mean", "ridge", "hv_net"}
+    assert set(trained) == {*predictions, "ann"}
     assert trained["ann"].outcome == REFUSED
-    for name, row in asked.items():
+    for name, row in predictions.items():
         assert row.outcome == MEASURED and row.seconds > 0
         assert row.error == trained[name].error
-    assert asked["ridge"].error < asked["mean"].error
+    assert predictions["ridge"].error < predictions["mean"].error
 
 
 def test_nothing_stays_behind(tmp_path, monkeypatch):

@@ -12,8 +12,8 @@ pytestmark = pytest.mark.needs("torch")
 @pytest.fixture(scope="module")
 def rows():
     """The rows of two cheap methods: each case is measured while the models lie there, as the bench does."""
-    asked = options("mean ridge", "nearest", folds=2, quick=True)
-    return [measure(case) for case in cases(True, asked, small_rated())]
+    choice = options("mean ridge", "nearest", folds=2, quick=True)
+    return [measure(case) for case in cases(True, choice, small_rated())]
 
 
 def test_every_figure_is_measured(rows):
@@ -47,16 +47,16 @@ def test_a_training_stands_with_its_methods_error_and_the_seconds_that_it_took(r
     assert all(row.runs == 1 and row.peak_MB is None for row in trained.values())
     assert trained["ridge"].seconds > trained["mean"].seconds > 0
     loop = {row.method: row.error for row in rows if row.error_kind.startswith("loop") and "fresh" in row.error_kind}
-    made = {row.method: row for row in rows if row.case == "training, feeling to force"}
-    assert made["nearest"].error == loop["nearest"] == made["all methods"].error
-    assert made["all methods"].seconds > sum(row.seconds for row in trained.values())
-    assert "both networks of the thesis" not in made
+    trainings = {row.method: row for row in rows if row.case == "training, feeling to force"}
+    assert trainings["nearest"].error == loop["nearest"] == trainings["all methods"].error
+    assert trainings["all methods"].seconds > sum(row.seconds for row in trained.values())
+    assert "both networks of the thesis" not in trainings
 
 
 def test_a_method_without_a_file_has_the_time_of_its_trained_model(monkeypatch):
     monkeypatch.setattr(Trained, "model", lambda *_: None)
-    asked = options("mean", "nearest", folds=2, quick=True)
-    of_mean = [case for case in cases(True, asked, small_rated()) if case.method == "mean (no file)"]
+    choice = options("mean", "nearest", folds=2, quick=True)
+    of_mean = [case for case in cases(True, choice, small_rated()) if case.method == "mean (no file)"]
     row = measure(of_mean[0])
     assert row.case == "force to feeling" and row.runs == 1 and 0 < row.seconds < 0.1
 

@@ -26,9 +26,9 @@ def few():
     """Six switches of each kind of the shipped ones: a network's epoch takes a second."""
     curves = measured()
     rows = np.concatenate([np.flatnonzero(curves.kind == kind)[:6] for kind in range(3)])
-    kept = {name: tuple(getattr(curves, name)[i] for i in rows) for name in ("names", "makers", "family")}
+    named = {name: tuple(getattr(curves, name)[i] for i in rows) for name in ("names", "makers", "family")}
     arrays = {name: getattr(curves, name)[rows] for name in ("kind", "travel_mm", "force_gf")}
-    return replace(curves, **kept, **arrays)
+    return replace(curves, **named, **arrays)
 
 
 def test_no_family_lies_on_both_sides_and_every_switch_is_held_out_once():
@@ -64,34 +64,36 @@ def test_pca_with_every_component_restores_the_training_curves_and_the_mean_is_t
 def test_the_errors_are_those_of_the_definition(few):
     ticks = iter(range(100))
 
-    def made(way, answers):
+    def outcome_of(way, answers):
         parts = [Part(*way, fold, TINY, few) for fold in range(2)]
         return row_of(way, few, TINY, [replace(outcome(p, lambda: float(next(ticks))), answer=a)
                                        for p, a in zip(parts, answers, strict=True)])  # fmt: skip
 
     held = [rows for _, rows in folds(few, TINY)]
-    off = made(
+    off = outcome_of(
         (RECONSTRUCTION, "mean curve", None),
         [few.force_gf[rows] + np.where(rows == 0, 9.0, 1.0)[:, None] for rows in held],
     )
     assert (off.error, off.second) == pytest.approx((26 / 18, np.sqrt(98 / 18)))
     assert off.training_s == 1.0 and off.inference_s == pytest.approx(np.mean([1 / len(rows) for rows in held]))
-    wrong = made((KIND, "commonest kind", None), [np.where(few.kind[rows] == 2, 1, few.kind[rows]) for rows in held])
+    wrong = outcome_of(
+        (KIND, "commonest kind", None), [np.where(few.kind[rows] == 2, 1, few.kind[rows]) for rows in held]
+    )
     assert (wrong.error, wrong.second) == pytest.approx((100 / 3, 100 / 3))
 
 
 def test_a_comparison_is_what_its_parts_give_in_any_order(few):
     size = replace(TINY, codes=(), components=5)
     lines = []
-    found = compare(size, curves=few, workers=1, report=lines.append)
+    result = compare(size, curves=few, workers=1, report=lines.append)
     assert len(lines) == 10 and "kind, network, fold 2" in lines[-1]
     parts = [Part(*way, fold, size, few) for way in ways(size) for fold in range(2)]
     again = [outcome(part) for part in reversed(parts)][::-1]
     rows = [row_of(way, few, size, again[2 * at : 2 * at + 2]) for at, way in enumerate(ways(size))]
-    assert [(r.task, r.method, r.error, r.second) for r in found] == [
+    assert [(r.task, r.method, r.error, r.second) for r in result] == [
         (r.task, r.method, r.error, r.second) for r in rows
     ]
-    assert all(0 < row.error <= 100 and row.training_s > 0 and row.inference_s > 0 for row in found)
+    assert all(0 < row.error <= 100 and row.training_s > 0 and row.inference_s > 0 for row in result)
 
 
 def test_the_network_restores_what_it_was_trained_on(few):
@@ -112,9 +114,9 @@ def test_equal_curves_are_refused(few):
 
 
 def test_the_bench_has_a_case_for_every_way_and_its_error_is_that_of_the_comparison(monkeypatch):
-    found = list(cases(quick=True))
-    assert len(found) == len(list(ways(QUICK))) and {case.area for case in found} == {"key switches"}
-    case = next(case for case in found if case.method == "tree on the bump")
+    bench_cases = list(cases(quick=True))
+    assert len(bench_cases) == len(list(ways(QUICK))) and {case.area for case in bench_cases} == {"key switches"}
+    case = next(case for case in bench_cases if case.method == "tree on the bump")
     curves = measured()
     parts = [Part(KIND, "tree on the bump", None, fold, QUICK, curves) for fold in range(QUICK.folds)]
     row = row_of((KIND, "tree on the bump", None), curves, QUICK, [comparing.outcome(part) for part in parts])

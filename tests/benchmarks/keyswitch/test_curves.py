@@ -21,12 +21,15 @@ def test_the_shipped_curves_are_119_real_ones_with_kind_and_maker_and_their_noti
 
 def test_the_names_that_tell_a_kind_tell_the_one_that_is_stated():
     curves = measured()
-    told = {"Linear": "linear", "Tactile": "tactile", "Clickie": "clicky", "Clicky": "clicky"}
+    kind_of_word = {"Linear": "linear", "Tactile": "tactile", "Clickie": "clicky", "Clicky": "clicky"}
     named = [
-        (kind, word) for name, kind in zip(curves.names, curves.kind, strict=True) for word in told if word in name
+        (kind, word)
+        for name, kind in zip(curves.names, curves.kind, strict=True)
+        for word in kind_of_word
+        if word in name
     ]
     assert len(named) == 6
-    assert all(KINDS[kind] == told[word] for kind, word in named)
+    assert all(KINDS[kind] == kind_of_word[word] for kind, word in named)
 
 
 def test_a_family_is_linked_by_maker_and_by_brand():

@@ -19,9 +19,9 @@ class Surfaces:
         return recording(seconds, seed, texture).signals
 
     def again(self, texture, seconds, seed):
-        found = self.scene(texture, seconds, seed).copy()
-        found[0] = recording(seconds, 900 + seed, texture).signals[0]
-        return found
+        signals = self.scene(texture, seconds, seed).copy()
+        signals[0] = recording(seconds, 900 + seed, texture).signals[0]
+        return signals
 
 
 def test_every_look_at_every_method_from_one_run_of_each(monkeypatch):
@@ -34,12 +34,12 @@ def test_every_look_at_every_method_from_one_run_of_each(monkeypatch):
         return share * recording(len(speed) / 1000, seed, "rough").signals[0]
 
     monkeypatch.setattr(free_running, "play", play)
-    found = list(cases(True, Surfaces(), CARDS, clock=iter(np.arange(100.0)).__next__))
-    assert [each.method for each in found] == [AGAIN, *METHODS] * len(LOOKS)
-    errors = {(each.case, each.method): each.error(each.run()) for each in found}
+    all_cases = list(cases(True, Surfaces(), CARDS, clock=iter(np.arange(100.0)).__next__))
+    assert [case.method for case in all_cases] == [AGAIN, *METHODS] * len(LOOKS)
+    errors = {(case.case, case.method): case.error(case.run()) for case in all_cases}
     assert errors["rough: level", "foten_generative"] == pytest.approx(0.5)
     assert errors["rough: felt_dB", "ar"] == pytest.approx(0.0, abs=1e-9)
     assert 0 < errors["rough: felt_dB", AGAIN] < errors["rough: felt_dB", "foten_generative"]
     assert errors["rough: smoothed_gfc", "foten_generative"] == pytest.approx(0.0, abs=1e-9)
     assert [name for name, _ in played] == ["rough-foten", "rough-ar"]
-    assert found[0].seconds(found[0].run()) == 1.0
+    assert all_cases[0].seconds(all_cases[0].run()) == 1.0

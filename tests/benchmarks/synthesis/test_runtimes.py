@@ -20,30 +20,30 @@ def test_each_runtime_that_is_installed_answers_as_numpy_does():
     threads = torch.get_num_threads()
     try:
         model, given = specimens.foten(), specimens.windows(3)
-        found, missing = other_runtimes(model.card, model.tensors)
+        runtimes, missing = other_runtimes(model.card, model.tensors)
     finally:
         torch.set_num_threads(threads)
-    assert set(found) | set(missing) == set(MAKERS)
-    assert {"PyTorch eager, own layers", "PyTorch eager, stock layers"} <= set(found)
-    for name, step in found.items():
+    assert set(runtimes) | set(missing) == set(MAKERS)
+    assert {"PyTorch eager, own layers", "PyTorch eager, stock layers"} <= set(runtimes)
+    for name, step in runtimes.items():
         answers = np.array([step(row) for row in given])
         assert np.abs(answers - model.run(given)).max() <= 1e-6 * specimens.SPREAD[0], name
 
 
 def test_a_card_with_other_steps_is_refused_by_name():
     model = specimens.foten()
-    told = json.loads(model.card.model_dump_json())
-    told["steps"].insert(0, {"do": "clip", "low": -1.0, "high": 1.0})
+    card = json.loads(model.card.model_dump_json())
+    card["steps"].insert(0, {"do": "clip", "low": -1.0, "high": 1.0})
     with pytest.raises(TextureDataError, match="'clip'"):
-        MAKERS["PyTorch eager, own layers"](type(model.card).model_validate_json(json.dumps(told)), model.tensors)
+        MAKERS["PyTorch eager, own layers"](type(model.card).model_validate_json(json.dumps(card)), model.tensors)
 
 
 def test_a_cards_numbers_are_read_in_single_precision(tmp_path):
     model = specimens.foten()
     save_file(
-        {name: each.astype(np.float16) for name, each in model.tensors.items()}, tmp_path / "specimen.safetensors"
+        {name: tensor.astype(np.float16) for name, tensor in model.tensors.items()}, tmp_path / "specimen.safetensors"
     )
     (tmp_path / "x.json").write_text(model.card.model_dump_json())
     card, tensors = read_plainly(tmp_path / "x.json")
     assert card == model.card
-    assert {each.dtype for each in tensors.values()} == {np.dtype(np.float32)}
+    assert {tensor.dtype for tensor in tensors.values()} == {np.dtype(np.float32)}

@@ -54,8 +54,8 @@ def session(lab, participant, captures, rig=None):
     path = lab / "sessions" / f"texture_capture_{participant}_s1.sqlite"
     path.parent.mkdir(parents=True, exist_ok=True)
     written = Written(path)
-    for number, each in enumerate(captures, start=1):
-        capture(written, **{"trial": number, **each})
+    for number, changes in enumerate(captures, start=1):
+        capture(written, **{"trial": number, **changes})
     header = read(DOOR).header
     stimuli = [
         {"id": f"T0{n}", "columns": {"label": f"wood {n} of 9", "class": "wood" if n < 3 else "foam"}}

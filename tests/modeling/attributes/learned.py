@@ -5,26 +5,26 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.modeling.attributes.methods import Learning
-from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.made_material import simulated_material
 
 TOUCH, SIGHT = ("mfcc", "hand"), ("glcm",)
-TRAIN, HELD, ASKED = slice(0, 30), slice(30, 34), slice(34, 46)
+TRAIN, HELD, TESTED = slice(0, 30), slice(30, 34), slice(34, 46)
 
 
 def learning(method=None, textures=None, **given):
     """Thirty textures, four of them beside where the method watches some."""
-    found = made_material(textures=46, segments=4, pictures=3) if textures is None else None
-    train = found.textures[TRAIN] if textures is None else tuple(textures)
-    held = found.textures[HELD] if found is not None and method is not None and method.holds_out else ()
-    made = Learning(train, held, made_material(1, 1, 1).attributes, touch=TOUCH, sight=SIGHT)
-    return replace(made, **given)
+    material = simulated_material(textures=46, segments=4, pictures=3) if textures is None else None
+    train = material.textures[TRAIN] if textures is None else tuple(textures)
+    held = material.textures[HELD] if material is not None and method is not None and method.holds_out else ()
+    data = Learning(train, held, simulated_material(1, 1, 1).attributes, touch=TOUCH, sight=SIGHT)
+    return replace(data, **given)
 
 
-def asked():
+def tested_textures():
     """Twelve textures that are not among them, made in the same way."""
-    return made_material(textures=46, segments=4, pictures=3).textures[ASKED]
+    return simulated_material(textures=46, segments=4, pictures=3).textures[TESTED]
 
 
 def answers(fitted, textures):
     """(textures, attributes): the mean of each texture's rows."""
-    return np.stack([fitted.predict(each).mean(axis=0) for each in textures])
+    return np.stack([fitted.predict(texture).mean(axis=0) for texture in textures])

@@ -9,7 +9,7 @@ SIZES = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 
 CLASSES = ("wood", "foam", "mesh")
 
 
-def made_material(textures=12, segments=6, pictures=3, seed=0, noise=1.0, variants=1):
+def simulated_material(textures=12, segments=6, pictures=3, seed=0, noise=1.0, variants=1):
     """Features are random directions of four latents plus noise, as many numbers a row as the real ones have."""
     chance = np.random.Generator(np.random.PCG64(seed))
     latent = chance.standard_normal((textures, 4))
@@ -22,7 +22,7 @@ def made_material(textures=12, segments=6, pictures=3, seed=0, noise=1.0, varian
             for kind in kinds
         }
 
-    found = tuple(
+    textures_of_material = tuple(
         Texture(
             f"T{place + 1:02d}", f"{CLASSES[place % 3]} {place // 3 + 1}", CLASSES[place % 3],
             touch=rows(("mfcc", "hand", "dft", "dwt"), segments, felt, own),
@@ -33,4 +33,4 @@ def made_material(textures=12, segments=6, pictures=3, seed=0, noise=1.0, varian
         )
         for place, own in enumerate(latent)
     )  # fmt: skip
-    return Material(found, PAIRS, weights="made up", simulated=True)
+    return Material(textures_of_material, PAIRS, weights="made up", simulated=True)

@@ -8,14 +8,14 @@ import torch
 from palpate.modeling.attributes.resnet import ResNet50
 
 
-def made_state(seed=0):
+def drawn_state(seed=0):
     """As a trained network has them: convolutions of He's size, normalisations that do something."""
     with torch.device("meta"):
-        wanted = ResNet50().state_dict()
-    return {name: made_tensor(name, tuple(like.shape), seed) for name, like in wanted.items()}
+        state = ResNet50().state_dict()
+    return {name: drawn_tensor(name, tuple(like.shape), seed) for name, like in state.items()}
 
 
-def made_tensor(name, shape, seed=0):
+def drawn_tensor(name, shape, seed=0):
     key = int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:8], "big")
     chance = np.random.Generator(np.random.PCG64(key))
     if name.endswith("num_batches_tracked"):
@@ -26,6 +26,6 @@ def made_tensor(name, shape, seed=0):
     return torch.from_numpy((size * chance.standard_normal(shape, dtype="f4")).astype("f4"))
 
 
-def made_input(n=1, side=64):
+def drawn_input(n=1, side=64):
     """(n, 3, side, side), as normalised colours are."""
     return torch.from_numpy(np.random.Generator(np.random.PCG64(5)).standard_normal((n, 3, side, side), dtype="f4"))

@@ -65,12 +65,12 @@ def taken(lab, texture, light, seed=None, folder="pictures", side=256):
 
 def rated_by(lab, people, textures=("T01", "T02", "T03"), **changes):
     """Simulated sessions of texture_ratings with these textures."""
-    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
-    definition = found.study.definition()
-    stimuli = [each for each in definition["stimuli"] if each["id"] in textures]
-    study = found.study.model_validate({**definition, "opening": [], "stimuli": stimuli, **changes})
+    loaded = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    definition = loaded.study.definition()
+    stimuli = [stimulus for stimulus in definition["stimuli"] if stimulus["id"] in textures]
+    study = loaded.study.model_validate({**definition, "opening": [], "stimuli": stimuli, **changes})
     paths = []
     for row, name in enumerate(people):
         plan = compile_plan(study, ParticipantRow(name, None, row % 2))
-        paths.append(start(lab, plan, simulated(study, found.folder)).path)
+        paths.append(start(lab, plan, simulated(study, loaded.folder)).path)
     return paths

@@ -7,7 +7,7 @@ import numpy as np
 from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material, MaterialError
 from palpate.modeling.attributes.methods import Method
-from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.made_material import simulated_material
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class Linear:
         return {"weights": self.weights, "mean": self.mean}, {"method": "ridge", **kinds}
 
 
-def restored(arrays, told):
-    return Linear(arrays["weights"], arrays["mean"], tuple(told["touch"]), tuple(told["sight"]))
+def restored(arrays, metadata):
+    return Linear(arrays["weights"], arrays["mean"], tuple(metadata["touch"]), tuple(metadata["sight"]))
 
 
 def _row(texture, touch, sight):
@@ -38,15 +38,15 @@ def _row(texture, touch, sight):
 
 
 def fit_linear(learning):
-    rows = np.stack([_row(each, learning.touch, learning.sight) for each in learning.train])
-    rated = np.stack([each.rated.mean for each in learning.train])
+    rows = np.stack([_row(texture, learning.touch, learning.sight) for texture in learning.train])
+    rated = np.stack([texture.rated.mean for texture in learning.train])
     gram = rows @ rows.T + len(rows[0]) * np.eye(len(rows))
     weights = rows.T @ np.linalg.solve(gram, rated - rated.mean(axis=0))
     return Linear(weights, rated.mean(axis=0), learning.touch, learning.sight)
 
 
 def fit_mean(learning):
-    rated = np.mean([each.rated.mean for each in learning.train], axis=0)
+    rated = np.mean([texture.rated.mean for texture in learning.train], axis=0)
     return Linear(np.zeros((1, len(rated))), rated, (), ())
 
 
@@ -72,19 +72,19 @@ OWN = {"ridge": (("mfcc", "hand"), ("glcm",))}
 
 
 def material(textures=12, **more):
-    return made_material(textures, **{"noise": 0.3, **more})
+    return simulated_material(textures, **{"noise": 0.3, **more})
 
 
 def options(work, **more):
     return AttributeOptions(work=work, **{"workers": 1, "ablations": False, **more})
 
 
-def evaluation(work, found=None, methods=METHODS, times=None, **more):
+def evaluation(work, rated_material=None, methods=METHODS, times=None, **more):
     clock = iter(range(10**6)).__next__
-    return evaluate_methods(found or material(), options(work, **more), methods, OWN, times=times, clock=clock)
+    return evaluate_methods(rated_material or material(), options(work, **more), methods, OWN, times=times, clock=clock)
 
 
-def changed(found, name, **more):
+def changed(material, name, **more):
     """The material with one texture changed."""
-    textures = tuple(replace(each, **more) if each.id == name else each for each in found.textures)
-    return replace(found, textures=textures) if textures else Material((), found.attributes)
+    textures = tuple(replace(texture, **more) if texture.id == name else texture for texture in material.textures)
+    return replace(material, textures=textures) if textures else Material((), material.attributes)

@@ -5,14 +5,14 @@ import pytest
 
 from palpate.modeling.attributes.folds import all_of_them, groups_of, leave_one_texture_out, some_of
 from palpate.modeling.attributes.material import Material, MaterialError
-from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.made_material import simulated_material
 from tests.modeling.attributes.small_evaluation import changed
 
-M = made_material(24)
+M = simulated_material(24)
 
 
 def folds_of(material, **more):
-    return {each.test: each for each in leave_one_texture_out(material, **more)}
+    return {fold.test: fold for fold in leave_one_texture_out(material, **more)}
 
 
 def sides(fold):
@@ -21,14 +21,14 @@ def sides(fold):
 
 def with_another(like, **more):
     """The material with a texture T99 that is `like` (T05, say), but for what is given."""
-    of = next(each for each in M.textures if each.id == like)
+    of = next(texture for texture in M.textures if texture.id == like)
     given = {"made_from": frozenset({"its own"}), "label": "another", **more}
     return dataclasses.replace(M, textures=(*M.textures, dataclasses.replace(of, id="T99", **given)))
 
 
 def test_every_texture_is_left_out_once_and_all_others_stand_on_one_side_each():
     folds = leave_one_texture_out(M)
-    assert [each.test for each in folds] == list(M.ids)
+    assert [fold.test for fold in folds] == list(M.ids)
     for fold in folds:
         train, held, tested = sides(fold)
         assert not (train & held or train & tested or held & tested)
@@ -38,12 +38,12 @@ def test_every_texture_is_left_out_once_and_all_others_stand_on_one_side_each():
 
 
 def noisy(rows, size):
-    return {kind: each + np.float32(size) * np.abs(each).max() for kind, each in rows.items()}
+    return {kind: values + np.float32(size) * np.abs(values).max() for kind, values in rows.items()}
 
 
 def one_of(rows, others):
     """Three segments, of which the last one is shared."""
-    return {kind: np.concatenate([others[kind][:2], each[2:3]]) for kind, each in rows.items()}
+    return {kind: np.concatenate([others[kind][:2], values[2:3]]) for kind, values in rows.items()}
 
 
 def variants_of(of):
@@ -129,7 +129,7 @@ def test_a_black_picture_joins_nobody_through_what_the_network_makes_of_it():
     both = [dataclasses.replace(T06, id=name, **lidded) for name in ("A", "B")]
     assert groups_of(both) == (("A",), ("B",))
     seen = {kind: np.concatenate([rows, T05.sight[kind][:1]]) for kind, rows in black.items()}
-    more = [dataclasses.replace(each, sight=seen, variants={}) for each in both]
+    more = [dataclasses.replace(texture, sight=seen, variants={}) for texture in both]
     assert groups_of(more) == (("A", "B"),)  # the second picture is one that shows something
 
 
@@ -144,14 +144,14 @@ def test_the_order_of_textures_and_rows_decides_nothing():
     order = chance.permutation(len(M.textures))
     moved = []
     for place in order:
-        each = M.textures[place]
-        segments = chance.permutation(len(each.touch["mfcc"]))
-        moved.append(dataclasses.replace(each, touch={kind: rows[segments] for kind, rows in each.touch.items()}))
+        texture = M.textures[place]
+        segments = chance.permutation(len(texture.touch["mfcc"]))
+        moved.append(dataclasses.replace(texture, touch={kind: rows[segments] for kind, rows in texture.touch.items()}))
     assert folds_of(dataclasses.replace(M, textures=tuple(moved))) == folds_of(M)
 
 
 def test_held_textures_come_from_different_classes_and_follow_the_seed():
-    classes = {each.id: each.category for each in M.textures}
+    classes = {texture.id: texture.category for texture in M.textures}
     every = folds_of(M)
     assert all(len({classes[name] for name in fold.held}) == 2 for fold in every.values())
     assert len({fold.held for fold in every.values()}) > 10
@@ -164,7 +164,7 @@ def test_a_texture_left_out_alone_has_the_same_fold_as_among_all():
 
 
 def test_whole_groups_are_held_and_something_is_always_left_to_learn_from():
-    few = made_material(3)
+    few = simulated_material(3)
     for fold in leave_one_texture_out(few, share=0.5):
         assert len(fold.train) == len(fold.held) == 1
     paired = M
@@ -187,7 +187,7 @@ def test_all_of_them_leaves_nothing_out():
 
 
 def test_some_textures_come_from_different_classes():
-    classes = {each.id: each.category for each in M.textures}
+    classes = {texture.id: texture.category for texture in M.textures}
     chosen = some_of(classes, 5)
     assert chosen == some_of(dict(reversed(classes.items())), 5)
     assert set(chosen) < set(some_of(classes, 9))
@@ -198,7 +198,7 @@ def test_some_textures_come_from_different_classes():
 @pytest.mark.parametrize(
     ("material", "more", "words"),
     [
-        (made_material(2), {}, "at least 3"),
+        (simulated_material(2), {}, "at least 3"),
         (changed(M, "T03", rated=None), {}, "T03 was not rated"),
         (M, {"share": 0.7}, "0 to 0.5"),
         (M, {"share": float("nan")}, "0 to 0.5"),
@@ -212,6 +212,6 @@ def test_what_cannot_be_divided_is_refused(material, more, words):
 
 def test_fifty_textures_that_are_one_are_refused():
     one = frozenset({"the same file"})
-    same = Material(tuple(dataclasses.replace(each, made_from=one) for each in M.textures), M.attributes)
+    same = Material(tuple(dataclasses.replace(texture, made_from=one) for texture in M.textures), M.attributes)
     with pytest.raises(MaterialError, match="there are 1 of 24"):
         leave_one_texture_out(same)

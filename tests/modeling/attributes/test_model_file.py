@@ -10,10 +10,10 @@ from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
 from palpate.protocols.canonical import digest
 from tests.modeling.attributes import small_evaluation as small
-from tests.modeling.attributes.made_material import PAIRS, made_material
+from tests.modeling.attributes.made_material import PAIRS, simulated_material
 from tests.modeling.files.lost_power import only_numbers_are_placed
 
-T01 = made_material(1).textures[0]
+T01 = simulated_material(1).textures[0]
 FITTED = small.Linear(np.ones((526, 4)), np.arange(4.0), ("mfcc", "hand"), ())
 CARD = {
     "name": NAME, "title": "A test", "method": "ridge", "touch": ("mfcc", "hand"), "metrics": {"mae": 5.0},
@@ -29,28 +29,28 @@ def path(tmp_path):
 
 def edited(path, sign=True, **more):
     """The card with other words, signed or not."""
-    told = {**json.loads(path.read_text()), **more}
-    told.pop("digest")
-    path.write_text(json.dumps({**told, "digest": digest(told) if sign else "0" * 64}))
+    content = {**json.loads(path.read_text()), **more}
+    content.pop("digest")
+    path.write_text(json.dumps({**content, "digest": digest(content) if sign else "0" * 64}))
 
 
 def test_a_model_reads_back_and_answers_bit_for_bit(path):
-    found = read_model(path, small.METHODS)
-    assert (path.name, found.card.tensors.file) == (f"{NAME}.json", f"{NAME}.safetensors")
-    np.testing.assert_array_equal(found.predict(T01), FITTED.predict(T01))
-    assert found.attributes == PAIRS
-    assert found.half_width.tolist() == [1, 2, 3, 4]
-    assert (found.card.learned, found.card.metrics) == (("T01",), {"mae": 5.0})
-    assert read_model(path.parent, small.METHODS).card == found.card
+    model = read_model(path, small.METHODS)
+    assert (path.name, model.card.tensors.file) == (f"{NAME}.json", f"{NAME}.safetensors")
+    np.testing.assert_array_equal(model.predict(T01), FITTED.predict(T01))
+    assert model.attributes == PAIRS
+    assert model.half_width.tolist() == [1, 2, 3, 4]
+    assert (model.card.learned, model.card.metrics) == (("T01",), {"mae": 5.0})
+    assert read_model(path.parent, small.METHODS).card == model.card
     with pytest.raises(MaterialError, match="no mfcc"):
-        found.predict(small.changed(made_material(1), "T01", touch={}).textures[0])
+        model.predict(small.changed(simulated_material(1), "T01", touch={}).textures[0])
 
 
 def test_it_is_replaced_as_a_whole_and_leaves_nothing_behind(path):
     other = small.Linear(np.zeros((526, 4)), np.full(4, 50.0), ("mfcc", "hand"), ())
     write_model(path.parent, other, CARD, small.METHODS)
     assert read_model(path, small.METHODS).predict(T01).tolist() == [[50.0] * 4]
-    assert sorted(each.name for each in path.parent.iterdir()) == [f"{NAME}.json", f"{NAME}.safetensors"]
+    assert sorted(file.name for file in path.parent.iterdir()) == [f"{NAME}.json", f"{NAME}.safetensors"]
 
 
 def test_power_lost_between_the_two_renames_leaves_the_earlier_model(path, monkeypatch):
@@ -100,8 +100,8 @@ def test_what_is_damaged_newer_or_foreign_is_refused(path, harm, words):
 
 
 def test_numbers_elsewhere_are_not_read(path):
-    told = json.loads(path.read_text())["tensors"]
-    edited(path, tensors={**told, "file": f"../{NAME}.safetensors"})
+    tensors = json.loads(path.read_text())["tensors"]
+    edited(path, tensors={**tensors, "file": f"../{NAME}.safetensors"})
     with pytest.raises(ModelFileError, match="bare file name"):
         read_model(path, small.METHODS)
 
@@ -109,8 +109,8 @@ def test_numbers_elsewhere_are_not_read(path):
 def test_a_pickle_in_place_of_the_numbers_is_not_opened(path):
     file, content = path.with_suffix(".safetensors"), pickle.dumps({"weights": 1})
     file.write_bytes(content)
-    told = json.loads(path.read_text())["tensors"]
-    edited(path, tensors={**told, "sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)})
+    tensors = json.loads(path.read_text())["tensors"]
+    edited(path, tensors={**tensors, "sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)})
     with pytest.raises(ModelFileError, match="not tensors"):
         read_model(path, small.METHODS)
 
@@ -120,7 +120,7 @@ class Odd:
     """What cannot be kept."""
 
     arrays: dict
-    told: dict
+    metadata: dict
 
     def predict(self, _texture):
         return np.zeros((1, 4))

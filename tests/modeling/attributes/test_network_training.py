@@ -16,7 +16,7 @@ from palpate.modeling.attributes.network_methods import (
 )
 from palpate.modeling.attributes.network_training import LITERAL_SETTINGS, SETTINGS
 from palpate.modeling.attributes.registry import METHODS
-from tests.modeling.attributes.made_material import PAIRS, made_material
+from tests.modeling.attributes.made_material import PAIRS, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -32,19 +32,19 @@ def learning(textures, held=(), **settings):
 
 @pytest.fixture(scope="module")
 def textures():
-    return made_material(textures=5, segments=4, pictures=3).textures
+    return simulated_material(textures=5, segments=4, pictures=3).textures
 
 
-@pytest.fixture(scope="module", params=ALL, ids=lambda each: each.name)
+@pytest.fixture(scope="module", params=ALL, ids=lambda method: method.name)
 def fitted(request, textures):
     return request.param, request.param.fit(learning(textures[:3]))
 
 
 def test_the_registry_has_all_three_and_they_learn_from_every_texture():
-    assert [METHODS[each.name] for each in ALL] == list(ALL)
-    assert not any(each.holds({}) for each in ALL)
-    assert all(each.holds({"early_stopping": True}) for each in ALL)
-    assert [sorted(each.sees) for each in ALL] == [["sight", "touch"], ["sight"], ["touch"]]
+    assert [METHODS[method.name] for method in ALL] == list(ALL)
+    assert not any(method.holds({}) for method in ALL)
+    assert all(method.holds({"early_stopping": True}) for method in ALL)
+    assert [sorted(method.sees) for method in ALL] == [["sight", "touch"], ["sight"], ["touch"]]
 
 
 def test_to_the_letter_it_watches_textures_keeps_its_rate_and_is_restored_to_the_bit(textures):
@@ -58,10 +58,10 @@ def test_to_the_letter_it_watches_textures_keeps_its_rate_and_is_restored_to_the
 
 def test_there_is_an_answer_for_every_segment_or_picture(fitted, textures):
     method, model = fitted
-    found = model.predict(textures[4])
-    assert found.shape == (3 if method is HV_NET else 4, 4)
-    assert found.dtype == np.float64
-    assert np.isfinite(found).all()
+    predicted = model.predict(textures[4])
+    assert predicted.shape == (3 if method is HV_NET else 4, 4)
+    assert predicted.dtype == np.float64
+    assert np.isfinite(predicted).all()
 
 
 def test_many_are_answered_as_one_is(fitted, textures):
@@ -108,34 +108,34 @@ def test_it_comes_back_from_its_numbers_to_the_bit(fitted, textures):
     from palpate.protocols.canonical import canonical, parse
 
     _, model = fitted
-    arrays, told = model.saved()
-    again = restore_network(load(save(arrays)), parse(canonical(told)))
+    arrays, metadata = model.saved()
+    again = restore_network(load(save(arrays)), parse(canonical(metadata)))
     np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
     assert again.trained is None
 
 
 def test_numbers_of_another_network_are_refused(fitted):
-    arrays, told = fitted[1].saved()
+    arrays, metadata = fitted[1].saved()
     with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
-        restore_network({name: each for name, each in arrays.items() if name != "network.out.bias"}, told)
+        restore_network({name: array for name, array in arrays.items() if name != "network.out.bias"}, metadata)
     with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
         restore_network(arrays, {})
     with pytest.raises(MaterialError, match="neither sees nor feels"):
-        restore_network(arrays, {**told, "looks": []})
+        restore_network(arrays, {**metadata, "looks": []})
 
 
 def test_what_it_looks_at_must_be_there(textures):
     unseen, unfelt = replace(textures[4], sight={}, variants={}), replace(textures[4], touch={})
-    wanted = learning(textures[:3])
-    assert HT_NET.fit(wanted).predict(unseen).shape == (4, 4)
-    assert HV_NET.fit(wanted).predict(unfelt).shape == (3, 4)
-    for method, lacking, kind in ((HV_NET, unseen, "glcm"), (HT_NET, unfelt, "dwt")):
+    data = learning(textures[:3])
+    assert HT_NET.fit(data).predict(unseen).shape == (4, 4)
+    assert HV_NET.fit(data).predict(unfelt).shape == (3, 4)
+    for method, texture, kind in ((HV_NET, unseen, "glcm"), (HT_NET, unfelt, "dwt")):
         with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
-            method.fit(wanted).predict(lacking)
+            method.fit(data).predict(texture)
         with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
-            method.fit(learning([*textures[:3], lacking]))
+            method.fit(learning([*textures[:3], texture]))
         with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
-            VISUO_TACTILE.fit(learning([*textures[:3], lacking]))
+            VISUO_TACTILE.fit(learning([*textures[:3], texture]))
 
 
 def test_features_of_another_length_are_refused(textures):
@@ -146,10 +146,13 @@ def test_features_of_another_length_are_refused(textures):
 
 
 def test_constant_columns_are_harmless(textures):
-    flat = [replace(each, touch={kind: np.ones_like(rows) for kind, rows in each.touch.items()}) for each in textures]
-    found = HT_NET.fit(learning(flat[:4])).predict(flat[4])
-    assert np.isfinite(found).all()
-    assert np.ptp(found, axis=0).max() < 1e-3  # equal segments have equal answers
+    flat = [
+        replace(texture, touch={kind: np.ones_like(rows) for kind, rows in texture.touch.items()})
+        for texture in textures
+    ]
+    predicted = HT_NET.fit(learning(flat[:4])).predict(flat[4])
+    assert np.isfinite(predicted).all()
+    assert np.ptp(predicted, axis=0).max() < 1e-3  # equal segments have equal answers
 
 
 def test_one_texture_is_nothing_to_learn_from(textures):
@@ -162,13 +165,13 @@ def test_a_training_that_was_stopped_goes_on_to_the_same_end(textures, tmp_path)
         if "epoch 5 of 6" in line:
             raise KeyboardInterrupt
 
-    wanted = learning(textures[:3], epochs=6)
-    asked = replace(wanted, settings={**wanted.settings, "checkpoint": tmp_path})
+    data = learning(textures[:3], epochs=6)
+    checkpointed = replace(data, settings={**data.settings, "checkpoint": tmp_path})
     with pytest.raises(KeyboardInterrupt):
-        HV_NET.fit(replace(asked, report=stop))
+        HV_NET.fit(replace(checkpointed, report=stop))
     with pytest.raises(KeyboardInterrupt):
-        HV_NET.fit(replace(asked, report=stop))
-    whole, continued = HV_NET.fit(wanted), HV_NET.fit(asked)
+        HV_NET.fit(replace(checkpointed, report=stop))
+    whole, continued = HV_NET.fit(data), HV_NET.fit(checkpointed)
     np.testing.assert_array_equal(continued.predict(textures[4]), whole.predict(textures[4]))
 
 
@@ -176,28 +179,28 @@ def test_settings_reach_the_training(textures):
     assert (SETTINGS.stop_patience, SETTINGS.epochs <= 200) == (10, True)
     quick = {"quick": True, "threads": 1}
     assert len(HT_NET.fit(replace(learning(textures[:3]), settings=quick)).trained.history) == 2
-    found = HT_NET.fit(learning(textures[:3], textures[3:4], epochs=4, stop_patience=0, learning_rate=1e-3)).trained
-    assert found.history[0].learning_rate == 1e-3
-    assert found.history[0].held_loss is not None
+    trained = HT_NET.fit(learning(textures[:3], textures[3:4], epochs=4, stop_patience=0, learning_rate=1e-3)).trained
+    assert trained.history[0].learning_rate == 1e-3
+    assert trained.history[0].held_loss is not None
 
 
 def test_where_nothing_is_watched_the_course_goes_to_its_end(textures):
     """A step or two an epoch, with or without a picture made anew: the least loss would be chance."""
-    found = HV_NET.fit(learning(textures[:3], epochs=8, stop_patience=0)).trained
-    losses = [each.train_loss for each in found.history]
-    assert (len(losses), found.best_epoch, found.stopped) == (8, 8, False)
+    trained = HV_NET.fit(learning(textures[:3], epochs=8, stop_patience=0)).trained
+    losses = [epoch.train_loss for epoch in trained.history]
+    assert (len(losses), trained.best_epoch, trained.stopped) == (8, 8, False)
     assert min(losses) < losses[-1]
 
 
 def test_a_tiny_training_beats_the_mean_and_both_senses_beat_either_on_textures_not_met():
     """Sight knows bumps; touch roughness, friction and compliance (`made_material`)."""
-    textures = made_material(textures=34, segments=12, pictures=4, noise=0.5).textures
+    textures = simulated_material(textures=34, segments=12, pictures=4, noise=0.5).textures
     train, test = textures[:26], textures[26:]
     mean = np.abs(ratings_of(train).mean(axis=0) - ratings_of(test))
     off = {}
     for method, known in ((VISUO_TACTILE, [0, 1, 2, 3]), (HV_NET, [1]), (HT_NET, [0, 2, 3])):
         model = method.fit(learning(train, epochs=16, learning_rate=1e-3))
-        found = np.abs(np.stack([model.predict(each).mean(axis=0) for each in test]) - ratings_of(test))
-        assert found[:, known].mean() < 0.75 * mean[:, known].mean()
-        off[method.name] = found.mean()
+        errors = np.abs(np.stack([model.predict(texture).mean(axis=0) for texture in test]) - ratings_of(test))
+        assert errors[:, known].mean() < 0.75 * mean[:, known].mean()
+        off[method.name] = errors.mean()
     assert off["visuo_tactile"] < 0.9 * min(off["hv_net"], off["ht_net"])

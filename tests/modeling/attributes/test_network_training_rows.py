@@ -14,7 +14,7 @@ from palpate.modeling.attributes.network_training import (
     spread_out,
     target_of,
 )
-from tests.modeling.attributes.made_material import SIZES, made_material
+from tests.modeling.attributes.made_material import SIZES, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -25,12 +25,12 @@ def texture(name="A", touch=None, sight=None, rating=(50.0, 50.0)):
 
 
 def test_features_are_standardised_by_the_training_textures():
-    textures = made_material(textures=8, segments=5).textures
+    textures = simulated_material(textures=8, segments=5).textures
     look = look_of(textures, "touch", ("mfcc", "hand"))
-    rows = np.concatenate([each.rows("touch", ("mfcc", "hand")) for each in textures]).astype(float)
+    rows = np.concatenate([texture.rows("touch", ("mfcc", "hand")) for texture in textures]).astype(float)
     np.testing.assert_allclose(look.mean, rows.mean(axis=0), atol=1e-6)
     np.testing.assert_allclose(1 / look.gain, rows.std(axis=0), rtol=1e-6)
-    scaled = torch.cat([look.rows(each) for each in textures])
+    scaled = torch.cat([look.rows(texture) for texture in textures])
     assert scaled.mean(dim=0).abs().max() < 1e-5
     torch.testing.assert_close(scaled.std(dim=0, correction=0), torch.ones(526), rtol=1e-4, atol=1e-4)
 
@@ -60,24 +60,24 @@ def test_a_feature_far_beyond_what_was_seen_is_held_back():
 
 
 def test_cepstra_are_laid_out_in_time_with_the_hand_beside():
-    look = look_of(made_material(textures=2).textures, "touch", ("mfcc", "hand"))
+    look = look_of(simulated_material(textures=2).textures, "touch", ("mfcc", "hand"))
     rows = torch.arange(2 * 526.0).view(2, 526)
-    found = arranged(rows, look)
-    assert found.shape == (2, 10, 19, 4)
+    result = arranged(rows, look)
+    assert result.shape == (2, 10, 19, 4)
     frames = rows[:, :520].view(2, 40, 13)  # thesis 3.4.1: 40 frames of 13 coefficients
     for step, place in ((0, 0), (0, 3), (6, 2), (9, 3)):
-        torch.testing.assert_close(found[:, step, :13, place], frames[:, 4 * step + place])
-        torch.testing.assert_close(found[:, step, 13:, place], rows[:, 520:])
+        torch.testing.assert_close(result[:, step, :13, place], frames[:, 4 * step + place])
+        torch.testing.assert_close(result[:, step, 13:, place], rows[:, 520:])
 
 
 @pytest.mark.parametrize(("kinds", "channels"), [(("dft",), 7), (("dwt", "hand"), 7), (("dwt",), 1), (("hand",), 6)])
 def test_other_kinds_are_dealt_out_and_filled_up_with_zeros(kinds, channels):
-    look = look_of(made_material(textures=2).textures, "touch", kinds)
+    look = look_of(simulated_material(textures=2).textures, "touch", kinds)
     rows = torch.arange(1.0, 1 + sum(SIZES[kind] for kind in kinds))[None]
-    found = arranged(rows, look)
-    assert found.shape == (1, 10, channels, 4)
+    result = arranged(rows, look)
+    assert result.shape == (1, 10, channels, 4)
     assert look.channels == channels
-    assert set(rows.flatten().tolist()) == set(found.flatten().tolist()) - {0.0}
+    assert set(rows.flatten().tolist()) == set(result.flatten().tolist()) - {0.0}
 
 
 def test_ratings_are_scaled_by_one_sd_for_all_attributes():
@@ -95,7 +95,7 @@ def test_drawn_rows_are_pictures_and_segments_of_their_own_texture_alone():
     seen = [texture(name, {"hand": np.full((3, 2), n, "f4")}, {"glcm": np.full((2, 4), n, "f4")})
             for n, name in enumerate("ABC")]  # fmt: skip
     looks = look_of(seen, "sight", ("glcm",)), look_of(seen, "touch", ("hand",))
-    tensors = [shown(each, *looks) for each in seen]
+    tensors = [shown(texture, *looks) for texture in seen]
     rows = torch.tensor([2, 0])
     (sight, touch), targets = drawn(tensors, torch.arange(3.0)[:, None], 5).batch(rows, torch.Generator())
     assert targets[:, 0].tolist() == [2.0, 0.0]
@@ -106,10 +106,10 @@ def test_drawn_rows_are_pictures_and_segments_of_their_own_texture_alone():
 
 
 def test_the_seed_alone_decides_what_is_drawn_and_variants_are_among_it():
-    textures = made_material(textures=2, pictures=2, variants=3).textures
+    textures = simulated_material(textures=2, pictures=2, variants=3).textures
     looks = look_of(textures, "sight", ("glcm",)), look_of(textures, "touch", ("hand",))
     assert len(shown(textures[0], *looks).sight) == 2
-    source = drawn([shown(each, *looks, variants=True) for each in textures], torch.zeros(2, 1), 4)
+    source = drawn([shown(texture, *looks, variants=True) for texture in textures], torch.zeros(2, 1), 4)
     first, again, other = (
         source.batch(torch.zeros(60, dtype=torch.int64), torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
     )
@@ -130,10 +130,10 @@ def test_what_is_watched_is_spread_over_the_recording_and_always_the_same():
 
 
 def test_the_digest_knows_every_number():
-    textures = made_material(textures=2).textures
+    textures = simulated_material(textures=2).textures
     looks = None, look_of(textures, "touch", ("hand",))
-    tensors = [shown(each, *looks) for each in textures]
-    other = [shown(each, *looks) for each in made_material(textures=2, seed=1).textures]
+    tensors = [shown(texture, *looks) for texture in textures]
+    other = [shown(texture, *looks) for texture in simulated_material(textures=2, seed=1).textures]
     digest = drawn(tensors, torch.zeros(2, 1), 4).digest
     assert digest == drawn(tensors, torch.zeros(2, 1), 4).digest
     assert len({digest, drawn(other, torch.zeros(2, 1), 4).digest, drawn(tensors, torch.ones(2, 1), 4).digest,
@@ -141,7 +141,7 @@ def test_the_digest_knows_every_number():
 
 
 def test_what_cannot_be_looked_at_is_refused():
-    textures = made_material(textures=3).textures
+    textures = simulated_material(textures=3).textures
     look = look_of(textures, "touch", ("dwt",))
     with pytest.raises(MaterialError, match="T99: 3 features of touch"):
         look.down(np.zeros((2, 3), "f4"), "T99")

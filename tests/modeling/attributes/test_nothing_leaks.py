@@ -10,20 +10,20 @@ from palpate.modeling.attributes.entries import Entry
 from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, domain_for
 from palpate.modeling.attributes.material import load_material
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
-from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.made_material import simulated_material
 from tests.modeling.attributes.small_evaluation import changed
 
 pytestmark = pytest.mark.needs("torch")
 
 
 LEFT_OUT, OTHER = "T05", "T06"
-M = made_material(9, segments=3, pictures=2)
+M = simulated_material(9, segments=3, pictures=2)
 
 
 def with_other_content(name):
     """The material with other features, pictures' versions and ratings of one texture."""
-    of = next(each for each in M.textures if each.id == name)
-    stranger = made_material(1, segments=3, pictures=2, seed=77).textures[0]
+    of = next(texture for texture in M.textures if texture.id == name)
+    stranger = simulated_material(1, segments=3, pictures=2, seed=77).textures[0]
     rated = replace(of.rated, mean=100.0 - of.rated.mean, sd=of.rated.sd + 3.0)
     more = {"touch": stranger.touch, "sight": stranger.sight, "variants": stranger.variants}
     return changed(M, name, **more, rated=rated, made_from=frozenset({"another file"}))
@@ -41,8 +41,8 @@ def fitted(material, name, work):
         domain.seed,
         domain.settings,
     )
-    arrays, told = METHODS[name].fit(given).saved()
-    return dict(arrays), told
+    arrays, metadata = METHODS[name].fit(given).saved()
+    return dict(arrays), metadata
 
 
 def same(one, other):

@@ -22,10 +22,10 @@ def read(lab, **options):
 
 
 def photographed(lab, *textures, lights=1):
-    made = photos(lab)
+    session = photos(lab)
     for trial, texture in enumerate(textures, start=1):
-        made.shoot(trial, texture, [taken(lab, texture, light) for light in range(1, lights + 1)])
-    made.write()
+        session.shoot(trial, texture, [taken(lab, texture, light) for light in range(1, lights + 1)])
+    session.write()
 
 
 @pytest.fixture
@@ -39,33 +39,33 @@ def lab(tmp_path):
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
-    found = read(lab, variants=1)
-    assert found.ids == ("T01", "T02", "T03", "T04")
-    whole, unseen, unfelt, rated = found.textures
+    material = read(lab, variants=1)
+    assert material.ids == ("T01", "T02", "T03", "T04")
+    whole, unseen, unfelt, rated = material.textures
     assert {kind: rows.shape for kind, rows in whole.touch.items()} == {
         "mfcc": (1, 520), "hand": (1, 6), "dft": (1, 250), "dwt": (1, 24)
     }  # fmt: skip
     for rows in (whole.sight, whole.variants):
-        assert {kind: each.shape for kind, each in rows.items()} == {"resnet": (1, 2048), "glcm": (1, 256)}
+        assert {kind: values.shape for kind, values in rows.items()} == {"resnet": (1, 2048), "glcm": (1, 256)}
     assert whole.rows("touch", ("mfcc", "hand")).shape == (1, 526)
     assert whole.rows("sight", ("resnet", "glcm")).shape == (1, 2304)
     assert (whole.label, whole.category) == ("wood 1 of 9", "wood") and len(whole.made_from) == 2
     assert unseen.sight == {} and "not photographed" in unseen.notes and "not recorded" not in unseen.notes
     assert unfelt.touch == {} and "not recorded" in unfelt.notes and unfelt.category == "foam"
     assert (rated.label, rated.category) == ("wood 4 of 4", "wood") and rated.made_from == frozenset()
-    assert all(each.rated is not None and each.rated.raters == 2 for each in found.textures)
-    assert [pair.name for pair in found.attributes] == ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
-    assert found.weights.startswith("random (He normal, seed 0)") and found.simulated
-    assert "quick look: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
+    assert all(texture.rated is not None and texture.rated.raters == 2 for texture in material.textures)
+    assert [pair.name for pair in material.attributes] == ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
+    assert material.weights.startswith("random (He normal, seed 0)") and material.simulated
+    assert "quick look: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in material.notes
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_of_some_textures_alone_features_are_made_and_they_have_everything(lab):
     session(lab, "P002", [{"stimulus": "T03"}, {"stimulus": "T05"}])
     lines = []
-    found = read(lab, most=1, report=lines.append)
-    assert found.ids in (("T01",), ("T03",)) and found.textures[0].touch and found.textures[0].sight
-    assert len(lines) == 2 and FEW_READ in found.notes
+    material = read(lab, most=1, report=lines.append)
+    assert material.ids in (("T01",), ("T03",)) and material.textures[0].touch and material.textures[0].sight
+    assert len(lines) == 2 and FEW_READ in material.notes
     assert set(read(lab, most=4).ids) == {"T01", "T03"}
     assert set(read(lab, most=5).ids) == {"T01", "T02", "T03", "T04", "T05"}  # there are no more than that
 
@@ -85,17 +85,17 @@ def test_what_is_kept_is_not_made_again(lab):
     for one, other, last in zip(first.textures, again.textures, third.textures, strict=True):
         assert one.notes == other.notes == last.notes and one.made_from == other.made_from == last.made_from
         for kind, rows in {**one.touch, **one.sight}.items():
-            for each in (other, last):
-                np.testing.assert_array_equal(rows, {**each.touch, **each.sight}[kind])
+            for material in (other, last):
+                np.testing.assert_array_equal(rows, {**material.touch, **material.sight}[kind])
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_touch_or_sight_alone_and_nothing_kept(lab):
     touch, sight = read(lab, sight=False, keep=False), read(lab, touch=False, keep=False)
     assert not (lab / "features").exists()
-    assert touch.weights == "" and not any(each.sight for each in touch.textures)
-    assert not any("photographed" in note for each in touch.textures for note in each.notes)
-    assert sight.weights and not any(each.touch for each in sight.textures)
+    assert touch.weights == "" and not any(texture.sight for texture in touch.textures)
+    assert not any("photographed" in note for texture in touch.textures for note in texture.notes)
+    assert sight.weights and not any(texture.touch for texture in sight.textures)
     assert sight.ids == ("T01", "T03", "T02", "T04")
     with pytest.raises(MaterialError, match="neither touch nor sight is requested"):
         read(lab, touch=False, sight=False)
@@ -126,9 +126,9 @@ def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
     registry = open_registry(tmp_path)
     enter(registry, "P001")
     withdraw(registry, "P001", "asked to")
-    found = read(tmp_path)
-    assert found.textures[0].touch == {} and found.textures[0].sight
-    assert any("nothing was felt: " in note and "a participant who withdrew" in note for note in found.notes)
+    material = read(tmp_path)
+    assert material.textures[0].touch == {} and material.textures[0].sight
+    assert any("nothing was felt: " in note and "a participant who withdrew" in note for note in material.notes)
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
@@ -155,40 +155,40 @@ def test_half_a_recording_that_the_tracker_did_not_see_is_told_of_its_texture(tm
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
     photographed(tmp_path, "T01")
-    made = photos(tmp_path, "E002")
-    made.shoot(1, "T02", [taken(tmp_path, "T02", 1, side=10 + 6)])
-    made.write("E002")
-    found = read(tmp_path)
-    assert found.textures[0].sight and not found.simulated
-    assert found.textures[1].sight == {} and "no picture of it can be used" in found.textures[1].notes
-    assert any("16 x 16 pixels: 224 on the shorter side are the least" in note for note in found.textures[1].notes)
-    assert found.textures[1].rated is None and "not rated" in found.textures[1].notes
-    assert "no session of texture_capture: nothing was felt" in found.notes
+    session = photos(tmp_path, "E002")
+    session.shoot(1, "T02", [taken(tmp_path, "T02", 1, side=10 + 6)])
+    session.write("E002")
+    material = read(tmp_path)
+    assert material.textures[0].sight and not material.simulated
+    assert material.textures[1].sight == {} and "no picture of it can be used" in material.textures[1].notes
+    assert any("16 x 16 pixels: 224 on the shorter side are the least" in note for note in material.textures[1].notes)
+    assert material.textures[1].rated is None and "not rated" in material.textures[1].notes
+    assert "no session of texture_capture: nothing was felt" in material.notes
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
     black = BytesIO()
     Image.new("L", (256, 256), 0).save(black, "PNG")
-    made = photos(tmp_path)
+    session = photos(tmp_path)
     for trial, texture in enumerate(("T01", "T02"), start=1):
-        kept = taken(tmp_path, texture, 2)
-        (tmp_path / "pictures" / kept["file"]).write_bytes(black.getvalue())
-        told = {**kept, "sha256": hashlib.sha256(black.getvalue()).hexdigest()}
-        made.shoot(trial, texture, [taken(tmp_path, texture, 1), told])
-    made.write()
-    found = read(tmp_path, variants=1)
-    assert [each.sight["resnet"].shape for each in found.textures] == 2 * [(2, 2048)]
-    assert groups_of(found.textures) == (("T01",), ("T02",))
-    assert all(len(each.made_from) == 1 for each in found.textures)
+        entry = taken(tmp_path, texture, 2)
+        (tmp_path / "pictures" / entry["file"]).write_bytes(black.getvalue())
+        changed_entry = {**entry, "sha256": hashlib.sha256(black.getvalue()).hexdigest()}
+        session.shoot(trial, texture, [taken(tmp_path, texture, 1), changed_entry])
+    session.write()
+    material = read(tmp_path, variants=1)
+    assert [texture.sight["resnet"].shape for texture in material.textures] == 2 * [(2, 2048)]
+    assert groups_of(material.textures) == (("T01",), ("T02",))
+    assert all(len(texture.made_from) == 1 for texture in material.textures)
     assert groups_of(read(tmp_path, variants=1).textures) == (("T01",), ("T02",))
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_three_of_many_pictures_in_a_hurry_and_all_group_the_texture(tmp_path):
     photographed(tmp_path, "T01", lights=5)
-    (found,) = read(tmp_path).textures
-    assert found.sight["resnet"].shape == (3, 2048) and len(found.made_from) == 5
+    (texture,) = read(tmp_path).textures
+    assert texture.sight["resnet"].shape == (3, 2048) and len(texture.made_from) == 5
 
 
 def test_a_lab_with_nothing_to_learn_from_is_refused(tmp_path):
@@ -196,11 +196,11 @@ def test_a_lab_with_nothing_to_learn_from_is_refused(tmp_path):
         read(tmp_path / "nowhere")
     with pytest.raises(MaterialError, match="no picture of a texture in texture_capture or texture_photos that can"):
         read(tmp_path)
-    made = photos(tmp_path)
-    told = taken(tmp_path, "T01", 1)
-    made.shoot(1, "T01", [told])
-    made.write()
-    (tmp_path / "pictures" / told["file"]).write_bytes(b"changed")
+    session = photos(tmp_path)
+    entry = taken(tmp_path, "T01", 1)
+    session.shoot(1, "T01", [entry])
+    session.write()
+    (tmp_path / "pictures" / entry["file"]).write_bytes(b"changed")
     with pytest.raises(MaterialError, match="T01, light 1 .*its SHA-256 differs"):
         read(tmp_path)
     with pytest.raises(MaterialError, match="cannot be read"):

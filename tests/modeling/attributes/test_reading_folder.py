@@ -28,18 +28,18 @@ def read(place, **options):
 @pytest.mark.needs("torch", "skimage")
 def test_pictures_and_ratings_become_textures(tmp_path):
     folder_of(tmp_path, HEADER, *ROWS)
-    found = read(tmp_path, lab=tmp_path / "lab", simulated=True)
-    one, other = found.textures
+    material = read(tmp_path, lab=tmp_path / "lab", simulated=True)
+    one, other = material.textures
     assert (one.id, one.label, one.category) == ("T1", "oak", "wood")
     assert one.sight["resnet"].shape == (2, 2048) and other.sight["glcm"].shape == (1, 256)
-    assert found.attributes == PAIRS and found.simulated
+    assert material.attributes == PAIRS and material.simulated
     np.testing.assert_array_equal(one.rated.mean, [20, 30, 60, 5])
     assert np.isnan(one.rated.sd).all() and one.rated.raters == 0
     files = ("T1_01.png", "T1_02.png")
     assert one.made_from == {hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() for name in files}
     assert "not recorded" in one.notes and one.variants == {} and one.touch == {}
-    assert found.weights.startswith("random (He normal, seed 0)")
-    assert any("quick look" in note for note in found.notes)
+    assert material.weights.startswith("random (He normal, seed 0)")
+    assert any("quick look" in note for note in material.notes)
     assert len(list((tmp_path / "lab" / "features").glob("*.npz"))) == 3
 
 
@@ -59,10 +59,10 @@ def test_an_attribute_is_named_by_both_its_words(name):
 
 def test_a_scale_around_zero_and_a_pair_turned_round_come_onto_0_to_100():
     header = "id,Smooth-Rough,Flat-Bumpy,Smooth-Rough.sd,raters"
-    found = rated(header, "T1,-100,50,20,12", (-100.0, 100.0), PAIRS[:2])
-    np.testing.assert_array_equal(found.mean, [100, 75])
-    np.testing.assert_array_equal(found.sd, [10, np.nan])
-    assert found.raters == 12
+    rating = rated(header, "T1,-100,50,20,12", (-100.0, 100.0), PAIRS[:2])
+    np.testing.assert_array_equal(rating.mean, [100, 75])
+    np.testing.assert_array_equal(rating.sd, [10, np.nan])
+    assert rating.raters == 12
     assert columns(header, PAIRS[:2]).notes == ("column 'Smooth-Rough' turned: 0 is Rough, 100 Smooth",)
 
 
@@ -73,7 +73,7 @@ def test_other_attributes_are_those_that_are_named():
 
 
 @pytest.mark.parametrize(
-    ("header", "told"),
+    ("header", "message"),
     [
         ("Rough-Smooth", "a column 'id' is expected"),
         ("id,Rough-Smooth,Rough-Smooth", "'Rough-Smooth' appears there twice"),
@@ -84,13 +84,13 @@ def test_other_attributes_are_those_that_are_named():
         ("id,Rough-Smooth,Flat-Bumpy.sd", "'Flat-Bumpy.sd' is an SD, and no column 'Flat-Bumpy' is there"),
     ],
 )
-def test_unknown_missing_and_twofold_columns_are_refused(header, told):
-    with pytest.raises(MaterialError, match=f"line 1: .*{told}"):
+def test_unknown_missing_and_twofold_columns_are_refused(header, message):
+    with pytest.raises(MaterialError, match=f"line 1: .*{message}"):
         columns(header, PAIRS[:1])
 
 
 @pytest.mark.parametrize(
-    ("row", "told"),
+    ("row", "message"),
     [
         ("T1,101,1,3", "Rough-Smooth is 101, a mean rating on the scale from 0 to 100 is expected"),
         ("T1,-1,1,3", "Rough-Smooth is -1, a mean rating"),
@@ -101,8 +101,8 @@ def test_unknown_missing_and_twofold_columns_are_refused(header, told):
         ("T1,5,1,0", "raters is 0, a whole number"),
     ],
 )
-def test_numbers_that_are_no_ratings_are_refused_with_their_line(row, told):
-    with pytest.raises(MaterialError, match=f"line 2: {told}"):
+def test_numbers_that_are_no_ratings_are_refused_with_their_line(row, message):
+    with pytest.raises(MaterialError, match=f"line 2: {message}"):
         rated("id,Rough-Smooth,Rough-Smooth.sd,raters", row, pairs=PAIRS[:1])
 
 
@@ -112,7 +112,7 @@ def test_some_ratings_without_the_others_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("lines", "told"),
+    ("lines", "message"),
     [
         ((HEADER, *ROWS, "T1,x,y,1,1,1,1"), "line 4: the texture 'T1' stood at .*line 2 already"),
         ((HEADER, *ROWS, "T3,x,y,1,1,1,1"), "line 4: no picture of 'T3'; .*T3/.*jpg or .*T3_01.jpg are expected"),
@@ -123,9 +123,9 @@ def test_some_ratings_without_the_others_are_refused():
         (("",), "a column 'id' is expected"),
     ],
 )
-def test_tables_that_do_not_fit_their_pictures_are_refused(tmp_path, lines, told):
+def test_tables_that_do_not_fit_their_pictures_are_refused(tmp_path, lines, message):
     folder_of(tmp_path, *lines)
-    with pytest.raises(MaterialError, match=told):
+    with pytest.raises(MaterialError, match=message):
         read(tmp_path)
 
 
@@ -143,10 +143,10 @@ def test_a_picture_counts_once(tmp_path):
 @pytest.mark.needs("torch", "skimage")
 def test_a_texture_may_be_unrated_and_pictures_nobody_s_are_told_of(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0], "", "T2,felt,fabric,,,,", pictures=("T1.png", "T2/a.jpg", "T20_1.png"))
-    found = read(tmp_path)
-    assert found.textures[0].rated is not None and found.textures[1].rated is None
-    assert "not rated" in found.textures[1].notes
-    assert "left aside: 1 picture that no texture of the table has (T20_1.png first)" in found.notes
+    material = read(tmp_path)
+    assert material.textures[0].rated is not None and material.textures[1].rated is None
+    assert "not rated" in material.textures[1].notes
+    assert "left aside: 1 picture that no texture of the table has (T20_1.png first)" in material.notes
 
 
 @pytest.mark.needs("torch", "skimage")
@@ -172,8 +172,8 @@ def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_that_is_said(tm
         read(tmp_path)
     values = [float(cell) for cell in rows[0].split(",")]
     assert read(tmp_path, scale=(0.0, 100.0)).textures[0].rated.mean.tolist() == values
-    told = read(tmp_path, scale=(0.0, 10.0)).textures[0].rated.mean
-    np.testing.assert_allclose(told, [10 * value for value in values])
+    means = read(tmp_path, scale=(0.0, 10.0)).textures[0].rated.mean
+    np.testing.assert_allclose(means, [10 * value for value in values])
 
 
 @pytest.mark.needs("torch", "skimage")

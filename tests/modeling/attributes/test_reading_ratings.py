@@ -29,16 +29,16 @@ def answers(lab, people=None):
 
 def test_means_and_sds_are_those_of_the_raters(tmp_path):
     rated_by(tmp_path, ("P001", "P002", "P003"))
-    found = read_ratings(tmp_path)
+    ratings = read_ratings(tmp_path)
     values = answers(tmp_path)
-    assert found.attributes == PAIRS and found.simulated
-    assert list(found.rated) == ["T01", "T02", "T03"] and found.incomplete == {}
-    for place, texture in enumerate(found.rated):
-        rated = found.rated[texture]
+    assert ratings.attributes == PAIRS and ratings.simulated
+    assert list(ratings.rated) == ["T01", "T02", "T03"] and ratings.incomplete == {}
+    for place, texture in enumerate(ratings.rated):
+        rated = ratings.rated[texture]
         np.testing.assert_allclose(rated.mean, values[:, place].mean(axis=0), rtol=1e-12)
         np.testing.assert_allclose(rated.sd, values[:, place].std(axis=0, ddof=1), rtol=1e-12)
         assert rated.raters == 3
-    assert found.columns["T01"]["class"] == "wood"
+    assert ratings.columns["T01"]["class"] == "wood"
 
 
 def test_one_rater_has_no_sd(tmp_path):
@@ -49,10 +49,10 @@ def test_one_rater_has_no_sd(tmp_path):
 
 def test_a_scale_of_minus_ten_to_ten_becomes_0_to_100(tmp_path):
     rated_by(tmp_path, ("P001", "P002"), scale={"from": -10, "to": 10, "step": 1})
-    found, values = read_ratings(tmp_path), answers(tmp_path)
+    ratings, values = read_ratings(tmp_path), answers(tmp_path)
     assert values.min() < 0
-    np.testing.assert_allclose(found.rated["T01"].mean, 5 * (values[:, 0].mean(axis=0) + 10), rtol=1e-12)
-    np.testing.assert_allclose(found.rated["T01"].sd, 5 * values[:, 0].std(axis=0, ddof=1), rtol=1e-12)
+    np.testing.assert_allclose(ratings.rated["T01"].mean, 5 * (values[:, 0].mean(axis=0) + 10), rtol=1e-12)
+    np.testing.assert_allclose(ratings.rated["T01"].sd, 5 * values[:, 0].std(axis=0, ddof=1), rtol=1e-12)
 
 
 def test_who_withdrew_and_whom_the_plan_leaves_out_do_not_count(tmp_path):
@@ -65,10 +65,10 @@ def test_who_withdrew_and_whom_the_plan_leaves_out_do_not_count(tmp_path):
     plan = tmp_path / "studies" / "texture_ratings" / "analysis.yaml"
     plan.parent.mkdir(parents=True)
     plan.write_text("study: texture_ratings\nexclusions: [{participants: [P003], because: sneezed}]\ntests: []\n")
-    found = read_ratings(tmp_path)
-    assert found.rated["T01"].raters == 2
-    np.testing.assert_allclose(found.rated["T01"].mean, answers(tmp_path, ["P001", "P004"])[:, 0].mean(axis=0))
-    assert any("P003" in note and "sneezed" in note for note in found.notes)
+    ratings = read_ratings(tmp_path)
+    assert ratings.rated["T01"].raters == 2
+    np.testing.assert_allclose(ratings.rated["T01"].mean, answers(tmp_path, ["P001", "P004"])[:, 0].mean(axis=0))
+    assert any("P003" in note and "sneezed" in note for note in ratings.notes)
 
 
 def test_somebody_who_rated_twice_counts_once(tmp_path):
@@ -81,9 +81,9 @@ def test_somebody_who_rated_twice_counts_once(tmp_path):
 
 
 def test_a_lab_without_ratings_has_the_study_s_attributes(tmp_path):
-    found = read_ratings(tmp_path)
-    assert found.attributes == PAIRS == attributes_of(None) and found.rated == {} and not found.simulated
-    assert "no session of texture_ratings" in found.notes[0]
+    ratings = read_ratings(tmp_path)
+    assert ratings.attributes == PAIRS == attributes_of(None) and ratings.rated == {} and not ratings.simulated
+    assert "no session of texture_ratings" in ratings.notes[0]
 
 
 def test_ratings_that_were_collected_are_read_without_their_files(tmp_path):
@@ -96,8 +96,8 @@ def test_ratings_that_were_collected_are_read_without_their_files(tmp_path):
     here = read_ratings(tmp_path)
     for path in paths:
         path.unlink()
-    gone = read_ratings(tmp_path)
-    np.testing.assert_array_equal(gone.rated["T03"].mean, here.rated["T03"].mean)
+    collected = read_ratings(tmp_path)
+    np.testing.assert_array_equal(collected.rated["T03"].mean, here.rated["T03"].mean)
     assert read_ratings(tmp_path, "texture_similarity").rated == {}
 
 

@@ -25,15 +25,15 @@ def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path
     slide(data, "0_0_60_1000_1", speed=60.0, force=1.0)
     slide(data, "17_0_20_500_0", speed=20.0)
     slide(data, "20_0_20_500_0", speed=20.0)
-    found = read(rated(tmp_path / "mine", "cluster_17", "cluster_0"), Recordings(cluster=data))
-    (last, first), (loose, *_) = found.textures, found.notes
+    material = read(rated(tmp_path / "mine", "cluster_17", "cluster_0"), Recordings(cluster=data))
+    (last, first), (loose, *_) = material.textures, material.notes
     assert loose == "recorded, but not in the table: cluster_20"
     assert (first.id, first.label, first.category) == ("cluster_0", "cluster_0 it is", "wood")
     assert first.touch["mfcc"].shape == (4, 520) and last.touch["mfcc"].shape == (2, 520)
-    assert first.touch["hand"].shape == (4, 6) and {len(each) for each in first.touch.values()} == {4}
+    assert first.touch["hand"].shape == (4, 6) and {len(rows) for rows in first.touch.values()} == {4}
     assert len(first.made_from) == 2 and not first.made_from & last.made_from
-    assert "not photographed" in first.notes and first.sight == {} and found.weights == ""
-    assert not any("quick look" in each for each in found.notes)
+    assert "not photographed" in first.notes and first.sight == {} and material.weights == ""
+    assert not any("quick look" in note for note in material.notes)
     np.testing.assert_array_equal(first.rated.mean, [20, 31, 60, 5])
 
 
@@ -72,13 +72,13 @@ def test_what_was_felt_and_what_was_seen_come_together_by_name(tmp_path):
     mine = rated(tmp_path / "mine", "oak", "felt", "cork")
     for name in ("oak", "cork"):
         write_picture(mine / f"{name}.png", 256, len(name))
-    found = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0))
-    oak, felt, cork = found.textures
+    material = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0))
+    oak, felt, cork = material.textures
     assert oak.touch["mfcc"].shape[0] == 8 and oak.sight["glcm"].shape == (1, 256)
     assert len(oak.made_from) == 2
     assert felt.touch and felt.sight == {} and "not photographed" in felt.notes
     assert cork.sight and cork.touch == {} and "not recorded" in cork.notes
-    assert found.weights.startswith("random")
+    assert material.weights.startswith("random")
 
 
 @pytest.mark.needs("librosa", "pywt")
@@ -123,8 +123,8 @@ def test_what_lacks_of_a_texture_that_is_not_in_the_table_is_nobody_s_matter(tmp
     for stem in ("0_0_40_500_0", "3_0_40_500_0"):
         slide(data, stem)
     (data / "sensor_data" / "force" / "3_0_40_500_0.csv").unlink()
-    (found,) = read(rated(tmp_path / "mine", "cluster_0"), Recordings(cluster=data)).textures
-    assert found.touch
+    (texture,) = read(rated(tmp_path / "mine", "cluster_0"), Recordings(cluster=data)).textures
+    assert texture.touch
     with pytest.raises(TextureDataError, match="every slide has one in accel, force and position"):
         read(rated(tmp_path / "mine", "cluster_0", "cluster_3"), Recordings(cluster=data))
     toolkit = tmp_path / "toolkit"
@@ -145,11 +145,11 @@ def test_one_that_cannot_be_read_is_left_out_by_name_and_ratings_are_no_recordin
         table(mine, name)
     (mine / "cork.csv").symlink_to(tmp_path / "nowhere")
     (mine / "silk.csv").mkdir()
-    found = read(mine, Recordings(tables=(mine,), trim_s=0), table=mine / "ratings.csv")
-    oak, _felt, cork = found.textures
+    material = read(mine, Recordings(tables=(mine,), trim_s=0), table=mine / "ratings.csv")
+    oak, _felt, cork = material.textures
     assert oak.touch and cork.touch == {}
     assert cork.notes[0].startswith("recordings left out: ") and "cork.csv: cannot be read" in cork.notes[0]
-    assert not any("not in the table" in each for each in found.notes)
+    assert not any("not in the table" in note for note in material.notes)
 
 
 @pytest.mark.needs("librosa", "pywt")
@@ -157,7 +157,7 @@ def test_without_sight_no_picture_is_looked_at(tmp_path):
     mine = rated(tmp_path / "mine", "oak")
     table(tmp_path / "data", "oak")
     write_picture(mine / "oak.png", 256, 0)
-    found = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0), sight=False)
-    assert found.textures[0].touch and found.textures[0].sight == {} and found.weights == ""
-    assert not any("photographed" in each for each in (*found.notes, *found.textures[0].notes))
-    assert not any("left aside" in each for each in found.notes)
+    material = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0), sight=False)
+    assert material.textures[0].touch and material.textures[0].sight == {} and material.weights == ""
+    assert not any("photographed" in note for note in (*material.notes, *material.textures[0].notes))
+    assert not any("left aside" in note for note in material.notes)

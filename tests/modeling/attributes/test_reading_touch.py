@@ -37,20 +37,20 @@ def test_what_is_felt_has_the_energy_that_rendering_reads_in_the_same_ledger(tmp
     (mine,) = touches(path, way=filtering(trim_s=0))
     (other,) = read_lab(path)
     np.testing.assert_allclose(
-        sum((each.axes**2).sum() for each in mine.touch.stretches), (other.acceleration_m_s2**2).sum(), rtol=1e-9
+        sum((stretch.axes**2).sum() for stretch in mine.touch.stretches), (other.acceleration_m_s2**2).sum(), rtol=1e-9
     )
 
 
 def test_captures_of_two_people_are_one_texture_and_only_those_that_count(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "as_": "faulted"}])
     session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}])
-    (found,) = touches(tmp_path)
-    assert len(found.touch.stretches) == len(found.made_from) == 2
+    (texture,) = touches(tmp_path)
+    assert len(texture.touch.stretches) == len(texture.made_from) == 2
 
 
 def test_real_and_simulated_captures_are_not_mixed(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
-    assert all("simulated" in each.notes for each in touches(tmp_path))
+    assert all("simulated" in touch.notes for touch in touches(tmp_path))
     path = session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}], rig=LIVE)
     (real,) = touches(tmp_path)
     assert real.id == "T01"
@@ -58,8 +58,8 @@ def test_real_and_simulated_captures_are_not_mixed(tmp_path):
     assert "simulated" not in real.notes
     assert "captures of simulated sessions are left out: they are not mixed with others" in real.notes
     twins = list(touches(tmp_path, simulated=True))
-    assert [each.id for each in twins] == ["T01", "T02"]
-    assert all(not each.made_from & real.made_from and "simulated" in each.notes for each in twins)
+    assert [twin.id for twin in twins] == ["T01", "T02"]
+    assert all(not twin.made_from & real.made_from and "simulated" in twin.notes for twin in twins)
     with pytest.raises(NoCapture, match="or is of a real session"):
         recorded(path, simulated=True)
 
@@ -76,8 +76,8 @@ def test_who_withdrew_is_not_felt(tmp_path):
     for name in ("P001", "P002"):
         enter(registry, name)
     withdraw(registry, "P002", "asked to")
-    (found,) = touches(tmp_path)
-    assert len(found.touch.stretches) == 1
+    (texture,) = touches(tmp_path)
+    assert len(texture.touch.stretches) == 1
     withdraw(registry, "P001", "asked to")
     with pytest.raises(TextureDataError, match="or is of a participant who withdrew"):
         list(touches(tmp_path))
@@ -103,13 +103,13 @@ def test_the_same_samples_are_known_wherever_they_stand(tmp_path):
 @pytest.mark.needs("librosa", "pywt")
 def test_jobs_get_no_samples_and_give_the_same_rows(tmp_path):
     path = session(tmp_path, "P001", [{"stimulus": f"T0{n}"} for n in (1, 2)])
-    sent = [pickle.loads(pickle.dumps(each)) for each in recorded(tmp_path)]
+    sent = [pickle.loads(pickle.dumps(recording)) for recording in recorded(tmp_path)]
     assert len(pickle.dumps(sent)) < 0.05 * path.stat().st_size
     rows = run_jobs(rows_of, sent, workers=1)
-    for each, found in zip(touches(tmp_path), rows, strict=True):
-        wanted = touch_features(each.touch)
-        assert (found.id, found.made_from, found.notes) == (each.id, each.made_from, each.notes)
-        assert all(np.array_equal(found.touch[kind], wanted[kind]) for kind in wanted)
+    for recording, row in zip(touches(tmp_path), rows, strict=True):
+        features = touch_features(recording.touch)
+        assert (row.id, row.made_from, row.notes) == (recording.id, recording.made_from, recording.notes)
+        assert all(np.array_equal(row.touch[kind], features[kind]) for kind in features)
 
 
 def peak_bytes(call):
@@ -139,8 +139,8 @@ def test_only_one_texture_is_in_memory(one_and_six):
     one, six, size = one_and_six
 
     def read(lab):
-        for each in recorded(lab, way=filtering(trim_s=0.5)):
-            felt(each)
+        for recording in recorded(lab, way=filtering(trim_s=0.5)):
+            felt(recording)
 
     read(one)  # What is imported and kept for the next time is no texture's.
     assert peak_bytes(lambda: read(six)) < peak_bytes(lambda: read(one)) + 0.1 * size

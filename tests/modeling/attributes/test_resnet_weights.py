@@ -10,7 +10,7 @@ from safetensors.torch import save_file
 
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.resnet_weights import COUNTED, Weights, read_weights, weights_from
-from tests.modeling.attributes.made_weights import made_state
+from tests.modeling.attributes.made_weights import drawn_state
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -24,12 +24,12 @@ def tmp_path(tmp_path):
 
 @pytest.fixture(scope="module")
 def state():
-    return made_state()
+    return drawn_state()
 
 
 def written(path, state):
     if path.suffix == ".safetensors":
-        save_file({name: each.contiguous() for name, each in state.items()}, path)
+        save_file({name: tensor.contiguous() for name, tensor in state.items()}, path)
     else:
         torch.save(state, path)
     return path
@@ -43,22 +43,22 @@ def read(path):
 def test_both_formats_give_the_state_and_are_told_of_by_their_sha256(tmp_path, state, name):
     path = written(tmp_path / name, state)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    found = weights_from(path, digest)
-    assert found.description == f"{name}, SHA-256 {digest}" and found.key == digest
-    for key, each in found.state().items():
-        assert each.dtype == (torch.int64 if key.endswith(COUNTED) else torch.float32)
-        assert key.endswith(COUNTED) or torch.equal(each, state[key]), key
-    assert list(found.state()) == list(state)
+    weights = weights_from(path, digest)
+    assert weights.description == f"{name}, SHA-256 {digest}" and weights.key == digest
+    for key, tensor in weights.state().items():
+        assert tensor.dtype == (torch.int64 if key.endswith(COUNTED) else torch.float32)
+        assert key.endswith(COUNTED) or torch.equal(tensor, state[key]), key
+    assert list(weights.state()) == list(state)
 
 
 def test_the_old_format_of_pth_half_floats_and_no_counts_do_as_well(tmp_path, state):
     torch.save({k: v for k, v in state.items() if not k.endswith(COUNTED)}, tmp_path / "old.pth",
                _use_new_zipfile_serialization=False)  # fmt: skip
     assert len(read(tmp_path / "old.pth")) == 320
-    halves = {name: each.half() if each.is_floating_point() else each for name, each in state.items()}
-    found = read(written(tmp_path / "half.safetensors", halves))
-    assert found["fc.bias"].dtype == torch.float32
-    torch.testing.assert_close(found["fc.bias"], state["fc.bias"], atol=1e-3, rtol=1e-3)
+    halves = {name: tensor.half() if tensor.is_floating_point() else tensor for name, tensor in state.items()}
+    tensors = read(written(tmp_path / "half.safetensors", halves))
+    assert tensors["fc.bias"].dtype == torch.float32
+    torch.testing.assert_close(tensors["fc.bias"], state["fc.bias"], atol=1e-3, rtol=1e-3)
 
 
 def test_without_a_file_they_are_random_and_say_so():
@@ -88,12 +88,12 @@ def test_a_file_that_changes_after_it_was_chosen_is_refused(tmp_path, state):
 
 
 def changed(state, **changes):
-    made = {**state, **{name.replace("__", "."): value for name, value in changes.items()}}
-    return {name: value for name, value in made.items() if value is not None}
+    new_state = {**state, **{name.replace("__", "."): value for name, value in changes.items()}}
+    return {name: value for name, value in new_state.items() if value is not None}
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"layer1__0__conv1__weight": None}, r"1 of 267 tensors lack \(layer1.0.conv1.weight first\)"),
         ({"layer9__weight": torch.zeros(1)}, r"1 are no part of it \(layer9.weight first\)"),
@@ -104,16 +104,16 @@ def changed(state, **changes):
         ({"bn1__running_var": torch.full((64,), -1.0)}, "bn1.running_var holds a variance below 0"),
     ],
 )
-def test_states_that_are_not_the_network_s_are_refused(tmp_path, state, change, told):
+def test_states_that_are_not_the_network_s_are_refused(tmp_path, state, change, message):
     path = written(tmp_path / "own.safetensors", changed(state, **change))
-    with pytest.raises(MaterialError, match=rf"own.safetensors: {told}.*torchvision's ResNet-50 is expected"):
+    with pytest.raises(MaterialError, match=rf"own.safetensors: {message}.*torchvision's ResNet-50 is expected"):
         read(path)
 
 
 def test_whole_networks_lists_and_other_names_are_refused(tmp_path, state):
-    for what, told in (([1, 2], "a list is found"), ({"state_dict": state}, "267 of 267 tensors lack")):
+    for what, message in (([1, 2], "a list is found"), ({"state_dict": state}, "267 of 267 tensors lack")):
         torch.save(what, tmp_path / "other.pth")
-        with pytest.raises(MaterialError, match=told):
+        with pytest.raises(MaterialError, match=message):
             read(tmp_path / "other.pth")
     torch.save(torch.nn.Linear(2, 2), tmp_path / "whole.pth")
     with pytest.raises(MaterialError, match="no plain weights can be read"):

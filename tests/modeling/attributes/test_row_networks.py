@@ -21,13 +21,13 @@ from palpate.modeling.attributes.row_networks import (
     restore_rows,
     stack_of,
 )
-from tests.modeling.attributes.learned import asked, learning
+from tests.modeling.attributes.learned import learning, tested_textures
 
 pytestmark = pytest.mark.needs("torch")
 
 
 def linear(module):
-    return [(each.in_features, each.out_features) for each in module.modules() if isinstance(each, torch.nn.Linear)]
+    return [(layer.in_features, layer.out_features) for layer in module.modules() if isinstance(layer, torch.nn.Linear)]
 
 
 def test_the_ann_has_the_sizes_of_thesis_3_6_6():
@@ -49,14 +49,16 @@ def test_the_ann_has_the_sizes_of_thesis_3_6_6():
 def test_the_other_networks_have_the_sizes_that_their_page_tells(name, width, filters, layers):
     """docs/reference/attribute-models.md; the greatest of every four after each convolution."""
     network = NETWORKS[name]([width], 4)
-    convolutions = [each for each in network.modules() if isinstance(each, torch.nn.Conv1d)]
-    assert [(each.in_channels, each.out_channels, *each.kernel_size) for each in convolutions] == filters
+    convolutions = [module for module in network.modules() if isinstance(module, torch.nn.Conv1d)]
+    assert [
+        (convolution.in_channels, convolution.out_channels, *convolution.kernel_size) for convolution in convolutions
+    ] == filters
     assert linear(network) == layers
-    pools = [each.kernel_size for each in network.modules() if isinstance(each, torch.nn.MaxPool1d)]
+    pools = [module.kernel_size for module in network.modules() if isinstance(module, torch.nn.MaxPool1d)]
     assert pools == [4] * len(filters)
-    assert [each.p for each in network.modules() if isinstance(each, torch.nn.Dropout)] == [0.3]
-    memories = [each for each in network.modules() if isinstance(each, torch.nn.LSTM)]
-    assert [(each.input_size, each.hidden_size) for each in memories] == [(64, 64)] * (name == "tactile_cnn_lstm")
+    assert [module.p for module in network.modules() if isinstance(module, torch.nn.Dropout)] == [0.3]
+    memories = [module for module in network.modules() if isinstance(module, torch.nn.LSTM)]
+    assert [(memory.input_size, memory.hidden_size) for memory in memories] == [(64, 64)] * (name == "tactile_cnn_lstm")
 
 
 @pytest.mark.parametrize("name", ["vision_cnn", "haptic_cnn"])
@@ -99,11 +101,11 @@ def test_an_epoch_shows_every_texture_as_often_and_runs_of_one_texture():
     assert rows.shape == (600, 3, 2)
     assert torch.equal(rows[:, :, 0], targets.expand(-1, 3))
     assert torch.bincount(targets[:, 0].long()).tolist() == [200, 200, 200]
-    begun = rows[:, 0, 1]
+    starts = rows[:, 0, 1]
     long = targets[:, 0] != 1
-    assert torch.equal(rows[long][:, :, 1], begun[long][:, None] + torch.arange(3.0))
-    assert set(begun[targets[:, 0] == 0].tolist()) == set(range(5))
-    assert set(begun[targets[:, 0] == 2].tolist()) == set(range(10))
+    assert torch.equal(rows[long][:, :, 1], starts[long][:, None] + torch.arange(3.0))
+    assert set(starts[targets[:, 0] == 0].tolist()) == set(range(5))
+    assert set(starts[targets[:, 0] == 2].tolist()) == set(range(10))
     assert rows[~long][0, :, 1].tolist() == [0, 1, 0]
 
 
@@ -128,9 +130,9 @@ def test_what_is_shown_is_part_of_a_sources_digest():
 
 def test_variants_are_learned_from_and_are_no_part_of_an_answer():
     given = learning(METHODS["vision_cnn"], settings={"epochs": 2})
-    bare = replace(given, train=tuple(replace(each, variants={}) for each in given.train))
-    with_variants, without = (METHODS["vision_cnn"].fit(each) for each in (given, bare))
-    texture = asked()[0]
+    bare = replace(given, train=tuple(replace(texture, variants={}) for texture in given.train))
+    with_variants, without = (METHODS["vision_cnn"].fit(data) for data in (given, bare))
+    texture = tested_textures()[0]
     assert not (with_variants.predict(texture) == without.predict(texture)).all()
     assert len(with_variants.predict(texture)) == 3
     assert (with_variants.predict(texture) == with_variants.predict(replace(texture, variants={}))).all()
@@ -143,7 +145,7 @@ def test_a_training_goes_on_from_its_checkpoint(tmp_path):
     straight = ANN.fit(learning(ANN, settings={"epochs": 12, "stop_patience": 50}))
     assert len(first.trained.history) == 10
     assert again.trained.continued_from == 10
-    assert again.predict(asked()[0]).tobytes() == straight.predict(asked()[0]).tobytes()
+    assert again.predict(tested_textures()[0]).tobytes() == straight.predict(tested_textures()[0]).tobytes()
 
 
 def test_wishes_reach_the_training():

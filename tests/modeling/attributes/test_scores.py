@@ -11,31 +11,31 @@ RATED, PREDICTED = CHANCE.uniform(0, 100, (30, 4)), CHANCE.uniform(0, 100, (30, 
 
 
 def test_errors_are_those_of_scikit_learn():
-    found = errors(PREDICTED, RATED)
-    np.testing.assert_allclose(found.mae, mean_absolute_error(RATED, PREDICTED, multioutput="raw_values"))
-    np.testing.assert_allclose(found.rmse, root_mean_squared_error(RATED, PREDICTED, multioutput="raw_values"))
-    assert found.mean_mae == pytest.approx(np.mean(found.mae))
-    assert found.mean_mae == pytest.approx(np.mean(found.texture_mae))
-    assert found.mean_rmse == pytest.approx(np.mean(found.rmse))
+    result = errors(PREDICTED, RATED)
+    np.testing.assert_allclose(result.mae, mean_absolute_error(RATED, PREDICTED, multioutput="raw_values"))
+    np.testing.assert_allclose(result.rmse, root_mean_squared_error(RATED, PREDICTED, multioutput="raw_values"))
+    assert result.mean_mae == pytest.approx(np.mean(result.mae))
+    assert result.mean_mae == pytest.approx(np.mean(result.texture_mae))
+    assert result.mean_rmse == pytest.approx(np.mean(result.rmse))
 
 
 def test_what_is_just_the_jnd_off_is_within_it():
-    found = errors(np.array([[60.0, 0.0], [40.0, 11.0]]), np.array([[50.0, 0.0], [50.0, 0.0]]))
-    assert found.within == (1.0, 0.5)
-    assert found.all_within == 0.75
+    result = errors(np.array([[60.0, 0.0], [40.0, 11.0]]), np.array([[50.0, 0.0], [50.0, 0.0]]))
+    assert result.within == (1.0, 0.5)
+    assert result.all_within == 0.75
 
 
 def test_classes_are_scored_by_themselves_with_how_many_they_are():
-    found = by_class(PREDICTED, RATED, ["wood", "mesh", "wood"] * 10)
-    assert {name: count for name, (count, _) in found.items()} == {"wood": 20, "mesh": 10}
-    np.testing.assert_allclose(found["mesh"][1].mae, errors(PREDICTED[1::3], RATED[1::3]).mae)
+    result = by_class(PREDICTED, RATED, ["wood", "mesh", "wood"] * 10)
+    assert {name: count for name, (count, _) in result.items()} == {"wood": 20, "mesh": 10}
+    np.testing.assert_allclose(result["mesh"][1].mae, errors(PREDICTED[1::3], RATED[1::3]).mae)
 
 
 def test_a_paired_difference_has_the_interval_of_scipys_t_test():
     one, other = CHANCE.normal(8, 2, 50), CHANCE.normal(9, 2, 50)
-    found = difference(one, other, range(50))
+    result = difference(one, other, range(50))
     ends = stats.ttest_rel(one, other).confidence_interval(0.95)
-    assert (found.mean, found.low, found.high) == pytest.approx((np.mean(one - other), ends.low, ends.high))
+    assert (result.mean, result.low, result.high) == pytest.approx((np.mean(one - other), ends.low, ends.high))
     five = difference(one, other, range(50), compared=5)
     ends = stats.ttest_rel(one, other).confidence_interval(0.99)
     assert (five.low, five.high) == pytest.approx((ends.low, ends.high))
@@ -43,9 +43,9 @@ def test_a_paired_difference_has_the_interval_of_scipys_t_test():
 
 def test_textures_of_one_group_count_as_one():
     one, other = np.array([1.0, 1.0, 5.0, 2.0]), np.zeros(4)
-    found = difference(one, other, (0, 0, 1, 2))
-    assert found.groups == 3
-    assert found.mean == pytest.approx(9 / 4)  # over the four textures, as the MAE beside it is
+    result = difference(one, other, (0, 0, 1, 2))
+    assert result.groups == 3
+    assert result.mean == pytest.approx(9 / 4)  # over the four textures, as the MAE beside it is
 
 
 def test_the_interval_over_groups_is_that_of_statsmodels_cluster_robust_errors():
@@ -54,11 +54,11 @@ def test_the_interval_over_groups_is_that_of_statsmodels_cluster_robust_errors()
     groups = np.repeat(np.arange(14), [1, 3, 1, 2, 1, 1, 4, 1, 2, 1, 1, 5, 1, 1])
     shared = CHANCE.normal(1, 2, 14)[groups]
     off = shared + CHANCE.normal(0, 1, len(groups))
-    told = ols(off, np.ones(len(off))).fit(cov_type="cluster", cov_kwds={"groups": groups}, use_t=True)
-    found = difference(off, np.zeros(len(off)), groups.tolist())
-    assert (found.mean, found.low, found.high) == pytest.approx((off.mean(), *told.conf_int(0.05)[0]))
+    fit = ols(off, np.ones(len(off))).fit(cov_type="cluster", cov_kwds={"groups": groups}, use_t=True)
+    result = difference(off, np.zeros(len(off)), groups.tolist())
+    assert (result.mean, result.low, result.high) == pytest.approx((off.mean(), *fit.conf_int(0.05)[0]))
     apart = difference(off, np.zeros(len(off)), range(len(off)))
-    assert found.high - found.low > 1.2 * (apart.high - apart.low)
+    assert result.high - result.low > 1.2 * (apart.high - apart.low)
 
 
 def test_a_difference_may_be_chance_or_none():

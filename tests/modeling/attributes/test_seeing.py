@@ -45,27 +45,27 @@ def look(albums, how=HOW, **options):
 
 
 def test_a_picture_is_2304_numbers_and_each_version_as_many(albums):
-    found = look(albums)
-    assert list(found) == ["T01", "T02"]
-    for each in found.values():
-        for rows in (each.sight, each.variants):
+    views = look(albums)
+    assert list(views) == ["T01", "T02"]
+    for view in views.values():
+        for rows in (view.sight, view.variants):
             assert {kind: rows[kind].shape for kind in rows} == {"resnet": (2, 2048), "glcm": (2, 256)}
-            assert all(each.dtype == np.float32 and np.isfinite(each).all() for each in rows.values())
-        assert each.notes == ()
+            assert all(values.dtype == np.float32 and np.isfinite(values).all() for values in rows.values())
+        assert view.notes == ()
     values = square(albums[0].pictures[0].path.read_bytes(), "", 256).values
     network = folded(loaded(random_state(0)))
     parts = [values[a : a + 64, b : b + 64] for a in (0, 192) for b in (0, 192)]
-    np.testing.assert_array_equal(found["T01"].sight["resnet"][0], pool_of_patches(network, np.stack(parts)))
-    np.testing.assert_array_equal(found["T01"].sight["glcm"][0], glcm(values))
+    np.testing.assert_array_equal(views["T01"].sight["resnet"][0], pool_of_patches(network, np.stack(parts)))
+    np.testing.assert_array_equal(views["T01"].sight["glcm"][0], glcm(values))
 
 
 def test_versions_are_drawn_from_the_picture_and_looked_at_in_fewer_places(albums):
-    found = look(albums[:1], replace(HOW, variants=2))["T01"]
+    view = look(albums[:1], replace(HOW, variants=2))["T01"]
     first = albums[0].pictures[0]
     values = square(first.path.read_bytes(), "", 256).values
     for version in (1, 2):
         drawn = varied(values, chance_of(first.sha256, version))
-        np.testing.assert_array_equal(found.variants["glcm"][2 * (version - 1)], glcm(drawn))
+        np.testing.assert_array_equal(view.variants["glcm"][2 * (version - 1)], glcm(drawn))
     assert replace(HOW, looking=Looking()).at(0).starts == Looking().starts
     assert replace(HOW, looking=Looking()).at(1).starts == (0, 672, 1344)
     assert HOW.at(1).starts == HOW.at(0).starts == (0, 192)
@@ -83,8 +83,8 @@ def test_kept_rows_are_used_and_damaged_or_other_ones_are_made_anew(albums, tmp_
     assert look(albums, folder=folder)["T01"].sight["resnet"][0][0] == 7, "what is kept is used"
     (folder / key).with_suffix(".npz").write_bytes(b"damaged")
     again = look(albums, folder=folder)
-    for name, each in first.items():
-        for kind, rows in (*each.sight.items(),):
+    for name, view in first.items():
+        for kind, rows in (*view.sight.items(),):
             np.testing.assert_array_equal(rows, again[name].sight[kind])
 
 
@@ -115,10 +115,10 @@ def test_a_picture_that_shows_nothing_is_left_out_and_one_that_has_changed_is_re
     text = tmp_path / "pictures" / "T01" / "text.jpg"
     text.write_bytes(b"a text")
     bad = Picture(text, hashlib.sha256(b"a text").hexdigest(), "T01, light 9")
-    found = look([Album("T01", (*albums[0].pictures, bad)), Album("T03", (bad,))])
-    assert found["T01"].sight["resnet"].shape == found["T01"].variants["resnet"].shape == (2, 2048)
-    assert found["T03"].sight == found["T03"].variants == {}
-    assert "left out: T01, light 9: no picture" in found["T03"].notes[0]
+    views = look([Album("T01", (*albums[0].pictures, bad)), Album("T03", (bad,))])
+    assert views["T01"].sight["resnet"].shape == views["T01"].variants["resnet"].shape == (2, 2048)
+    assert views["T03"].sight == views["T03"].variants == {}
+    assert "left out: T01, light 9: no picture" in views["T03"].notes[0]
     text.write_bytes(b"another")
     with pytest.raises(MaterialError, match="T01, light 9: .*text.jpg is not the recorded picture"):
         look([Album("T01", (bad,))])
@@ -129,7 +129,7 @@ def test_a_picture_that_shows_nothing_is_left_out_and_one_that_has_changed_is_re
 
 def test_in_a_hurry_four_patches_of_three_pictures(albums):
     ten = Album("T01", tuple(replace(albums[0].pictures[0], name=str(n)) for n in range(10)))
-    assert [each.name for each in thin(ten).pictures] == ["0", "4", "9"]
+    assert [picture.name for picture in thin(ten).pictures] == ["0", "4", "9"]
     assert thin(albums[0]) is albums[0]
     assert len(sight_with(Weights(), 0, True).looking.starts) == 2
     assert sight_with(Weights(), 0, False).looking == Looking()
@@ -137,7 +137,7 @@ def test_in_a_hurry_four_patches_of_three_pictures(albums):
 
 def test_no_texture_and_no_picture_are_nothing(tmp_path):
     assert look([]) == {}
-    found = look([Album("T01", ())])["T01"]
-    assert found.sight == {} and found.notes == ()
+    view = look([Album("T01", ())])["T01"]
+    assert view.sight == {} and view.notes == ()
     with pytest.raises(MaterialError, match="variants is -1"):
         Sight(variants=-1)

@@ -13,7 +13,7 @@ from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 from palpate.modeling.training.loop import adam
 from palpate.modeling.training.optimisers import share_of
-from tests.modeling.attributes.made_material import PAIRS, made_material
+from tests.modeling.attributes.made_material import PAIRS, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -21,28 +21,28 @@ TEXTURES = 6
 OURS = ("visuo_tactile", "hv_net", "ht_net")
 
 
-class Begun(Exception):
+class TrainingStarted(Exception):
     """A training that ends where it begins."""
 
 
 @pytest.fixture
-def begun(monkeypatch):
+def start_training(monkeypatch):
     """What a method's training is begun with: network, data, held, settings, optimiser of the first of its weights."""
-    found = made_material(textures=TEXTURES + 1, segments=6, pictures=2).textures
-    told = {}
+    textures = simulated_material(textures=TEXTURES + 1, segments=6, pictures=2).textures
+    arguments = {}
 
     def train(network, data, held, _loss, settings, *, optimiser=adam, **_others):
-        made = optimiser(list(network.parameters())[:1], settings.learning_rate)
-        told.update(network=network, data=data, held=held, settings=settings, optimiser=made)
-        raise Begun
+        first_optimiser = optimiser(list(network.parameters())[:1], settings.learning_rate)
+        arguments.update(network=network, data=data, held=held, settings=settings, optimiser=first_optimiser)
+        raise TrainingStarted
 
-    def of(name, **asked):
-        watched = found[TEXTURES:] if METHODS[name].holds(asked) else ()
+    def of(name, **options):
+        watched = textures[TEXTURES:] if METHODS[name].holds(options) else ()
         touch, sight = OWN_FEATURES[name]
-        given = Learning(found[:TEXTURES], watched, PAIRS, touch=touch, sight=sight, settings=asked)
-        with pytest.raises(Begun):
+        given = Learning(textures[:TEXTURES], watched, PAIRS, touch=touch, sight=sight, settings=options)
+        with pytest.raises(TrainingStarted):
             METHODS[name].fit(given)
-        return dict(told)
+        return dict(arguments)
 
     for place in (network_training, row_networks):
         monkeypatch.setattr(place, "train", train)
@@ -50,23 +50,23 @@ def begun(monkeypatch):
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_the_thesis_network_and_its_halves_have_thirty_epochs_to_the_end(begun, name):
-    told = begun(name)
-    asked, optimiser = told["settings"], told["optimiser"]
-    assert (asked.epochs, asked.batch, asked.learning_rate) == (30, 2, 0.0005)
-    assert (told["held"], asked.keep_last, asked.plateau_patience) == (None, True, None)
+def test_the_thesis_network_and_its_halves_have_thirty_epochs_to_the_end(start_training, name):
+    started = start_training(name)
+    settings, optimiser = started["settings"], started["optimiser"]
+    assert (settings.epochs, settings.batch, settings.learning_rate) == (30, 2, 0.0005)
+    assert (started["held"], settings.keep_last, settings.plateau_patience) == (None, True, None)
     assert isinstance(optimiser, torch.optim.Adam)
     assert optimiser.steps == 30 * TEXTURES // 2
-    assert begun(name, quick=True)["settings"].epochs == 2
+    assert start_training(name, quick=True)["settings"].epochs == 2
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_with_early_stopping_the_thesis_patience_ends_it(begun, name):
-    told = begun(name, early_stopping=True)
-    asked = told["settings"]
-    assert (asked.epochs, asked.stop_patience, asked.keep_last) == (30, 10, False)
-    assert told["held"] is not None
-    thesis = begun(name, early_stopping=True, epochs=200)["settings"]
+def test_with_early_stopping_the_thesis_patience_ends_it(start_training, name):
+    started = start_training(name, early_stopping=True)
+    settings = started["settings"]
+    assert (settings.epochs, settings.stop_patience, settings.keep_last) == (30, 10, False)
+    assert started["held"] is not None
+    thesis = start_training(name, early_stopping=True, epochs=200)["settings"]
     assert (thesis.epochs, thesis.stop_patience) == (200, 10)
 
 
@@ -78,8 +78,8 @@ def test_the_rate_rises_over_the_first_twentieth_and_falls_along_a_cosine():
     assert shares[-1] == pytest.approx(0.01)
 
 
-def test_an_epoch_shows_each_texture_once_with_one_picture_and_two_segments(begun):
-    data = begun("visuo_tactile")["data"]
+def test_an_epoch_shows_each_texture_once_with_one_picture_and_two_segments(start_training):
+    data = start_training("visuo_tactile")["data"]
     assert len(data) == TEXTURES
     (sight, touch), target = data.batch(torch.arange(2), torch.Generator().manual_seed(0))
     assert sight.shape == (2, 2304)
@@ -87,9 +87,9 @@ def test_an_epoch_shows_each_texture_once_with_one_picture_and_two_segments(begu
     assert target.shape == (2, 4)
 
 
-def test_the_thesis_network_has_so_many_weights(begun):
+def test_the_thesis_network_has_so_many_weights(start_training):
     """The page says 6,282,221, of 2304 numbers of a picture and 526 of a segment."""
-    assert sum(each.numel() for each in begun("visuo_tactile")["network"].parameters()) == 6_282_221
+    assert sum(parameter.numel() for parameter in start_training("visuo_tactile")["network"].parameters()) == 6_282_221
 
 
 @pytest.mark.parametrize(
@@ -101,18 +101,18 @@ def test_the_thesis_network_has_so_many_weights(begun):
         ("tactile_cnn_lstm", 100, 16, 0.0003, 4),
     ],
 )
-def test_baseline_networks_have_the_course_that_their_page_tells(begun, name, epochs, batch, rate, shows):
-    told = begun(name)
-    asked = told["settings"]
-    assert (asked.epochs, asked.batch, asked.learning_rate) == (epochs, batch, rate)
-    assert (asked.stop_patience, asked.keep_last, asked.plateau_patience) == (10, False, None)
-    assert type(told["optimiser"]) is torch.optim.Adam
-    assert len(told["data"]) == shows * TEXTURES
-    assert told["held"] is not None
+def test_baseline_networks_have_the_course_that_their_page_tells(start_training, name, epochs, batch, rate, shows):
+    started = start_training(name)
+    settings = started["settings"]
+    assert (settings.epochs, settings.batch, settings.learning_rate) == (epochs, batch, rate)
+    assert (settings.stop_patience, settings.keep_last, settings.plateau_patience) == (10, False, None)
+    assert type(started["optimiser"]) is torch.optim.Adam
+    assert len(started["data"]) == shows * TEXTURES
+    assert started["held"] is not None
 
 
-def test_the_cnn_lstm_takes_five_successive_segments(begun):
-    inputs, _ = begun("tactile_cnn_lstm")["data"].batch(torch.arange(3), torch.Generator().manual_seed(0))
+def test_the_cnn_lstm_takes_five_successive_segments(start_training):
+    inputs, _ = start_training("tactile_cnn_lstm")["data"].batch(torch.arange(3), torch.Generator().manual_seed(0))
     (runs,) = inputs if isinstance(inputs, tuple) else (inputs,)
     assert runs.shape[:2] == (3, 5)
 
@@ -122,16 +122,16 @@ def test_boosting_grows_two_hundred_trees_of_depth_two_for_each_attribute(monkey
 
     grown = []
 
-    def made(**asked):
-        grown.append(asked)
-        return made_by_sklearn(**asked)
+    def boosting(**options):
+        grown.append(options)
+        return sklearn_boosting(**options)
 
-    made_by_sklearn = ensemble.GradientBoostingRegressor
-    monkeypatch.setattr(ensemble, "GradientBoostingRegressor", made)
-    textures = made_material(textures=TEXTURES, segments=3, pictures=2).textures
+    sklearn_boosting = ensemble.GradientBoostingRegressor
+    monkeypatch.setattr(ensemble, "GradientBoostingRegressor", boosting)
+    textures = simulated_material(textures=TEXTURES, segments=3, pictures=2).textures
     model = METHODS["boosting"].fit(Learning(textures, (), PAIRS, *OWN_FEATURES["boosting"]))
-    told = {"n_estimators": 200, "max_depth": 2, "learning_rate": 0.05, "max_features": 0.1, "random_state": 0}
-    assert grown == [told] * 4
+    expected = {"n_estimators": 200, "max_depth": 2, "learning_rate": 0.05, "max_features": 0.1, "random_state": 0}
+    assert grown == [expected] * 4
     assert np.diff(model.first).tolist() == [200] * 4
     assert whole_textures.RATE == 0.05  # with which its answers are summed
 

@@ -75,10 +75,10 @@ def test_a_lab_s_capture_is_drawn_with_its_numbers(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T03", "seconds": 8.0}, {"stimulus": "T01"}])
     session(tmp_path, "P002", [{"stimulus": "T03", "seed": 9}])
     out = tmp_path / "figures"
-    told = CliRunner().invoke(
+    result = CliRunner().invoke(
         textures, ["draw", "T03", "--lab", str(tmp_path), "--out", str(out), "--json"], catch_exceptions=False
     )
-    answer = json.loads(told.output)
+    answer = json.loads(result.output)
     expected = [str(out / f"{name}.{kind}") for name in ("figure_3_5", "figure_3_6") for kind in ("svg", "png", "csv")]
     assert answer["files"] == expected and sorted(map(str, out.iterdir())) == sorted(expected)
     assert "simulated" in answer["notes"] and "the first of 2 captures is drawn" in answer["notes"]

@@ -26,8 +26,10 @@ FELT_AND_SEEN = {**FELT, "ridge": (("dwt",), ("resnet",))}
 def lab(tmp_path_factory):
     """A simulated tool touched each for 7 s, a camera took one picture of each, three simulated people rated it."""
     place = tmp_path_factory.mktemp("set") / "lab"
-    made = SimulatedTextures().make_set(place, lambda _line: None, textures=TEXTURES, seconds=7.0, pictures=1, raters=3)
-    assert all(each.complete for each in made)
+    sessions = SimulatedTextures().make_set(
+        place, lambda _line: None, textures=TEXTURES, seconds=7.0, pictures=1, raters=3
+    )
+    assert all(session.complete for session in sessions)
     return place
 
 
@@ -46,28 +48,31 @@ def rows_of(evaluation):
 def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_path):
     material = read_material(lab, sight=False, workers=1)
     assert material.simulated and sorted(material.ids) == list(TEXTURES)
-    asked = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
-    rows = rows_of(evaluate_methods(material, asked, METHODS, FELT))
+    options = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
+    rows = rows_of(evaluate_methods(material, options, METHODS, FELT))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
-    written = train_attributes(material, "ridge", asked, tmp_path / "models", METHODS, FELT)
+    written = train_attributes(material, "ridge", options, tmp_path / "models", METHODS, FELT)
     assert written.metrics["mae"] == rows["ridge"]["mae"]
 
 
 def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
     assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
-    assert all(each.touch["dwt"].shape == (3, 24) and each.sight["resnet"].shape == (1, 2048) for each in seen.textures)
-    asked = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
-    rows = rows_of(evaluate_methods(seen, asked, METHODS, FELT_AND_SEEN))
+    assert all(
+        texture.touch["dwt"].shape == (3, 24) and texture.sight["resnet"].shape == (1, 2048)
+        for texture in seen.textures
+    )
+    options = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
+    rows = rows_of(evaluate_methods(seen, options, METHODS, FELT_AND_SEEN))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
 
 
 @pytest.fixture(scope="module")
 def indexed(lab, seen, tmp_path_factory):
     """The lab with a model of both senses and a library."""
-    asked = AttributeOptions(work=tmp_path_factory.mktemp("work"), quick=True, workers=1)
-    train_attributes(seen, "ridge", asked, lab / "models", METHODS, FELT_AND_SEEN)
-    told = in_words("index", "--lab", str(lab), "--workers", "1")
-    assert {told[count] for count in ("textures", "rated", "predicted", "pictures")} == {len(TEXTURES)}
+    options = AttributeOptions(work=tmp_path_factory.mktemp("work"), quick=True, workers=1)
+    train_attributes(seen, "ridge", options, lab / "models", METHODS, FELT_AND_SEEN)
+    counts = in_words("index", "--lab", str(lab), "--workers", "1")
+    assert {counts[count] for count in ("textures", "rated", "predicted", "pictures")} == {len(TEXTURES)}
     return lab
 
 
@@ -83,6 +88,6 @@ def in_words(*words):
     ids=["rough", "bumpy", "soft"],
 )
 def test_what_people_feel_most_is_found_by_what_the_model_predicts(seen, indexed, wish, attribute, most):
-    options = most(seen.textures, key=lambda each: each.rated.mean[attribute]).id
-    for said_by in ("--predicted", "--rated-only"):
-        assert in_words("find", wish, "--lab", str(indexed), said_by)["found"][0]["id"] == options
+    options = most(seen.textures, key=lambda texture: texture.rated.mean[attribute]).id
+    for source in ("--predicted", "--rated-only"):
+        assert in_words("find", wish, "--lab", str(indexed), source)["found"][0]["id"] == options

@@ -35,7 +35,7 @@ def without(given, first, last):
 
 
 def lengths(touch):
-    return [len(each.axes) for each in touch.stretches]
+    return [len(stretch.axes) for stretch in touch.stretches]
 
 
 def test_two_and_a_half_seconds_go_at_both_ends_after_filtering():
@@ -72,8 +72,8 @@ def test_a_faster_accelerometer_and_a_slower_force_meet_at_1_khz():
         touched(), acceleration=evenly("acceleration", fine, 3000.0, "made"),
         force=evenly("force", np.linspace(0.5, 2, N // 10), 100.0, "made"),
     )  # fmt: skip
-    found, _ = touch_of("t", [given])
-    assert lengths(found)[0] == pytest.approx(3000, abs=12)
+    touch, _ = touch_of("t", [given])
+    assert lengths(touch)[0] == pytest.approx(3000, abs=12)
 
 
 @pytest.mark.parametrize(
@@ -108,14 +108,14 @@ def minute(looks=7200, late_s=0.0):
     ids=["all to the end", "the tracker's last look is a step before the end", "the tracker begins later"],
 )
 def test_a_minute_has_110_segments_or_109(given, samples, count):
-    found, _ = touch_of("t", [minute(**given)], filtering(remove_hum=False))
-    assert lengths(found) == [samples]
-    assert len(segments(found).vibration) == count
+    touch, _ = touch_of("t", [minute(**given)], filtering(remove_hum=False))
+    assert lengths(touch) == [samples]
+    assert len(segments(touch).vibration) == count
 
 
 def test_several_explorations_are_each_trimmed():
-    found, notes = touch_of("t", iter([touched(), touched(n=7000)]))
-    assert lengths(found) == [3000, 2000]
+    touch, notes = touch_of("t", iter([touched(), touched(n=7000)]))
+    assert lengths(touch) == [3000, 2000]
     assert len(notes) == len(set(notes))
 
 
@@ -136,10 +136,10 @@ def test_what_never_varies_is_told():
     assert any("force never varies (0.8 N)" in note for note in notes)
 
 
-@pytest.mark.parametrize(("said_hz", "lasts"), [(2000.0, 4), (500.0, 16), (1060.0, 7.547), (940.0, 8.511)])
-def test_acceleration_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
-    with pytest.raises(TextureDataError, match=f"lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
-        touch_of("t", [touched(rate_hz=said_hz)])
+@pytest.mark.parametrize(("stated_hz", "lasts"), [(2000.0, 4), (500.0, 16), (1060.0, 7.547), (940.0, 8.511)])
+def test_acceleration_at_a_rate_that_is_not_its_own_is_refused(stated_hz, lasts):
+    with pytest.raises(TextureDataError, match=f"lasts {lasts} s at {stated_hz:g} Hz, and force 8 s at 1000 Hz"):
+        touch_of("t", [touched(rate_hz=stated_hz)])
 
 
 TRACKED_HZ = 120.0
@@ -147,22 +147,24 @@ SECOND = np.arange(round(N / 1000 * TRACKED_HZ)) / TRACKED_HZ
 """When a tracker looked."""
 
 
-def tracked(said_hz=TRACKED_HZ, samples=None):
+def tracked(stated_hz=TRACKED_HZ, samples=None):
     """A tracker's circles of 30 mm a second, in place of a speed; it looked 120 times a second, whatever is said."""
     circles = 30 * np.stack([np.cos(SECOND), np.sin(SECOND), 0 * SECOND], axis=1)
-    return replace(touched(), speed=None, position=evenly("position", circles[:samples], said_hz, "made"))
+    return replace(touched(), speed=None, position=evenly("position", circles[:samples], stated_hz, "made"))
 
 
-@pytest.mark.parametrize(("said_hz", "lasts"), [(60.0, 16), (240.0, 4), (127.0, 7.559), (113.0, 8.496)])
-def test_a_tracker_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
-    with pytest.raises(TextureDataError, match=f"position lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
-        touch_of("t", [tracked(said_hz)])
+@pytest.mark.parametrize(("stated_hz", "lasts"), [(60.0, 16), (240.0, 4), (127.0, 7.559), (113.0, 8.496)])
+def test_a_tracker_at_a_rate_that_is_not_its_own_is_refused(stated_hz, lasts):
+    with pytest.raises(
+        TextureDataError, match=f"position lasts {lasts} s at {stated_hz:g} Hz, and force 8 s at 1000 Hz"
+    ):
+        touch_of("t", [tracked(stated_hz)])
 
 
-@pytest.mark.parametrize("said_hz", [TRACKED_HZ, 119.0, 121.0])
-def test_a_tracker_s_own_rate_is_right_and_its_clock_may_drift(said_hz):
-    found, _ = touch_of("t", [tracked(said_hz)])
-    assert found.stretches[0].speed_mm_s.mean() == pytest.approx(30 * said_hz / TRACKED_HZ, rel=1e-3)
+@pytest.mark.parametrize("stated_hz", [TRACKED_HZ, 119.0, 121.0])
+def test_a_tracker_s_own_rate_is_right_and_its_clock_may_drift(stated_hz):
+    touch, _ = touch_of("t", [tracked(stated_hz)])
+    assert touch.stretches[0].speed_mm_s.mean() == pytest.approx(30 * stated_hz / TRACKED_HZ, rel=1e-3)
 
 
 def test_a_tracker_may_stop_a_little_before_the_others():
@@ -171,28 +173,28 @@ def test_a_tracker_may_stop_a_little_before_the_others():
         touch_of("t", [tracked(samples=900)])
 
 
-@pytest.mark.parametrize(("said_hz", "lasts"), [(2000.0, 4), (500.0, 16)])
-def test_a_speed_or_a_force_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
-    speed = evenly("speed", np.linspace(20, 90, N), said_hz, "made")
-    with pytest.raises(TextureDataError, match=f"speed lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
+@pytest.mark.parametrize(("stated_hz", "lasts"), [(2000.0, 4), (500.0, 16)])
+def test_a_speed_or_a_force_at_a_rate_that_is_not_its_own_is_refused(stated_hz, lasts):
+    speed = evenly("speed", np.linspace(20, 90, N), stated_hz, "made")
+    with pytest.raises(TextureDataError, match=f"speed lasts {lasts} s at {stated_hz:g} Hz, and force 8 s at 1000 Hz"):
         touch_of("t", [replace(touched(), speed=speed)])
-    force = evenly("force", np.linspace(0.5, 2, N), said_hz, "made")
-    with pytest.raises(TextureDataError, match=f"lasts 8 s at 1000 Hz, and force {lasts} s at {said_hz:g} Hz"):
+    force = evenly("force", np.linspace(0.5, 2, N), stated_hz, "made")
+    with pytest.raises(TextureDataError, match=f"lasts 8 s at 1000 Hz, and force {lasts} s at {stated_hz:g} Hz"):
         touch_of("t", [replace(touched(), force=force)])
 
 
 def test_sensors_that_stop_a_little_apart_are_read():
     force = evenly("force", np.linspace(0.5, 2, N - 300), 1000.0, "made")
-    found, notes = touch_of("t", [replace(touched(), force=force)])
-    assert lengths(found) == [2700]
+    touch, notes = touch_of("t", [replace(touched(), force=force)])
+    assert lengths(touch) == [2700]
     assert any("known together for 7.70 of 8.00 s" in note for note in notes)
 
 
 def test_a_tail_that_is_not_known_is_left_out_and_told():
     speed = np.linspace(20, 90, N)
     speed[4000:] = np.nan
-    found, notes = touch_of("t", [replace(touched(), speed=evenly("speed", speed, 1000.0, "made"))])
-    assert lengths(found) == [1500]
+    touch, notes = touch_of("t", [replace(touched(), speed=evenly("speed", speed, 1000.0, "made"))])
+    assert lengths(touch) == [1500]
     assert (
         "all signals are known together for 4.00 of 8.00 s (acceleration 8.00 s, speed 4.00 s, force 8.00 s): the rest"
         " is left out" in notes
@@ -203,20 +205,20 @@ def test_a_tail_that_is_not_known_is_left_out_and_told():
 @pytest.mark.needs("librosa", "pywt")
 def test_segments_without_contact_are_told_and_never_any_is_refused():
     force = np.where(np.arange(N) // 500 == 8, 0.0, 1.2)
-    found, notes = touch_of("t", [touched(force=force)])
+    touch, notes = touch_of("t", [touched(force=force)])
     assert "1 of 6 segments (17%) are without contact (mean force below 0.15 N): left out" in notes
-    assert len(touch_features(found)["mfcc"]) == 5
+    assert len(touch_features(touch)["mfcc"]) == 5
     assert not any("without contact" in note for note in touch_of("t", [touched()])[1])
     with pytest.raises(TextureDataError, match="t: no contact in any of 6 segments"):
         touch_of("t", [touched(force=np.linspace(0.02, 0.1, N))])
 
 
 def test_too_short_is_refused_and_may_be_trimmed_less():
-    for n, told in ((4000, r"nothing of its 4\.00 s is left"), (5300, r"longest stretch without a hole is 0\.3 s")):
-        with pytest.raises(TextureDataError, match=told):
+    for n, message in ((4000, r"nothing of its 4\.00 s is left"), (5300, r"longest stretch without a hole is 0\.3 s")):
+        with pytest.raises(TextureDataError, match=message):
             touch_of("t", [touched(n=n, force=np.linspace(0.5, 2, n))])
-    found, _ = touch_of("t", [touched(n=4000, force=np.linspace(0.5, 2, 4000))], filtering(trim_s=0.25))
-    assert lengths(found) == [3500]
+    touch, _ = touch_of("t", [touched(n=4000, force=np.linspace(0.5, 2, 4000))], filtering(trim_s=0.25))
+    assert lengths(touch) == [3500]
 
 
 DEAD = AXES * [1, 0, 1]
@@ -225,7 +227,7 @@ SPIKED[4000] = 1e6
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [([], "there is no recording"), ([touched(np.zeros((N, 3)))], "acceleration is constant"),
      ([touched(DEAD)], "axis 2 of 3 is constant"), ([touched(1e-9 * AXES)], "is silent"),
      ([touched(np.clip(AXES, -0.3, 0.3))], "clipped at the end"),
@@ -234,8 +236,8 @@ SPIKED[4000] = 1e6
      ([touched(rate_hz=40.0)], "100 to 250000 Hz are expected"), ([touched(rate_hz=1e6)], "unit of the times")],
     ids=["none", "constant", "an axis", "silent", "clipped", "NaN", "one sample", "a spike", "too slow", "too fast"],
 )  # fmt: skip
-def test_signals_that_tell_nothing_are_refused(given, told):
-    with pytest.raises(TextureDataError, match=told):
+def test_signals_that_tell_nothing_are_refused(given, message):
+    with pytest.raises(TextureDataError, match=message):
         touch_of("t", given)
 
 

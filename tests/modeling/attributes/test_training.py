@@ -13,9 +13,9 @@ from tests.modeling.attributes import small_evaluation as small
 from tests.modeling.attributes.made_material import PAIRS
 
 
-def trained(lab, method="ridge", found=None, methods=small.METHODS, **more):
-    asked = small.options(lab / "work", **more)
-    return train_attributes(found or small.material(), method, asked, lab / "models", methods, small.OWN)
+def trained(lab, method="ridge", material=None, methods=small.METHODS, **more):
+    options = small.options(lab / "work", **more)
+    return train_attributes(material or small.material(), method, options, lab / "models", methods, small.OWN)
 
 
 def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_out(tmp_path):
@@ -40,11 +40,11 @@ def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_ou
 
 
 def test_the_card_says_that_its_numbers_rest_on_random_weights_of_resnet(tmp_path):
-    found = replace(small.material(), weights="random (He normal, seed 0): no file was given")
-    written = trained(tmp_path, "visuo_tactile", found)
+    material = replace(small.material(), weights="random (He normal, seed 0): no file was given")
+    written = trained(tmp_path, "visuo_tactile", material)
     card = read_model(written.card, small.METHODS).card
     assert "random ResNet-50" in card.title and any("random weights: the metrics" in note for note in card.notes)
-    assert written.plain()["resnet"] == "random" and trained(tmp_path, "ridge", found).resnet is None
+    assert written.plain()["resnet"] == "random" and trained(tmp_path, "ridge", material).resnet is None
 
 
 def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
@@ -61,20 +61,20 @@ def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
 
 
 def test_a_network_watches_a_share_of_the_textures_and_leaves_its_learning_curve(tmp_path):
-    asked = []
+    counts = []
 
     class Network(small.Linear):
         trained = type("Trained", (), {"seconds": 1.0, "history": (Epoch(1, 0.5, 1e-3, 2.0, 3.0),)})
 
     def fit(learning):
-        asked.append((len(learning.train), len(learning.held)))
-        found = small.fit_linear(learning)
-        return Network(found.weights, found.mean, found.touch, found.sight)
+        counts.append((len(learning.train), len(learning.held)))
+        linear = small.fit_linear(learning)
+        return Network(linear.weights, linear.mean, linear.touch, linear.sight)
 
     fit.__module__ = small.__name__
     methods = {"ridge": Method("ridge", "Ridge", fit, holds_out=True, restore=small.restored)}
     written = trained(tmp_path, methods=methods)
-    assert asked[-1] == (11, 1)
+    assert counts[-1] == (11, 1)
     card = json.loads(written.card.read_text())
     assert card["notes"][0].startswith("Fitted to 11 textures, 1 more are watched to stop early; the metrics are")
     (watched,) = card["training"]["configuration"]["watched"]

@@ -39,11 +39,11 @@ def test_it_is_a_convolution_with_zeros_beyond_the_ends(filters, bias, kernel, p
     x = torch.randn(2, 3, places, 5, dtype=torch.float64, requires_grad=True)
     padded = functional.pad(x.flatten(0, 1).transpose(1, 2), (kernel // 2, (kernel - 1) // 2))
     plain = functional.conv1d(padded, layer.weight, layer.bias).transpose(1, 2).unflatten(0, (2, 3))
-    found = layer(x)
-    torch.testing.assert_close(found, plain, rtol=0, atol=1e-14)
-    slope = torch.randn_like(found)
-    wanted = torch.autograd.grad(plain, (x, *layer.parameters()), slope)
-    for one, other in zip(torch.autograd.grad(found, (x, *layer.parameters()), slope), wanted, strict=True):
+    output = layer(x)
+    torch.testing.assert_close(output, plain, rtol=0, atol=1e-14)
+    slope = torch.randn_like(output)
+    expected = torch.autograd.grad(plain, (x, *layer.parameters()), slope)
+    for one, other in zip(torch.autograd.grad(output, (x, *layer.parameters()), slope), expected, strict=True):
         torch.testing.assert_close(one, other, rtol=0, atol=1e-13)
 
 
@@ -63,9 +63,9 @@ def test_its_layers_are_those_of_thesis_3_5_1():
 
 
 def test_the_shapes_of_2304_features():
-    found = hv_net_shapes(HVNet(2304), torch.randn(2, 2304))
+    shapes = hv_net_shapes(HVNet(2304), torch.randn(2, 2304))
     ends = {"rebuilt": (2304,), "hidden": (512,), "embedded": (128,)}
-    assert found == {"code": (32, 72), "stretched": (256, 2304), **ends}
+    assert shapes == {"code": (32, 72), "stretched": (256, 2304), **ends}
 
 
 def test_to_the_letter_its_dense_layers_are_given_the_features_made_anew():
@@ -78,9 +78,9 @@ def test_to_the_letter_its_dense_layers_are_given_the_features_made_anew():
 
 @pytest.mark.parametrize("length", [32, 33, 63, 250, 256, 2048])
 def test_any_length_from_32_is_rebuilt_at_its_own(length):
-    found = hv_net_shapes(HVNet(length), torch.randn(2, length))
-    assert found["code"] == (32, length // 32)
-    assert found["rebuilt"] == (length,)
+    shapes = hv_net_shapes(HVNet(length), torch.randn(2, length))
+    assert shapes["code"] == (32, length // 32)
+    assert shapes["rebuilt"] == (length,)
 
 
 def test_every_stage_is_what_plain_one_dimensional_layers_give():
@@ -134,39 +134,41 @@ def along(rows, weight):
     """Rows (channels, places) under a filter (filters, channels, kernel), zeros beyond the ends: sums, one by one."""
     filters, _, kernel = weight.shape
     places = rows.shape[1]
-    found = np.zeros((filters, places))
+    output = np.zeros((filters, places))
     for place in range(places):
         for tap in range(kernel):
             source = place + tap - kernel // 2
             if 0 <= source < places:
-                found[:, place] += weight[:, :, tap] @ rows[:, source]
-    return found
+                output[:, place] += weight[:, :, tap] @ rows[:, source]
+    return output
 
 
-def reference(x, given, bias, kept):
+def reference(x, given, bias, recurrent):
     """Hidden states (steps, filters, places) of (steps, channels, places): Shi et al. 2015 without peepholes."""
-    filters = kept.shape[1]
+    filters = recurrent.shape[1]
     hidden = cell = np.zeros((filters, x.shape[2]))
-    found = []
+    states = []
     for step in x:
-        gates = along(step, given) + bias[:, None] + along(hidden, kept)
+        gates = along(step, given) + bias[:, None] + along(hidden, recurrent)
         i, f, o = (1 / (1 + np.exp(-gates[n * filters : (n + 1) * filters])) for n in (0, 1, 3))
         cell = f * cell + i * np.tanh(gates[2 * filters : 3 * filters])
         hidden = o * np.tanh(cell)
-        found.append(hidden)
-    return np.stack(found)
+        states.append(hidden)
+    return np.stack(states)
 
 
 def numbers(layer):
-    return (each.detach().numpy().astype(float) for each in (layer.given.weight, layer.given.bias, layer.kept.weight))
+    return (
+        tensor.detach().numpy().astype(float) for tensor in (layer.given.weight, layer.given.bias, layer.kept.weight)
+    )
 
 
 def layer_of(channels, filters, kernel, dtype=torch.float32):
     torch.manual_seed(3)
     layer = ConvLSTM1D(channels, filters, kernel).to(dtype)
     with torch.no_grad():
-        for each in layer.parameters():
-            each.copy_(0.4 * torch.randn(each.shape))
+        for parameter in layer.parameters():
+            parameter.copy_(0.4 * torch.randn(parameter.shape))
     return layer
 
 
@@ -175,10 +177,10 @@ def layer_of(channels, filters, kernel, dtype=torch.float32):
 def test_each_step_is_what_the_equations_say(kernel, places, dtype, near):
     layer = layer_of(3, 5, kernel, dtype)
     x = torch.randn(2, 6, 3, places, dtype=dtype)
-    found = layer(x).detach().numpy()
-    wanted = [reference(row.numpy().astype(float), *numbers(layer)) for row in x]
-    assert found.shape == (2, 6, 5, places)
-    np.testing.assert_allclose(found, wanted, rtol=0, atol=near)
+    output = layer(x).detach().numpy()
+    expected = [reference(row.numpy().astype(float), *numbers(layer)) for row in x]
+    assert output.shape == (2, 6, 5, places)
+    np.testing.assert_allclose(output, expected, rtol=0, atol=near)
 
 
 def test_with_one_place_and_a_kernel_of_one_it_is_an_lstm():
@@ -262,7 +264,7 @@ def test_another_shape_is_refused_of_ht_net(shape):
         HTNet(3)(torch.zeros(shape))
 
 
-def made(sight=64, touch=3):
+def network(sight=64, touch=3):
     torch.manual_seed(1)
     return VisuoTactile(sight, touch)
 
@@ -272,12 +274,12 @@ def given(rows=2, segments=3):
 
 
 def test_its_head_is_that_of_thesis_3_5_3():
-    net = made()
-    assert [(each.in_features, each.out_features) for each in net.joined] == [(256, 128), (128, 128)]
+    net = network()
+    assert [(layer.in_features, layer.out_features) for layer in net.joined] == [(256, 128), (128, 128)]
     assert (net.last.in_features, net.last.out_features) == (64, 32)
     assert (net.out.in_features, net.out.out_features) == (32, 4)
-    assert made(touch=None).joined[0].in_features == 128
-    assert [(each.in_features, each.out_features) for each in net.own] == [(128, 4), (128, 4)]
+    assert network(touch=None).joined[0].in_features == 128
+    assert [(layer.in_features, layer.out_features) for layer in net.own] == [(128, 4), (128, 4)]
 
 
 def test_to_the_letter_the_loss_is_the_rmse_of_the_attributes_alone():
@@ -292,7 +294,7 @@ def test_to_the_letter_the_loss_is_the_rmse_of_the_attributes_alone():
 
 
 def test_the_head_takes_the_greater_of_every_two():
-    net = made()
+    net = network()
     parts = [torch.randn(2, 1, 128), torch.randn(2, 3, 128)]
     x = torch.cat([parts[0].expand(-1, 3, -1), parts[1]], dim=2)
     for layer in net.joined:
@@ -302,17 +304,17 @@ def test_the_head_takes_the_greater_of_every_two():
 
 
 def test_every_segment_is_answered_in_training_and_their_mean_otherwise():
-    net, (sight, touch) = made(), given()
-    each = net(sight, touch)
-    assert each.attributes.shape == (2, 3, 4)
-    found = net.eval()(sight, touch)
-    torch.testing.assert_close(found.attributes[:, 0], each.attributes.mean(dim=1))
-    assert found.wrong.tolist() == [0.0]
-    assert found.own == ()
+    net, (sight, touch) = network(), given()
+    segments = net(sight, touch)
+    assert segments.attributes.shape == (2, 3, 4)
+    mean = net.eval()(sight, touch)
+    torch.testing.assert_close(mean.attributes[:, 0], segments.attributes.mean(dim=1))
+    assert mean.wrong.tolist() == [0.0]
+    assert mean.own == ()
 
 
 def test_in_half_of_the_batches_one_picture_is_made_anew():
-    net, (sight, _) = made(touch=None), given()
+    net, (sight, _) = network(touch=None), given()
     wrong = torch.cat([net(sight).wrong for _ in range(60)])
     assert REBUILT == 0.5
     assert 20 <= int((wrong > 0).sum()) <= 40
@@ -321,25 +323,25 @@ def test_in_half_of_the_batches_one_picture_is_made_anew():
 
 
 def test_each_of_two_branches_has_a_head_of_its_own_which_hears_nothing_of_the_other():
-    net, (sight, touch) = made(), given()
+    net, (sight, touch) = network(), given()
     seen, felt = net(sight, touch).own
     assert seen.shape == (2, 1, 4)
     assert felt.shape == (2, 3, 4)
     torch.testing.assert_close(net(sight, torch.randn_like(touch)).own[0], seen)
     torch.testing.assert_close(net(torch.randn_like(sight), touch).own[1], felt)
-    assert made(touch=None)(sight).own == ()
+    assert network(touch=None)(sight).own == ()
 
 
 def test_a_picture_shared_by_segments_answers_as_if_shown_with_each():
-    net, (sight, touch) = made(), given(1, 3)
+    net, (sight, touch) = network(), given(1, 3)
     alone = torch.cat([net(sight, touch[:, place : place + 1]).attributes for place in range(3)], dim=1)
     torch.testing.assert_close(net(sight, touch).attributes, alone, rtol=1e-4, atol=1e-5)
 
 
 def test_either_branch_by_itself():
     sight, touch = given()
-    assert made(touch=None)(sight).attributes.shape == (2, 1, 4)
-    felt = made(sight=None)(touch)
+    assert network(touch=None)(sight).attributes.shape == (2, 1, 4)
+    felt = network(sight=None)(touch)
     assert felt.attributes.shape == (2, 3, 4)
     assert felt.wrong.tolist() == [0.0]
 
@@ -364,10 +366,10 @@ def test_a_perfect_answer_has_a_slope():
 def test_what_it_does_not_look_at_is_refused():
     sight, touch = given()
     with pytest.raises(MaterialError, match="was given"):
-        made(touch=None)(sight, touch)
+        network(touch=None)(sight, touch)
     with pytest.raises(MaterialError, match="was given"):
-        made()(sight)
+        network()(sight)
     with pytest.raises(MaterialError, match="was given"):
-        made()(sight, touch[:1])
+        network()(sight, touch[:1])
     with pytest.raises(MaterialError, match="neither sees nor feels"):
         VisuoTactile(None, None)

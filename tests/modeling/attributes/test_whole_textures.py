@@ -15,8 +15,8 @@ from palpate.modeling.attributes.learnable import inner_folds
 from palpate.modeling.attributes.material import MaterialError, ratings_of
 from palpate.modeling.attributes.whole_textures import BOOSTING, LIMIT, RIDGE, SHARES, boosted, whole_of
 from palpate.modeling.regression import PENALTIES, inner_errors, path_of
-from tests.modeling.attributes.learned import asked, learning
-from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.learned import learning, tested_textures
+from tests.modeling.attributes.made_material import simulated_material
 
 
 def weighed(textures, given, share):
@@ -29,7 +29,7 @@ def weighed(textures, given, share):
 @pytest.mark.long
 @pytest.mark.parametrize("noise", [1.0, 15.0])
 def test_it_chooses_and_answers_as_sklearn_does_over_every_share_and_penalty(noise):
-    given = learning(textures=made_material(14, 4, 3, noise=noise).textures)
+    given = learning(textures=simulated_material(14, 4, 3, noise=noise).textures)
     fitted, y = RIDGE.fit(given), ratings_of(given.train)
     folds = list(GroupKFold(5).split(y, groups=np.arange(14)))
     errors = {}
@@ -44,7 +44,7 @@ def test_it_chooses_and_answers_as_sklearn_does_over_every_share_and_penalty(noi
         share, penalty = fitted.share[place], fitted.penalty[place]
         assert errors[share, penalty][place] == pytest.approx(min(one[place] for one in errors.values()), rel=1e-6)
         other = Ridge(penalty).fit(weighed(given.train, given, share), y[:, place])
-        own = [fitted.predict(each).mean(axis=0)[place] for each in given.train]
+        own = [fitted.predict(texture).mean(axis=0)[place] for texture in given.train]
         assert own == pytest.approx(other.predict(weighed(given.train, given, share)), abs=1e-6)
 
 
@@ -52,16 +52,16 @@ def test_inner_errors_are_those_of_sklearn():
     chance = np.random.default_rng(0)
     x, y = chance.normal(size=(20, 5)), chance.normal(size=(20, 3))
     folds = list(GroupKFold(4).split(x, groups=np.arange(20)))
-    found = inner_errors(x, y, folds)
+    inner = inner_errors(x, y, folds)
     for place, penalty in enumerate(PENALTIES):
         off = sum(((Ridge(penalty).fit(x[a], y[a]).predict(x[b]) - y[b]) ** 2).sum(axis=0) for a, b in folds)
-        assert found[place] == pytest.approx(off)
+        assert inner[place] == pytest.approx(off)
     assert path_of(x, y).weights(1.0).shape == (5, 3)
 
 
 def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
     fitted = RIDGE.fit(learning())
-    texture = asked()[0]
+    texture = tested_textures()[0]
     rows = fitted.predict(texture)
     assert len(rows) == 4 * 3
     whole = fitted.front(texture) @ fitted.weight.T + fitted.bias
@@ -69,10 +69,10 @@ def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
     assert rows.std(axis=0).min() > 0
 
 
-@pytest.mark.parametrize(("lacks", "rows"), [("touch", 3), ("sight", 4)])
-def test_it_can_be_asked_to_look_at_one_sense_alone(lacks, rows):
-    fitted = RIDGE.fit(learning(**{lacks: ()}))
-    assert len(fitted.predict(replace(asked()[0], **{lacks: {}}))) == rows
+@pytest.mark.parametrize(("sense", "rows"), [("touch", 3), ("sight", 4)])
+def test_it_can_be_asked_to_look_at_one_sense_alone(sense, rows):
+    fitted = RIDGE.fit(learning(**{sense: ()}))
+    assert len(fitted.predict(replace(tested_textures()[0], **{sense: {}}))) == rows
     assert set(fitted.share) == {1.0}
     with pytest.raises(MaterialError, match="no kind of feature"):
         RIDGE.fit(learning(touch=(), sight=()))
@@ -85,7 +85,7 @@ def test_each_attribute_leans_on_the_sense_that_tells_it():
 
 
 def test_a_single_picture_has_no_spread_and_is_no_outlier():
-    texture = asked()[0]
+    texture = tested_textures()[0]
     one = replace(texture, sight={kind: rows[:1] for kind, rows in texture.sight.items()}, variants={})
     fitted = RIDGE.fit(learning())
     assert fitted.front(one)[0, -256:].tolist() == [0.0] * 256
@@ -93,19 +93,19 @@ def test_a_single_picture_has_no_spread_and_is_no_outlier():
 
 
 def test_textures_of_one_file_stay_on_one_side_of_inner_folds():
-    textures = made_material(8, 1, 1).textures
-    twins = [replace(each, made_from=frozenset({f"{place // 2}"})) for place, each in enumerate(textures)]
+    textures = simulated_material(8, 1, 1).textures
+    twins = [replace(texture, made_from=frozenset({f"{place // 2}"})) for place, texture in enumerate(textures)]
     tested = []
     for train, test in inner_folds(twins):
         assert not {place // 2 for place in train} & {place // 2 for place in test}
         tested += test.tolist()
     assert sorted(tested) == list(range(8))
     with pytest.raises(MaterialError, match="all made from the same"):
-        list(inner_folds([replace(each, made_from=frozenset({"x"})) for each in textures]))
+        list(inner_folds([replace(texture, made_from=frozenset({"x"})) for texture in textures]))
 
 
 def test_what_is_far_off_all_that_was_learned_from_is_kept_within_limits():
-    fitted, texture = RIDGE.fit(learning()), asked()[0]
+    fitted, texture = RIDGE.fit(learning()), tested_textures()[0]
     for value in (1e6, 1e30):
         loud = replace(texture, touch={**texture.touch, "mfcc": np.full((4, 520), value, "f4")})
         assert np.abs(fitted.front(loud)).max() == LIMIT
@@ -115,9 +115,9 @@ def test_what_is_far_off_all_that_was_learned_from_is_kept_within_limits():
 
 
 def test_it_tells_what_it_chose():
-    told = []
-    RIDGE.fit(learning(report=told.append))
-    assert [line.split(":")[1].strip() for line in told] == [
+    lines = []
+    RIDGE.fit(learning(report=lines.append))
+    assert [line.split(":")[1].strip() for line in lines] == [
         "Rough-Smooth",
         "Flat-Bumpy",
         "Sticky-Slippery",
@@ -137,35 +137,35 @@ def grown(given):
 
 
 def test_the_arrays_answer_to_the_bit_as_sklearn_does():
-    given = learning(textures=made_material(12, 3, 2).textures)
+    given = learning(textures=simulated_material(12, 3, 2).textures)
     front, own = grown(given)
-    rows = np.concatenate([front(each) for each in (*given.train, *asked())])
+    rows = np.concatenate([front(texture) for texture in (*given.train, *tested_textures())])
     rows = np.concatenate([rows, np.random.default_rng(1).normal(0, 5, (50, rows.shape[1]))])
-    expected = np.stack([each.predict(rows.astype(np.float32)) for each in own], axis=1)
-    bias = np.array([each.init_.constant_.item() for each in own])
+    expected = np.stack([model.predict(rows.astype(np.float32)) for model in own], axis=1)
+    bias = np.array([model.init_.constant_.item() for model in own])
     assert boosted(front, own, bias).answers(rows).tobytes() == expected.tobytes()
 
 
 @pytest.mark.long
 def test_fit_is_that_of_sklearn():
-    given = learning(textures=made_material(12, 3, 2).textures)
+    given = learning(textures=simulated_material(12, 3, 2).textures)
     front, own = grown(given)
-    texture = asked()[0]
-    expected = [each.predict(front(texture).astype(np.float32))[0] for each in own]
+    texture = tested_textures()[0]
+    expected = [model.predict(front(texture).astype(np.float32))[0] for model in own]
     np.testing.assert_allclose(BOOSTING.fit(given).predict(texture)[0], expected, rtol=1e-12)
 
 
 def test_a_value_between_two_single_precision_numbers_goes_where_sklearn_sends_it():
-    given = learning(textures=made_material(12, 3, 2).textures)
+    given = learning(textures=simulated_material(12, 3, 2).textures)
     front, own = grown(given)
     tree = own[0].estimators_[0, 0].tree_
     rows = np.zeros((3, front.standard.gain.size))
     rows[:, tree.feature[0]] = tree.threshold[0] + np.array([-1e-12, 0.0, 1e-12])
     expected = own[0].predict(rows.astype(np.float32))
-    bias = np.array([each.init_.constant_.item() for each in own])
+    bias = np.array([model.init_.constant_.item() for model in own])
     assert boosted(front, own, bias).answers(rows)[:, 0].tolist() == expected.tolist()
 
 
 @pytest.mark.long
 def test_a_texture_is_one_row():
-    assert BOOSTING.fit(learning()).predict(asked()[0]).shape == (1, 4)
+    assert BOOSTING.fit(learning()).predict(tested_textures()[0]).shape == (1, 4)

@@ -37,20 +37,20 @@ def known(stimuli=400, people=20, noise=4.0, bias=0.0, groups=2, seed=1, spread=
 
 def test_the_error_of_a_perfect_predictor_is_the_noise_of_the_mean():
     rated, truth = known()
-    found = noise_ceiling(rated, PLAIN, splits=100)
+    ceiling = noise_ceiling(rated, PLAIN, splits=100)
     error = rated.data.rating - truth
-    assert found.rmse[:7] == pytest.approx(np.full(7, 4 / np.sqrt(20)), rel=0.05)
-    assert found.rmse[7] == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.03)
-    assert found.mae[7] == pytest.approx(np.mean(np.abs(error)), rel=0.03)
-    assert found.r2[7] == pytest.approx(1 - np.mean(error**2) / np.var(rated.data.rating, axis=0).mean(), abs=0.002)
+    assert ceiling.rmse[:7] == pytest.approx(np.full(7, 4 / np.sqrt(20)), rel=0.05)
+    assert ceiling.rmse[7] == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.03)
+    assert ceiling.mae[7] == pytest.approx(np.mean(np.abs(error)), rel=0.03)
+    assert ceiling.r2[7] == pytest.approx(1 - np.mean(error**2) / np.var(rated.data.rating, axis=0).mean(), abs=0.002)
 
 
 def test_reliability_is_the_share_of_variance_that_is_true():
     rated, _ = known(noise=20.0, spread=5.0)
-    found = noise_ceiling(rated, PLAIN, splits=100)
-    assert found.reliability[7] == pytest.approx(25 / (25 + 400 / 20), abs=0.04)
-    assert found.half_r[7] == pytest.approx(25 / (25 + 400 / 10), abs=0.05)
-    assert found.reliability == pytest.approx(2 * found.half_r / (1 + found.half_r))
+    ceiling = noise_ceiling(rated, PLAIN, splits=100)
+    assert ceiling.reliability[7] == pytest.approx(25 / (25 + 400 / 20), abs=0.04)
+    assert ceiling.half_r[7] == pytest.approx(25 / (25 + 400 / 10), abs=0.05)
+    assert ceiling.reliability == pytest.approx(2 * ceiling.half_r / (1 + ceiling.half_r))
 
 
 def test_the_same_peoples_bias_is_noise_to_one_and_known_to_the_other():
@@ -67,8 +67,8 @@ def test_groups_of_odd_size_and_gaps_change_nothing_in_expectation():
     value = rated.individual.value.copy()
     value[0, :50] = np.nan
     gappy = Rated(replace(rated.data, rating=np.nanmean(value, axis=0)), replace(rated.individual, value=value))
-    found = noise_ceiling(gappy, PLAIN, splits=200)
-    assert found.rmse[7] == pytest.approx(np.sqrt(np.mean((gappy.data.rating - truth) ** 2)), rel=0.05)
+    ceiling = noise_ceiling(gappy, PLAIN, splits=200)
+    assert ceiling.rmse[7] == pytest.approx(np.sqrt(np.mean((gappy.data.rating - truth) ** 2)), rel=0.05)
 
 
 def test_the_order_of_the_people_does_not_matter():
@@ -76,17 +76,17 @@ def test_the_order_of_the_people_does_not_matter():
     order = np.random.default_rng(2).permutation(40)
     one = rated.individual
     turned = Individual(tuple(one.people[i] for i in order), tuple(one.groups[i] for i in order), one.value[order])
-    first, second = (noise_ceiling(each, PLAIN, splits=20) for each in (rated, Rated(rated.data, turned)))
+    first, second = (noise_ceiling(ratings, PLAIN, splits=20) for ratings in (rated, Rated(rated.data, turned)))
     assert first.mae == pytest.approx(second.mae, rel=1e-12)
 
 
 def test_the_rmse_is_what_the_sd_between_raters_says():
     """Over all halves the mean square of the halves' difference is 4 s^2 / n, with s^2 over n - 1."""
     rated, _ = known(stimuli=60, people=6, noise=3.0, bias=3.0)
-    found = noise_ceiling(rated, PLAIN, splits=2000)
+    ceiling = noise_ceiling(rated, PLAIN, splits=2000)
     variance = np.nanvar(rated.individual.value, axis=0, ddof=1)
-    assert found.rmse[:7] == pytest.approx(np.sqrt(np.mean(variance / 6, axis=0)), rel=0.03)
-    assert (noise_ceiling(rated, PLAIN, of="same_people", splits=50).mae < found.mae).all()
+    assert ceiling.rmse[:7] == pytest.approx(np.sqrt(np.mean(variance / 6, axis=0)), rel=0.03)
+    assert (noise_ceiling(rated, PLAIN, of="same_people", splits=50).mae < ceiling.mae).all()
 
 
 def test_ratings_that_do_not_vary_have_no_r2_and_the_note_says_so():
@@ -94,10 +94,10 @@ def test_ratings_that_do_not_vary_have_no_r2_and_the_note_says_so():
     value = rated.individual.value.copy()
     value[:, :, 2] = np.where(np.isnan(value[:, :, 2]), np.nan, 40.0)
     flat = Rated(replace(rated.data, rating=np.nanmean(value, axis=0)), replace(rated.individual, value=value))
-    found = noise_ceiling(flat, PLAIN, splits=10)
-    assert np.isnan(found.r2[2]) and np.isnan(found.reliability[2]) and found.rmse[2] == 0
-    assert np.isfinite(np.delete(found.r2, 2)).all()
-    assert found.note == "the means do not vary: no correlation and no R2 of Consistent"
+    ceiling = noise_ceiling(flat, PLAIN, splits=10)
+    assert np.isnan(ceiling.r2[2]) and np.isnan(ceiling.reliability[2]) and ceiling.rmse[2] == 0
+    assert np.isfinite(np.delete(ceiling.r2, 2)).all()
+    assert ceiling.note == "the means do not vary: no correlation and no R2 of Consistent"
 
 
 def rated_by(people):
@@ -136,8 +136,8 @@ def test_an_unknown_question_is_refused():
 
 def test_a_level_that_was_estimated_from_few_answers_takes_no_noise_away():
     rated, _ = known(stimuli=6, noise=2.0, bias=5.0, groups=1)
-    found = [noise_ceiling(each, PLAIN, of="same_people", splits=200).rmse[7] for each in (rated, *again(5))]
-    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(2 / np.sqrt(20), rel=0.04)
+    errors = [noise_ceiling(ratings, PLAIN, of="same_people", splits=200).rmse[7] for ratings in (rated, *again(5))]
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(2 / np.sqrt(20), rel=0.04)
 
 
 def again(times):
@@ -158,15 +158,15 @@ def answered(people):
 @pytest.mark.parametrize("of", ["other_people", "same_people"])
 def test_means_that_differ_by_rounding_only_do_not_vary(of):
     rated = answered({"P1": lambda _: 0.1, "P2": lambda _: 0.3, "P3": lambda _: 0.7})
-    found = noise_ceiling(rated, PLAIN, of=of, splits=20)
-    assert np.isnan(found.r2).all() and np.isnan(found.half_r).all()
-    assert found.note == "the means do not vary: no correlation and no R2 of X, overall"
+    ceiling = noise_ceiling(rated, PLAIN, of=of, splits=20)
+    assert np.isnan(ceiling.r2).all() and np.isnan(ceiling.half_r).all()
+    assert ceiling.note == "the means do not vary: no correlation and no R2 of X, overall"
 
 
 def test_a_person_who_always_answers_the_same_leaves_no_correlation_and_the_note_says_so():
-    found = noise_ceiling(answered({"P1": lambda _: 2.0, "P2": float}), PLAIN, splits=20)
-    assert np.isnan(found.half_r).all() and np.isfinite(found.r2).all()
-    assert found.note == "a half's means do not vary: no correlation of X, overall"
+    ceiling = noise_ceiling(answered({"P1": lambda _: 2.0, "P2": float}), PLAIN, splits=20)
+    assert np.isnan(ceiling.half_r).all() and np.isfinite(ceiling.r2).all()
+    assert ceiling.note == "a half's means do not vary: no correlation of X, overall"
 
 
 def test_a_person_with_one_answer_has_no_level():
@@ -177,5 +177,5 @@ def test_a_person_with_one_answer_has_no_level():
     without = Rated(
         rated.data, replace(rated.individual, value=np.where(np.arange(40)[:, None, None] == 0, np.nan, value))
     )
-    first, second = (noise_ceiling(each, PLAIN, of="same_people", splits=10) for each in (gappy, without))
+    first, second = (noise_ceiling(ratings, PLAIN, of="same_people", splits=10) for ratings in (gappy, without))
     assert first.mae == pytest.approx(second.mae)

@@ -73,9 +73,9 @@ def test_the_five_measured_doors_differ_from_one_another():
 
 
 def test_the_licence_folder_tells_of_every_file_in_it():
-    told = (MEASURED / "README.md").read_text(encoding="utf-8")
+    text = (MEASURED / "README.md").read_text(encoding="utf-8")
     for file in MEASURED.rglob("*.csv"):
-        assert f"`{file.relative_to(MEASURED)}`" in told, file
+        assert f"`{file.relative_to(MEASURED)}`" in text, file
 
 
 def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots():
@@ -88,5 +88,5 @@ def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots
         f"from pathlib import Path\nsimulated_data(2, study=Path({str(SMALL)!r}))\nmeasured_door.measured_doors()\n"
         "print(sorted({name.split('.')[0] for name in sys.modules} & {'devices', 'torch', 'psychopy', 'sklearn'}))"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert said.stdout.strip() == "[]"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"

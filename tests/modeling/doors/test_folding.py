@@ -27,9 +27,9 @@ def counted(data, fold, labels):
 @pytest.mark.parametrize("seed", [0, 7])
 def test_the_studys_90_stimuli_give_five_folds_of_three_variants_of_each_door(seed):
     data = crossed(6, 15, same=PAIRS)
-    found = folds(data, seed=seed)
-    assert [fold.name for fold in found] == [f"fold {n}" for n in range(1, 6)]
-    for fold in found:
+    divided = folds(data, seed=seed)
+    assert [fold.name for fold in divided] == [f"fold {n}" for n in range(1, 6)]
+    for fold in divided:
         assert counted(data, fold, "doors") == {f"D{n}": 3 for n in range(6)}
         assert set(counted(data, fold, "variants").values()) <= {1, 2}
         assert len(counted(data, fold, "variants")) == 15
@@ -38,9 +38,9 @@ def test_the_studys_90_stimuli_give_five_folds_of_three_variants_of_each_door(se
 
 def test_each_row_is_tested_once_and_every_other_one_is_trained_on():
     data = crossed(6, 15, same=PAIRS)
-    found = folds(data)
-    assert sorted(np.concatenate([fold.test for fold in found]).tolist()) == list(range(90))
-    for fold in found:
+    divided = folds(data)
+    assert sorted(np.concatenate([fold.test for fold in divided]).tolist()) == list(range(90))
+    for fold in divided:
         assert sorted([*fold.train.tolist(), *fold.test.tolist()]) == list(range(90))
 
 
@@ -72,14 +72,14 @@ def leaks(data, fold):
 @given(any_data(), st.integers(2, 4), st.integers(0, 3), st.booleans())
 def test_no_source_and_no_profile_is_ever_on_both_sides(data, k, seed, by_door):
     try:
-        found = folds(data, k, "leave_one_door_out" if by_door else "grouped", seed)
+        divided = folds(data, k, "leave_one_door_out" if by_door else "grouped", seed)
     except ModelDataError as refusal:
         assert "source" in str(refusal)
         return
-    for fold in found:
+    for fold in divided:
         assert len(fold.test) and not set(fold.test) & set(fold.train)
         assert not leaks(data, fold)
-    tested = sorted(np.concatenate([fold.test for fold in found]).tolist())
+    tested = sorted(np.concatenate([fold.test for fold in divided]).tolist())
     assert tested == list(range(len(data)))
 
 
@@ -90,11 +90,11 @@ def test_no_source_and_no_profile_is_ever_on_both_sides(data, k, seed, by_door):
 def test_where_every_profile_is_its_own_source_the_balance_is_perfect(places, k):
     """A bipartite multigraph always has an equitable colouring (de Werra 1971), so the best is known: it is reached."""
     data = made_up(places)
-    found = folds(data, k)
+    divided = folds(data, k)
     for labels in ("doors", "variants"):
         for name, total in Counter(getattr(data, labels)).items():
-            assert {counted(data, fold, labels)[name] for fold in found} <= {total // k, -(-total // k)}
-    assert {len(fold.test) for fold in found} <= {len(places) // k, -(-len(places) // k)}
+            assert {counted(data, fold, labels)[name] for fold in divided} <= {total // k, -(-total // k)}
+    assert {len(fold.test) for fold in divided} <= {len(places) // k, -(-len(places) // k)}
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -129,9 +129,9 @@ def test_the_order_of_the_rows_does_not_matter_and_the_seed_does():
 
 def test_leave_one_door_out_tests_each_door_and_leaves_its_doubles_at_other_doors_out():
     data = crossed(3, 4, same=[(0, 5)])  # D0_g0 and D1_g1
-    found = folds(data, kind="leave_one_door_out")
-    assert [fold.name for fold in found] == ["D0", "D1", "D2"]
-    assert [(fold.train.tolist(), fold.test.tolist()) for fold in found] == [
+    divided = folds(data, kind="leave_one_door_out")
+    assert [fold.name for fold in divided] == ["D0", "D1", "D2"]
+    assert [(fold.train.tolist(), fold.test.tolist()) for fold in divided] == [
         ([4, 6, 7, 8, 9, 10, 11], [0, 1, 2, 3]),
         ([1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7]),
         ([0, 1, 2, 3, 4, 5, 6, 7], [8, 9, 10, 11]),

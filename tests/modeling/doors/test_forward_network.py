@@ -56,8 +56,8 @@ def test_a_few_steps_fall_below_the_loss_of_the_mean(fitted):
 
 
 def test_it_answers_for_profiles_that_it_never_saw(fitted):
-    answer, wanted = fitted.predict(profiles(UNSEEN)), learning()
-    rating = wanted.scaling.rating_up(wanted.held.rating)
+    answer, data = fitted.predict(profiles(UNSEEN)), learning()
+    rating = data.scaling.rating_up(data.held.rating)
     assert answer.shape == (8, 7)
     assert huber_of(answer - rating) == pytest.approx(fitted.trained.best_loss, rel=1e-4)
 
@@ -189,9 +189,9 @@ def test_its_layers_are_621_64_32_7(fitted_mlp):
 
 
 def test_it_falls_below_half_the_error_of_the_mean(fitted_mlp):
-    wanted = learning()
-    off = np.abs(fitted_mlp.predict(profiles(UNSEEN)) - wanted.scaling.rating_up(wanted.held.rating)).mean()
-    assert off < 0.5 * of_the_mean(wanted, lambda off: np.abs(off).mean())
+    data = learning()
+    off = np.abs(fitted_mlp.predict(profiles(UNSEEN)) - data.scaling.rating_up(data.held.rating)).mean()
+    assert off < 0.5 * of_the_mean(data, lambda off: np.abs(off).mean())
 
 
 def test_two_fits_are_bit_equal():

@@ -64,9 +64,11 @@ def test_wishes_that_can_be_had_come_nearer_than_by_any_measured_door(learned, f
 
 def test_every_corner_and_every_single_end_plays(learned, fitted):
     wishes = np.r_[corners(7), singles(7)]
-    found = extremes(fitted, wishes, learned.forward, learned.measured.force_N)
-    assert unplayable(found) == 0
-    assert all(each.plausibility.greatest_N <= 60 and each.plausibility.steepest_N_deg <= 60 + 1e-9 for each in found)
+    answers_at_ends = extremes(fitted, wishes, learned.forward, learned.measured.force_N)
+    assert unplayable(answers_at_ends) == 0
+    assert all(
+        end.plausibility.greatest_N <= 60 and end.plausibility.steepest_N_deg <= 60 + 1e-9 for end in answers_at_ends
+    )
 
 
 def test_beyond_the_scale_a_wish_counts_as_its_end_and_far_off_it_is_refused(fitted):
@@ -103,15 +105,15 @@ def test_a_training_that_was_cut_off_goes_on_to_the_same_result(tmp_path):
     brief = replace(TINY, profiles=40, own=20, size=replace(TINY.size, student_epochs=3, generator_epochs=3))
     wish = np.full((1, 7), 30.0)
     whole = fit_by(brief, given()).predict(wish)
-    told = []
+    lines = []
 
     def cut(line):
-        told.append(line)
+        lines.append(line)
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         fit_by(brief, replace(given(checkpoint=tmp_path), report=cut))
-    assert len(told) == 1 and np.array_equal(fit_by(brief, given(checkpoint=tmp_path)).predict(wish), whole)
+    assert len(lines) == 1 and np.array_equal(fit_by(brief, given(checkpoint=tmp_path)).predict(wish), whole)
 
 
 def test_a_quick_trial_takes_the_small_recipe(learned, monkeypatch):
@@ -134,26 +136,28 @@ def test_without_a_forward_model_or_with_equal_doors_it_is_refused(learned):
 
 def test_two_doors_are_enough_to_make_playable_ones(learned):
     two = learned.measured.rows(np.array([0, 5]))
-    made = fit_by(replace(TINY, profiles=30, rounds=0), replace(learned, measured=two)).predict(corners(7))
-    assert np.isfinite(made).all() and np.abs(made).max() <= 60
+    generated = fit_by(replace(TINY, profiles=30, rounds=0), replace(learned, measured=two)).predict(corners(7))
+    assert np.isfinite(generated).all() and np.abs(generated).max() <= 60
 
 
 def test_plausible_doors_are_like_measured_ones_and_the_code_holds_them():
     doors = opened(data_of(SEEN).force_N)
-    made = plausible(doors, 80, np.random.default_rng(3))
-    assert made.shape == (80, 621) and made.max() <= 1.4 * doors.max() and made.min() >= 1.4 * doors.min()
-    codes = [code_of(made, components) for components in (4, 12, 40)]
+    generated = plausible(doors, 80, np.random.default_rng(3))
+    assert (
+        generated.shape == (80, 621) and generated.max() <= 1.4 * doors.max() and generated.min() >= 1.4 * doors.min()
+    )
+    codes = [code_of(generated, components) for components in (4, 12, 40)]
     code = codes[1]
-    assert np.std(code.encoded(made), axis=0) == pytest.approx(np.ones(12))
+    assert np.std(code.encoded(generated), axis=0) == pytest.approx(np.ones(12))
     assert code.decoded(code.encoded(code.decoded(np.eye(12)))) == pytest.approx(code.decoded(np.eye(12)))
-    error = [np.abs(each.decoded(each.encoded(made)) - made).mean() for each in codes]
+    error = [np.abs(code.decoded(code.encoded(generated)) - generated).mean() for code in codes]
     assert error[0] > error[1] > error[2] and error[1] < 2.0
 
 
 def test_zeros_behind_a_motion_that_ended_do_not_become_a_step():
     short = np.r_[np.full(500, 20.0), np.zeros(121)]
-    found = opened(np.array([short, np.zeros(621)]))
-    assert np.array_equal(found, [np.full(621, 20.0), np.zeros(621)])
+    smooth = opened(np.array([short, np.zeros(621)]))
+    assert np.array_equal(smooth, [np.full(621, 20.0), np.zeros(621)])
 
 
 def test_what_lies_outside_the_measured_doors_is_foreign():
@@ -163,8 +167,8 @@ def test_what_lies_outside_the_measured_doors_is_foreign():
     saw = 8 * (np.arange(621) % 20 < 10) + doors[0]
     assert foreign(np.array([saw]))[0] > 2 * foreign(doors).max() or foreign(np.array([saw]))[0] == MOST_FOREIGN
     code = code_of(opened(doors), 3)
-    said = Teacher(Knows(given().scaling), foreign, code).says(np.zeros((2, 3)))
-    assert said.shape == (2, 8) and np.array_equal(said[0], said[1])
+    ratings = Teacher(Knows(given().scaling), foreign, code).says(np.zeros((2, 3)))
+    assert ratings.shape == (2, 8) and np.array_equal(ratings[0], ratings[1])
 
 
 def test_the_random_wishes_fill_the_range_and_its_corners():

@@ -53,12 +53,14 @@ def test_what_is_found_costs_less_than_every_rated_profile(fitted, forward):
 
 
 def test_impossible_wishes_give_playable_profiles_no_farther_out_than_the_measured_ones(fitted):
-    made = fitted.predict(CORNERS)
-    assert [refusal(force) for force in made] == [None] * 4
-    assert np.abs(made).max() <= LIMIT_N
-    assert np.abs(np.diff(made)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
+    generated = fitted.predict(CORNERS)
+    assert [refusal(force) for force in generated] == [None] * 4
+    assert np.abs(generated).max() <= LIMIT_N
+    assert np.abs(np.diff(generated)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
     farthest = np.linalg.norm(fitted.codes.of(profiles(SEEN)), axis=1).max()
-    assert np.linalg.norm(fitted.codes.of(made), axis=1).max() <= 1.25 * farthest  # a limited slope moves it a little
+    assert (
+        np.linalg.norm(fitted.codes.of(generated), axis=1).max() <= 1.25 * farthest
+    )  # a limited slope moves it a little
 
 
 def test_it_is_decided_by_the_seed_and_not_by_the_order_of_wishes_or_rows(fitted, forward):
@@ -73,9 +75,9 @@ def test_it_is_decided_by_the_seed_and_not_by_the_order_of_wishes_or_rows(fitted
 def test_codes_are_uncorrelated_with_an_sd_of_one_and_lead_back():
     rows = profiles(SEEN)
     codes = codes_of(rows)
-    found = codes.of(rows)
-    assert np.allclose(found.T @ found / len(rows), np.eye(found.shape[1]), atol=1e-8)
-    assert np.abs(codes.decoded(found) - rows).max() < 1e-6
+    coded = codes.of(rows)
+    assert np.allclose(coded.T @ coded / len(rows), np.eye(coded.shape[1]), atol=1e-8)
+    assert np.abs(codes.decoded(coded) - rows).max() < 1e-6
 
 
 def test_searching_leaves_torch_and_the_network_as_they_were(fitted, forward):
@@ -107,5 +109,5 @@ def test_it_needs_a_forward_network_and_profiles_that_differ(forward):
 
 def test_two_profiles_are_enough(forward):
     two = data_of(SEEN[:2])
-    found = SEARCH.fit(replace(learning(forward=forward), measured=two)).predict(CORNERS[:2])
-    assert np.isfinite(found).all()
+    generated = SEARCH.fit(replace(learning(forward=forward), measured=two)).predict(CORNERS[:2])
+    assert np.isfinite(generated).all()

@@ -54,19 +54,19 @@ def test_new_answers_are_held_as_often_as_the_theorem_says():
 def test_nested_coverage_calibrates_on_the_other_folds_only():
     # fold 0 errs by 1 and fold 1 by 10: each is judged by the other's width
     residual, fold = np.repeat([[1.0], [10.0]], 10, axis=0), np.repeat([0, 1], 10)
-    found = nested_coverage(residual, fold, 0.9)
-    assert (found.share, found.overall) == ((0.5,), 0.5)
-    assert found.half_width == (5.5,)
-    assert found.error == (pytest.approx(np.sqrt(0.25 / 20)),)
-    assert found.stimuli == 20
+    coverage = nested_coverage(residual, fold, 0.9)
+    assert (coverage.share, coverage.overall) == ((0.5,), 0.5)
+    assert coverage.half_width == (5.5,)
+    assert coverage.error == (pytest.approx(np.sqrt(0.25 / 20)),)
+    assert coverage.stimuli == 20
 
 
 def test_errors_of_attributes_that_err_together_are_told_apart():
     draw = np.random.default_rng(3)
     alike = np.repeat(draw.normal(size=(200, 1)), 7, axis=1)
-    found = nested_coverage(alike, np.arange(200) % 5, 0.8)
-    assert found.overall_error_by_stimulus == pytest.approx(np.sqrt(7) * found.overall_error, rel=0.01)
-    assert found.overall == pytest.approx(0.8, abs=0.1)
+    coverage = nested_coverage(alike, np.arange(200) % 5, 0.8)
+    assert coverage.overall_error_by_stimulus == pytest.approx(np.sqrt(7) * coverage.overall_error, rel=0.01)
+    assert coverage.overall == pytest.approx(0.8, abs=0.1)
 
 
 def test_scaled_intervals_hold_the_calm_and_the_wild_alike():
@@ -110,6 +110,6 @@ def test_too_few_residuals_outside_a_fold_are_refused():
 
 
 def test_the_card_says_how_it_was_calibrated():
-    found = interval(np.arange(1.0, 20)[:, None] * [1, 2], 0.9)
-    assert found.half_width == (18, 36)
-    assert found.method == "conformal, from out-of-fold residuals of 19 stimuli (grouped folds)"
+    calibrated = interval(np.arange(1.0, 20)[:, None] * [1, 2], 0.9)
+    assert calibrated.half_width == (18, 36)
+    assert calibrated.method == "conformal, from out-of-fold residuals of 19 stimuli (grouped folds)"

@@ -39,9 +39,9 @@ def test_training_is_that_of_the_thesis():
 
 
 def test_a_few_steps_fall_below_the_error_of_the_mean_profile(fitted):
-    made = fitted.predict(learning(FEW).scaling.rating_up(FEW.rating))
+    generated = fitted.predict(learning(FEW).scaling.rating_up(FEW.rating))
     of_the_mean = np.mean((FEW.force_N - FEW.force_N.mean(axis=0)) ** 2)
-    assert np.mean((made - FEW.force_N) ** 2) < 0.7 * of_the_mean
+    assert np.mean((generated - FEW.force_N) ** 2) < 0.7 * of_the_mean
 
 
 def test_the_decoder_is_that_of_the_forward_network_after_training_too(fitted, forward):
@@ -80,11 +80,11 @@ def test_numpy_alone_makes_the_same_profiles(fitted):
 
 
 def test_every_profile_is_within_what_may_be_played(fitted):
-    made = fitted.predict(CORNERS)
-    assert made.shape == (4, 621)
-    assert np.abs(made).max() <= LIMIT_N
-    assert np.abs(np.diff(made)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
-    assert [refusal(force) for force in made] == [None] * 4
+    generated = fitted.predict(CORNERS)
+    assert generated.shape == (4, 621)
+    assert np.abs(generated).max() <= LIMIT_N
+    assert np.abs(np.diff(generated)).max() * 10 <= STEEPEST_N_DEG * (1 + 1e-12)
+    assert [refusal(force) for force in generated] == [None] * 4
 
 
 @pytest.mark.parametrize("wish", [np.zeros(6), np.full(7, np.nan), np.full(7, 1e6), np.zeros((2, 8))])

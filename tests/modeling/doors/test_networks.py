@@ -34,15 +34,15 @@ def _one_thread():
 
 
 @pytest.fixture(scope="module")
-def _made():
+def _inverse_network():
     return PerceptionToForce(ForceToPerception().decoder)
 
 
 @pytest.fixture
-def inverse(_made):
+def inverse(_inverse_network):
     """One network for all tests: its 56 million weights take a second to draw."""
-    _made.zero_grad(set_to_none=True)
-    return _made.float()
+    _inverse_network.zero_grad(set_to_none=True)
+    return _inverse_network.float()
 
 
 def convolutions(module):
@@ -55,8 +55,8 @@ def convolutions(module):
 
 def test_the_forward_network_has_the_shapes_of_the_thesis():
     network = ForceToPerception()
-    found = shapes(torch.randn(2, 621), network)
-    assert found == {"latent": (128, 155), "restored": (64, 620), "hidden": (128,), "ratings": (7,)}
+    layer_shapes = shapes(torch.randn(2, 621), network)
+    assert layer_shapes == {"latent": (128, 155), "restored": (64, 620), "hidden": (128,), "ratings": (7,)}
 
 
 def test_the_encoder_halves_twice_and_the_decoder_doubles_twice():
@@ -111,8 +111,8 @@ def test_a_frozen_decoder_gets_no_gradient_and_is_not_changed_by_training(invers
 def test_huber_with_delta_two_is_equation_5_4():
     off = torch.linspace(-7, 7, 57, dtype=torch.float64)
     expected = torch.where(off.abs() <= 2, off**2 / 2, 2 * (off.abs() - 1))
-    found = functional.huber_loss(off, torch.zeros_like(off), delta=2.0, reduction="none")
-    assert torch.allclose(found, expected, atol=0, rtol=1e-15)
+    loss = functional.huber_loss(off, torch.zeros_like(off), delta=2.0, reduction="none")
+    assert torch.allclose(loss, expected, atol=0, rtol=1e-15)
 
 
 def test_dropout_acts_only_while_training():
@@ -134,12 +134,12 @@ def test_a_residual_block_adds_its_input_before_the_last_relu():
 def difference(loss, value, place, step):
     """The central finite difference of a loss over one number of a tensor."""
     flat = value.data.view(-1)
-    kept = flat[place].item()
-    flat[place] = kept + step
+    before = flat[place].item()
+    flat[place] = before + step
     above = loss().item()
-    flat[place] = kept - step
+    flat[place] = before - step
     below = loss().item()
-    flat[place] = kept
+    flat[place] = before
     return (above - below) / (2 * step)
 
 
@@ -165,8 +165,8 @@ def worst_gradient(network, given, measure):
 
 def test_gradients_of_the_forward_network_agree_with_finite_differences():
     force, ratings = torch.randn(1, 621, dtype=torch.float64), torch.randn(1, 7, dtype=torch.float64)
-    found = worst_gradient(ForceToPerception(), force, lambda y: functional.huber_loss(y, ratings, delta=2.0))
-    assert found < 1e-4
+    worst = worst_gradient(ForceToPerception(), force, lambda y: functional.huber_loss(y, ratings, delta=2.0))
+    assert worst < 1e-4
 
 
 def test_gradients_of_the_inverse_network_agree_with_finite_differences(inverse):
@@ -190,8 +190,8 @@ def forward_network():
 
 def test_the_forward_network_answers_in_numpy_as_in_torch():
     network, rows = forward_network()
-    found = run_by_numpy(exported_network(network), 621, 7).run(rows)
-    assert np.abs(found - answers(network, rows)).max() < 1e-4
+    by_numpy = run_by_numpy(exported_network(network), 621, 7).run(rows)
+    assert np.abs(by_numpy - answers(network, rows)).max() < 1e-4
 
 
 def test_the_inverse_network_answers_in_numpy_as_in_torch():
@@ -199,8 +199,8 @@ def test_the_inverse_network_answers_in_numpy_as_in_torch():
     wishes = np.random.default_rng(1).uniform(0, 100, (3, 7))
     scaled = (profiles(SEEN) + 20.0) / 70.0 * 100.0
     network = nn.Sequential(Rescale.down(wishes), PerceptionToForce(), Rescale.up(scaled))
-    found = run_by_numpy(exported_network(network), 7, 621).run(wishes)
-    assert np.abs(found - answers(network, wishes)).max() < 1e-4
+    by_numpy = run_by_numpy(exported_network(network), 7, 621).run(wishes)
+    assert np.abs(by_numpy - answers(network, wishes)).max() < 1e-4
 
 
 def test_every_tensor_that_the_steps_name_is_there_in_float32_and_no_other():

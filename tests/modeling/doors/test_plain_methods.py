@@ -28,7 +28,7 @@ from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import featured, inner_folds, rows_of
 from palpate.modeling.regression import standard_of
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
-from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
+from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, data_of, learn, profiles, tested_rows
 
 
 def some(rows=30, columns=5, outputs=3, seed=2):
@@ -98,10 +98,10 @@ def test_a_feature_without_variance_in_training_has_no_say(method):
 
 
 def test_ridge_says_its_penalty():
-    told = []
-    fitted = RIDGE.fit(replace(learn(), report=told.append))
+    lines = []
+    fitted = RIDGE.fit(replace(learn(), report=lines.append))
     assert fitted.penalty in PENALTIES
-    assert told == [f"ridge: penalty {fitted.penalty:.3g}"]
+    assert lines == [f"ridge: penalty {fitted.penalty:.3g}"]
 
 
 def test_the_forest_answers_as_sklearn_does():
@@ -115,16 +115,18 @@ def test_the_forest_answers_as_sklearn_does():
     ).fit(z, rows.rating)
     fitted = FOREST.fit(given)
     # the same features as sklearn sees them: it compares in single precision
-    seen = front(asked(FOREST)).astype(np.float32).astype(np.float64)
+    seen = front(tested_rows(FOREST)).astype(np.float32).astype(np.float64)
     answers = fitted.trees.value[fitted.trees.leaves(seen)].mean(axis=1)
     assert answers == pytest.approx(other.predict(seen), abs=1e-9)
     spread = np.std([tree.predict(seen) for tree in other.estimators_], axis=0)
-    assert fitted.deviation(asked(FOREST)) == pytest.approx(spread, abs=2.0)
+    assert fitted.deviation(tested_rows(FOREST)) == pytest.approx(spread, abs=2.0)
 
 
 def test_another_seed_grows_another_forest():
     first, again = learn(), replace(learn(), seed=6)
-    assert not np.array_equal(FOREST.fit(first).predict(asked(FOREST)), FOREST.fit(again).predict(asked(FOREST)))
+    assert not np.array_equal(
+        FOREST.fit(first).predict(tested_rows(FOREST)), FOREST.fit(again).predict(tested_rows(FOREST))
+    )
 
 
 def test_the_gaussian_process_answers_as_sklearn_does_and_is_at_least_as_likely():
@@ -136,9 +138,9 @@ def test_the_gaussian_process_answers_as_sklearn_does_and_is_at_least_as_likely(
     own = fitted.process
     kernel = ConstantKernel(own.variance) * RBF(own.length) + WhiteKernel(own.variance * own.noise)
     other = GaussianProcessRegressor(kernel, optimizer=None, alpha=0).fit(z, y)
-    mean, sd = other.predict(front(asked(RIDGE)), return_std=True)
-    assert fitted.predict(asked(RIDGE)) == pytest.approx(mean * fitted.gain + fitted.offset, abs=1e-7)
-    assert fitted.deviation(asked(RIDGE)) == pytest.approx(sd * fitted.gain, rel=1e-6)
+    mean, sd = other.predict(front(tested_rows(RIDGE)), return_std=True)
+    assert fitted.predict(tested_rows(RIDGE)) == pytest.approx(mean * fitted.gain + fitted.offset, abs=1e-7)
+    assert fitted.deviation(tested_rows(RIDGE)) == pytest.approx(sd * fitted.gain, rel=1e-6)
     wide = [(1e-4, 1e5), (1e-2, 1e4), (1e-9, 1e3)]
     free = ConstantKernel(1.0, wide[0]) * RBF(5.0, wide[1]) + WhiteKernel(0.1, wide[2])
     searched = GaussianProcessRegressor(free, alpha=0).fit(z, y)
@@ -162,8 +164,8 @@ def test_components_are_those_of_sklearn_and_no_more_than_there_are():
 def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatch):
     monkeypatch.setattr(linear, "FORWARD_COMPONENTS", (1, 3, 5))
     monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
-    told = []
-    given = replace(learn(learn_from="measured"), report=told.append)
+    lines = []
+    given = replace(learn(learn_from="measured"), report=lines.append)
     rows = rows_of(given)
 
     class Long:
@@ -186,16 +188,16 @@ def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatc
     }
     count, penalty = min(losses, key=losses.get)
     fitted = PCA_RIDGE.fit(given)
-    assert told == [f"pca_ridge: {count} components, penalty {penalty:.3g}"]
-    expected = Long(count, penalty).fit(rows.force_N, rows.rating).predict(asked(PCA_RIDGE))
-    assert fitted.predict(asked(PCA_RIDGE)) == pytest.approx(expected, abs=1e-8)
+    assert lines == [f"pca_ridge: {count} components, penalty {penalty:.3g}"]
+    expected = Long(count, penalty).fit(rows.force_N, rows.rating).predict(tested_rows(PCA_RIDGE))
+    assert fitted.predict(tested_rows(PCA_RIDGE)) == pytest.approx(expected, abs=1e-8)
 
 
 def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monkeypatch):
     monkeypatch.setattr(linear, "INVERSE_COMPONENTS", (1, 2, 4))
     monkeypatch.setattr(linear, "PENALTIES", PENALTIES[::8])
-    told = []
-    given = replace(learn(), report=told.append)
+    lines = []
+    given = replace(learn(), report=lines.append)
     rows = rows_of(given)
     z = standard_of(rows.rating)(rows.rating)
 
@@ -217,8 +219,8 @@ def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monke
     }
     count, penalty = min(losses, key=losses.get)
     fitted = PCA_REGRESSION.fit(given)
-    assert told == [f"pca_regression: {count} components, penalty {penalty:.3g}"]
-    wish = asked(PCA_REGRESSION)
+    assert lines == [f"pca_regression: {count} components, penalty {penalty:.3g}"]
+    wish = tested_rows(PCA_REGRESSION)
     expected = Long(count, penalty).fit(z, rows.force_N).predict(standard_of(rows.rating)(wish))
     assert fitted.linear.predict(wish) == pytest.approx(expected, abs=1e-8)
 
@@ -226,16 +228,16 @@ def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monke
 def test_what_pca_regression_makes_is_playable_at_every_corner():
     given = learn()
     corners = np.array(list(product((0.0, 100.0), repeat=7)))
-    made = PCA_REGRESSION.fit(given).predict(corners)
-    assert np.abs(made).max() <= LIMIT_N
-    assert np.abs(np.diff(made)).max() <= STEEPEST_N_DEG / 10 + 1e-9
+    generated = PCA_REGRESSION.fit(given).predict(corners)
+    assert np.abs(generated).max() <= LIMIT_N
+    assert np.abs(np.diff(generated)).max() <= STEEPEST_N_DEG / 10 + 1e-9
 
 
 def test_the_nearest_profile_is_the_one_that_was_rated_so():
     data, given = data_of(SEEN), learn()
     wish = given.scaling.rating_up(data.rating)
-    found = NEAREST.fit(given).predict(wish + 0.01)
-    assert np.array_equal(found, data.force_N)
+    nearest = NEAREST.fit(given).predict(wish + 0.01)
+    assert np.array_equal(nearest, data.force_N)
 
 
 def test_the_nearest_of_equals_does_not_depend_on_the_order(tmp_path):
@@ -243,8 +245,8 @@ def test_the_nearest_of_equals_does_not_depend_on_the_order(tmp_path):
     equal = replace(data, rating=np.tile(data.rating[:1], (2, 1)))
     turned = equal.rows(np.array([1, 0]))
     wish = np.full((1, 7), 40.0)
-    found = [NEAREST.fit(replace(learn(), measured=one)).predict(wish) for one in (equal, turned)]
-    assert np.array_equal(*found)
+    both_nearest = [NEAREST.fit(replace(learn(), measured=one)).predict(wish) for one in (equal, turned)]
+    assert np.array_equal(*both_nearest)
 
 
 def test_no_stimuli_are_refused():

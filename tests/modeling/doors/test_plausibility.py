@@ -30,9 +30,9 @@ MEASURED = np.array([line(10), line(12), line(16), line(10)])
 
 def test_force_slope_and_work_of_a_straight_line():
     """The work of 20 N over 62 degrees is 20 x 62 pi / 180 J for each metre of handle radius; 0..62 N is half of 62."""
-    found = judged(line(20), MEASURED)
-    assert (found.greatest_N, found.steepest_N_deg) == (20, 0)
-    assert found.work_J_m == pytest.approx(20 * np.radians(62))
+    plausibility = judged(line(20), MEASURED)
+    assert (plausibility.greatest_N, plausibility.steepest_N_deg) == (20, 0)
+    assert plausibility.work_J_m == pytest.approx(20 * np.radians(62))
     ramp = judged(line(0, -0.5), MEASURED)
     assert ramp.greatest_N == pytest.approx(31) and ramp.steepest_N_deg == pytest.approx(0.5)
     assert work_J_m(line(0, -0.5)) == pytest.approx(-15.5 * np.radians(62))
@@ -41,14 +41,18 @@ def test_force_slope_and_work_of_a_straight_line():
 def test_the_distance_is_to_the_nearest_and_is_held_against_those_among_the_measured():
     """Among 10, 12, 16 N (10 counts once) the nearest neighbours lie 2, 2 and 4 N away."""
     assert [round(judged(line(level), MEASURED).distance_N, 9) for level in (10, 13, 19, 21)] == [0, 1, 3, 5]
-    found = judged_all(np.array([line(10), line(13), line(19), line(21)]), MEASURED)
-    assert [each.beyond for each in found] == pytest.approx([0, 0, 2 / 3, 1])
+    plausibilities = judged_all(np.array([line(10), line(13), line(19), line(21)]), MEASURED)
+    assert [plausibility.beyond for plausibility in plausibilities] == pytest.approx([0, 0, 2 / 3, 1])
     assert distances_N(line(11), MEASURED) == pytest.approx([1, 1, 5, 1])
 
 
 def test_the_hardest_profile_that_may_be_made_is_playable():
-    found = judged(np.array(hardest()), MEASURED)
-    assert found.playable and found.greatest_N == LIMIT_N and found.steepest_N_deg == pytest.approx(60)
+    plausibility = judged(np.array(hardest()), MEASURED)
+    assert (
+        plausibility.playable
+        and plausibility.greatest_N == LIMIT_N
+        and plausibility.steepest_N_deg == pytest.approx(60)
+    )
 
 
 @pytest.mark.parametrize(
@@ -56,13 +60,16 @@ def test_the_hardest_profile_that_may_be_made_is_playable():
     [(line(61), "a force of 61.0 N; at most 60 N"), (np.where(ANGLE > 30, 7.0, 0.0), "a change of 70.0 N/deg")],
 )
 def test_a_limit_that_is_broken_is_named(profile, why):
-    found = judged(profile, MEASURED)
-    assert not found.playable and why in found.why
+    plausibility = judged(profile, MEASURED)
+    assert not plausibility.playable and why in plausibility.why
 
 
 def test_what_the_door_refuses_is_not_playable():
-    found = judged(line(0), MEASURED)
-    assert not found.playable and found.why == "the profile: no force beyond 0 degrees: a door that does not open"
+    plausibility = judged(line(0), MEASURED)
+    assert (
+        not plausibility.playable
+        and plausibility.why == "the profile: no force beyond 0 degrees: a door that does not open"
+    )
 
 
 def test_extreme_input_is_refused_or_judged_but_never_nan():
@@ -99,25 +106,25 @@ class Reads:
 
 
 def test_corners_are_all_ends_once():
-    found = corners(7)
-    assert found.shape == (128, 7) and set(found.ravel()) == {0.0, 100.0} and len(np.unique(found, axis=0)) == 128
+    wishes = corners(7)
+    assert wishes.shape == (128, 7) and set(wishes.ravel()) == {0.0, 100.0} and len(np.unique(wishes, axis=0)) == 128
 
 
 def test_a_single_slider_leaves_the_others_in_the_middle():
-    found = singles(3, 10, 90)
-    assert found.tolist() == [[10, 50, 50], [90, 50, 50], [50, 10, 50], [50, 90, 50], [50, 50, 10], [50, 50, 90]]
+    wishes = singles(3, 10, 90)
+    assert wishes.tolist() == [[10, 50, 50], [90, 50, 50], [50, 10, 50], [50, 90, 50], [50, 50, 10], [50, 50, 90]]
 
 
 def test_a_wish_that_cannot_be_had_comes_with_the_nearest_door_found():
     wishes = np.array([[10.0, 50.0], [100.0, 50.0], [100.0, 0.0]])
-    found = extremes(Lines(0.5), wishes, Reads(), MEASURED_corners)
-    assert [each.had for each in found] == [True, True, False] and unplayable(found) == 0
-    assert found[2].nearest.tolist() == [100, 45]
-    assert found[2].plausibility.distance_N == pytest.approx(36)
+    answers_at_ends = extremes(Lines(0.5), wishes, Reads(), MEASURED_corners)
+    assert [end.had for end in answers_at_ends] == [True, True, False] and unplayable(answers_at_ends) == 0
+    assert answers_at_ends[2].nearest.tolist() == [100, 45]
+    assert answers_at_ends[2].plausibility.distance_N == pytest.approx(36)
 
 
 def test_a_door_that_does_not_play_is_counted_and_says_why():
-    found = extremes(Lines(0.61), np.array([[100.0, 50.0], [10.0, 50.0]]), Reads(), MEASURED_corners)
-    assert unplayable(found) == 1
-    assert found[0].plausibility.why == "a force of 61.0 N; at most 60 N may be made"
-    assert found[0].nearest.tolist() == [100, 45]
+    answers_at_ends = extremes(Lines(0.61), np.array([[100.0, 50.0], [10.0, 50.0]]), Reads(), MEASURED_corners)
+    assert unplayable(answers_at_ends) == 1
+    assert answers_at_ends[0].plausibility.why == "a force of 61.0 N; at most 60 N may be made"
+    assert answers_at_ends[0].nearest.tolist() == [100, 45]

@@ -60,10 +60,10 @@ def test_a_labs_sessions_give_profiles_and_mean_ratings(lab):
 
 
 def test_what_the_data_came_from_is_told_by_name_and_digest(lab):
-    told = read_lab(lab, "doors_small").made_from
-    assert told[0].startswith("study doors_small ")
-    assert [line.split()[0] for line in told[1:5]] == [f"doors_small_P00{n}_s1.sqlite" for n in range(1, 5)]
-    assert told[-1].startswith("6 door profiles ") and all(len(line.split()[-1]) == 64 for line in told)
+    sources = read_lab(lab, "doors_small").made_from
+    assert sources[0].startswith("study doors_small ")
+    assert [line.split()[0] for line in sources[1:5]] == [f"doors_small_P00{n}_s1.sqlite" for n in range(1, 5)]
+    assert sources[-1].startswith("6 door profiles ") and all(len(line.split()[-1]) == 64 for line in sources)
 
 
 def test_a_collected_database_gives_the_same_where_the_session_files_are_elsewhere(lab):
@@ -208,7 +208,7 @@ def shown(*levels):
     ]
 
 
-ASKED = Questions(("Soft", "Warm"), ("Hard", "Cold"), (-10.0, 10.0))
+QUESTIONS = Questions(("Soft", "Warm"), ("Hard", "Cold"), (-10.0, 10.0))
 WHOLE = [
     (who, group, name, word, 1.0)
     for who, group in (("p", "1"), ("q", "2"))
@@ -218,7 +218,7 @@ WHOLE = [
 
 
 def of(stimuli, *rows, **how):
-    return rated_of(stimuli, ASKED, ratings(*rows), simulated=False, made_from=(), **how)
+    return rated_of(stimuli, QUESTIONS, ratings(*rows), simulated=False, made_from=(), **how)
 
 
 def test_a_person_who_rated_twice_counts_once():
@@ -270,11 +270,11 @@ def test_people_answer_in_memory_what_sessions_record(tmp_path):
     study = read_study(file).study
     for who in ("P001", "P006"):
         start(lab, compile_plan(study, allocate(study, who), seed=3), simulated(study, RECORDED / "doors_small"))
-    recorded, made = rated_in_lab(lab, "doors_small"), simulated_ratings(6, seed=3, study=file)
+    recorded, simulated_rated = rated_in_lab(lab, "doors_small"), simulated_ratings(6, seed=3, study=file)
     assert recorded.individual.people == ("P001", "P006")
-    assert np.array_equal(made.individual.value[[0, 5]], recorded.individual.value)
-    assert made.data.source == recorded.data.source
-    assert np.array_equal(made.data.force_N, recorded.data.force_N)
+    assert np.array_equal(simulated_rated.individual.value[[0, 5]], recorded.individual.value)
+    assert simulated_rated.data.source == recorded.data.source
+    assert np.array_equal(simulated_rated.data.force_N, recorded.data.force_N)
 
 
 def test_the_shipped_study_gives_90_stimuli_with_seven_attributes_on_its_scale(four):

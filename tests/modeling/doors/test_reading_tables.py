@@ -30,13 +30,13 @@ def test_a_profile_file_is_read_or_refused_as_the_door_itself_does(tmp_path, lin
     file = tmp_path / "door.csv"
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     try:
-        wanted = list(read_by_the_door(file))
+        expected = list(read_by_the_door(file))
     except (DoorDataError, ValueError) as refusal:
         with pytest.raises(ModelDataError, match=r"door\.csv") as ours:
             read_profile(file)
         assert str(ours.value).partition(":")[0] == str(refusal).partition(":")[0], "both name the same line"
     else:
-        assert read_profile(file).tolist() == wanted
+        assert read_profile(file).tolist() == expected
 
 
 def test_a_profile_that_is_no_text_or_no_file_is_refused(tmp_path):

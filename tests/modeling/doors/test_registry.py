@@ -19,7 +19,7 @@ from palpate.modeling.doors.registry import (
 
 pytestmark = pytest.mark.needs("torch")
 
-MADE = Path(__file__).parents[3] / "devices" / "door" / "made"
+SHIPPED_MODELS = Path(__file__).parents[3] / "devices" / "door" / "made"
 ALL = [("forward", name) for name in FORWARD] + [("inverse", name) for name in INVERSE]
 
 
@@ -46,7 +46,7 @@ def test_what_cannot_be_a_file_is_refused_before_anything_is_trained():
 
 def test_the_shipped_models_are_of_the_default_methods():
     for way, name in (("forward", "door-perception"), ("inverse", "door-force")):
-        assert json.loads((MADE / f"{name}.json").read_text())["method"] == DEFAULT[way]
+        assert json.loads((SHIPPED_MODELS / f"{name}.json").read_text())["method"] == DEFAULT[way]
 
 
 def test_every_method_of_thesis_and_practice_is_there():

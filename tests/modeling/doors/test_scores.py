@@ -11,12 +11,12 @@ OFF = np.array([[10.0, -10.01], [-3.0, 0.0], [12.0, 4.0], [0.5, -30.0]])
 
 
 def test_the_jnd_itself_is_within():
-    found = share_within(RATED + OFF, RATED)
+    within = share_within(RATED + OFF, RATED)
     assert JND == 10
-    assert found.share == (0.75, 0.5)
-    assert found.error == pytest.approx((np.sqrt(0.75 * 0.25 / 4), 0.25))
-    assert found.overall == 0.625
-    assert found.overall_error == pytest.approx(np.sqrt(0.625 * 0.375 / 8))
+    assert within.share == (0.75, 0.5)
+    assert within.error == pytest.approx((np.sqrt(0.75 * 0.25 / 4), 0.25))
+    assert within.overall == 0.625
+    assert within.overall_error == pytest.approx(np.sqrt(0.625 * 0.375 / 8))
 
 
 def test_another_jnd_counts_otherwise():

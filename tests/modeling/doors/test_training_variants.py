@@ -36,8 +36,8 @@ def test_90_stimuli_become_540_rows_of_the_same_sources():
     assert sum(map(is_variant, more.ids)) == 450
     for row in (90, 317, 539):
         stimulus = data.ids.index(more.ids[row].split("~")[0])
-        for kept in ("source", "doors", "variants", "groups"):
-            assert getattr(more, kept)[row] == getattr(data, kept)[stimulus]
+        for column in ("source", "doors", "variants", "groups"):
+            assert getattr(more, column)[row] == getattr(data, column)[stimulus]
     assert np.array_equal(more.force_N[:90], data.force_N) and np.array_equal(more.rating[:90], data.rating)
 
 

@@ -10,7 +10,7 @@ def rated(*mean, se=2.0, raters=16):
 
 
 def predicted(*value, half=15.0, learned=False):
-    low, high = (tuple(each + way * half for each in value) for way in (-1, 1))
+    low, high = (tuple(number + way * half for number in value) for way in (-1, 1))
     return Predicted(value=value, low=low, high=high, learned=learned)
 
 
@@ -18,7 +18,7 @@ def entry(name, category="wood", **parts):
     return Entry(id=name, label=f"{category} {name[1:]}", category=category, **parts)
 
 
-def made_library(*entries, **others):
+def small_library(*entries, **others):
     """Six textures: sandpaper is rough and hard, foam soft, glass smooth; one is only predicted, one is both."""
     own = entries or (
         entry("T01", "sandpaper", rated=rated(10, 40, 35, 15)),

@@ -28,9 +28,9 @@ from palpate.modeling.library.contact_sheet import (
 )
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.search import wishes_of
-from tests.modeling.library.made_library import entry, made_library, rated
+from tests.modeling.library.made_library import entry, rated, small_library
 
-LIBRARY = made_library()
+LIBRARY = small_library()
 RED = (200, 30, 40)
 
 
@@ -48,8 +48,10 @@ def drawn(entries=LIBRARY.textures, pictures=None, wish="rough, a bit sticky", *
 
 def near(image, colour, box):
     """How many pixels of the part have that colour, about."""
-    wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) if isinstance(colour, str) else np.array(colour)
-    return int((np.abs(np.asarray(image.crop(box)).astype(int) - wanted).max(axis=2) < 12).sum())
+    expected = (
+        np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) if isinstance(colour, str) else np.array(colour)
+    )
+    return int((np.abs(np.asarray(image.crop(box)).astype(int) - expected).max(axis=2) < 12).sum())
 
 
 def tile_box(k, attributes=4, columns=5):
@@ -89,7 +91,7 @@ def test_a_value_is_marked_where_it_lies_and_the_wish_behind_it():
     left, top, _, _ = tile_box(0, columns=1)
     for row, value in enumerate((0, 100, 50, 25)):
         x, y = left + 78 + (210 - 78) * value / 100, top + WIDE + height_of(0) + 19 * row - 4 + 9.5
-        assert near(image, DOT, tuple(round(each) for each in (x - 3, y - 3, x + 3, y + 3))) >= 25
+        assert near(image, DOT, tuple(round(edge) for edge in (x - 3, y - 3, x + 3, y + 3))) >= 25
     assert near(image, WISHED, (left, top + WIDE, left + WIDE, top + WIDE + height_of(4))) > 100
 
 
@@ -168,13 +170,13 @@ PEN = Pen(ImageDraw.Draw(Image.new("RGB", (10, 10))))
 @pytest.mark.parametrize("room", [0, 5, 20, 77.5, 200])
 def test_a_text_is_cut_off_where_there_is_no_room_and_no_sooner(room):
     text = "sandpaper 3 of 5, coarse"
-    found = PEN.fitted(text, room, 14, bold=True)
-    if found == text:
+    fitted_text = PEN.fitted(text, room, 14, bold=True)
+    if fitted_text == text:
         assert PEN.width(text, 14, bold=True) <= room
         return
-    assert found.endswith(MORE) and text.startswith(found[:-1])
-    assert PEN.width(found, 14, bold=True) <= room or found == MORE
-    longer = text[: len(found[:-1]) + 2].rstrip() + MORE
+    assert fitted_text.endswith(MORE) and text.startswith(fitted_text[:-1])
+    assert PEN.width(fitted_text, 14, bold=True) <= room or fitted_text == MORE
+    longer = text[: len(fitted_text[:-1]) + 2].rstrip() + MORE
     assert PEN.width(longer, 14, bold=True) > room
 
 

@@ -17,28 +17,28 @@ from palpate.modeling.library.files import (
     write_whole,
 )
 from palpate.protocols.canonical import digest
-from tests.modeling.library.made_library import entry, made_library, rated
+from tests.modeling.library.made_library import entry, rated, small_library
 
 
 @pytest.fixture
 def lab(tmp_path):
-    write_library(tmp_path, made_library())
+    write_library(tmp_path, small_library())
     return tmp_path
 
 
 def changed(lab, **parts):
     path = place_of(lab)
-    told = {**json.loads(path.read_text()), **parts}
-    told.pop("digest")
-    path.write_text(json.dumps({**told, "digest": digest(told)}))
+    content = {**json.loads(path.read_text()), **parts}
+    content.pop("digest")
+    path.write_text(json.dumps({**content, "digest": digest(content)}))
 
 
 def test_it_reads_back_from_the_lab_or_the_file_and_is_written_once(lab):
-    assert read_library(lab) == made_library() == read_library(place_of(lab))
+    assert read_library(lab) == small_library() == read_library(place_of(lab))
     before = place_of(lab).stat().st_mtime_ns
-    assert write_library(lab, made_library()) == (place_of(lab), False)
+    assert write_library(lab, small_library()) == (place_of(lab), False)
     assert place_of(lab).stat().st_mtime_ns == before
-    assert write_library(lab, made_library(simulated=True))[1] and read_library(lab).simulated
+    assert write_library(lab, small_library(simulated=True))[1] and read_library(lab).simulated
     assert [path.name for path in place_of(lab).parent.iterdir()] == ["index.json"]
 
 
@@ -86,7 +86,7 @@ def test_another_file_is_refused(lab, content):
 
 
 @pytest.mark.parametrize(
-    ("parts", "told"),
+    ("parts", "message"),
     [
         ({"attributes": []}, "attributes"),
         ({"attributes": [["a", "b"]]}, "does not tell 1 attributes"),
@@ -94,9 +94,9 @@ def test_another_file_is_refused(lab, content):
         ({"textures": [{"id": "", "label": "", "category": ""}]}, "textures.0.id"),
     ],
 )
-def test_one_that_contradicts_itself_is_refused(lab, parts, told):
+def test_one_that_contradicts_itself_is_refused(lab, parts, message):
     changed(lab, **parts)
-    with pytest.raises(LibraryError, match=told):
+    with pytest.raises(LibraryError, match=message):
         read_library(lab)
 
 
@@ -104,15 +104,15 @@ def test_numbers_that_are_none_and_names_that_stand_twice_are_refused():
     with pytest.raises(ValidationError):
         rated(float("nan"), 1, 2, 3)
     with pytest.raises(ValidationError, match="appears twice"):
-        made_library(entry("T01", rated=rated(1, 2, 3, 4)), entry("T01", rated=rated(1, 2, 3, 4)))
-    assert Library.model_validate(made_library().model_dump()) == made_library()
+        small_library(entry("T01", rated=rated(1, 2, 3, 4)), entry("T01", rated=rated(1, 2, 3, 4)))
+    assert Library.model_validate(small_library().model_dump()) == small_library()
 
 
 def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):
     path = tmp_path / "a.png"
     for content in (b"one", b"another"):
         write_whole(path, content)
-        assert path.read_bytes() == content and [each.name for each in tmp_path.iterdir()] == ["a.png"]
+        assert path.read_bytes() == content and [file.name for file in tmp_path.iterdir()] == ["a.png"]
 
 
 def test_what_cannot_be_written_leaves_the_earlier_one(tmp_path, monkeypatch):
@@ -125,7 +125,7 @@ def test_what_cannot_be_written_leaves_the_earlier_one(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(LibraryError, match="a.png: it cannot be written .no space left on the device.; any"):
         write_whole(path, b"another")
-    assert path.read_bytes() == b"one" and [each.name for each in tmp_path.iterdir()] == ["a.png"]
+    assert path.read_bytes() == b"one" and [file.name for file in tmp_path.iterdir()] == ["a.png"]
 
 
 def test_a_folder_that_is_not_there_is_told_and_not_made(tmp_path):

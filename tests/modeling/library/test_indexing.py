@@ -8,9 +8,9 @@ import pytest
 from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
 from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
-from tests.modeling.attributes.made_material import PAIRS, made_material
+from tests.modeling.attributes.made_material import PAIRS, simulated_material
 
-MATERIAL = made_material(textures=6, segments=3, pictures=2)
+MATERIAL = simulated_material(textures=6, segments=3, pictures=2)
 
 
 def says(value, half=10.0, learned=(), pairs=PAIRS):
@@ -18,7 +18,7 @@ def says(value, half=10.0, learned=(), pairs=PAIRS):
 
     def predict(textures):
         rows = np.array([value]) + np.array([[-2.0], [2.0]])
-        return [rows if each.touch else MaterialError(f"{each.id}: no mfcc features") for each in textures]
+        return [rows if texture.touch else MaterialError(f"{texture.id}: no mfcc features") for texture in textures]
 
     return Predictor(pairs, predict, np.full(4, -half), np.full(4, half), frozenset(learned))
 
@@ -34,7 +34,7 @@ def with_textures(*textures):
 def test_ratings_alone_make_a_library_with_the_standard_error_of_their_mean():
     library = library_of(MATERIAL).library
     assert library.attributes == (("Rough", "Smooth"), ("Flat", "Bumpy"), ("Sticky", "Slippery"), ("Hard", "Soft"))
-    assert [each.id for each in library.textures] == ["T01", "T02", "T03", "T04", "T05", "T06"]
+    assert [texture.id for texture in library.textures] == ["T01", "T02", "T03", "T04", "T05", "T06"]
     first = library.textures[0]
     assert first.rated.sd == (8,) * 4 and first.rated.raters == 20 and first.predicted is None
     assert first.rated.se == pytest.approx((8 / np.sqrt(20),) * 4, abs=1e-3)
@@ -74,9 +74,9 @@ def test_a_prediction_off_the_scale_lies_at_its_end():
 
 def test_what_nothing_is_known_of_is_left_out_and_told():
     silent = Texture("T09", "silent", "wood")
-    told = library_of(with_textures(*MATERIAL.textures, silent), says([1, 2, 3, 4]))
-    assert "T09" not in [each.id for each in told.library.textures]
-    assert told.left_out == {"T09": "nobody rated it, and the model predicts nothing: T09: no mfcc features"}
+    indexed = library_of(with_textures(*MATERIAL.textures, silent), says([1, 2, 3, 4]))
+    assert "T09" not in [texture.id for texture in indexed.library.textures]
+    assert indexed.left_out == {"T09": "nobody rated it, and the model predicts nothing: T09: no mfcc features"}
     with pytest.raises(
         LibraryError, match="nothing is known of any texture .T09: nobody rated it, and there is no mod"
     ):

@@ -45,17 +45,17 @@ LEARNED = ("T01", "T02")
 def with_model(lab, kind="touch", folder=None, **card):
     """A ridge regression of two of the lab's textures, by what was felt or seen of them; written as training does."""
     material = material_in(lab, kind)
-    learned = tuple(each for each in material.textures if each.id in LEARNED)
+    learned = tuple(texture for texture in material.textures if texture.id in LEARNED)
     touch, sight = (("mfcc", "hand"), ()) if kind == "touch" else ((), ("resnet", "glcm"))
     fitted = METHODS["ridge"].fit(Learning(learned, (), material.attributes, touch, sight))
     interval = {"method": "of a test", "coverage": 0.9, "half_width": (8.0, 9.0, 10.0, 11.0)}
-    told = {
+    card_fields = {
         "name": NAME, "title": "A test", "method": "ridge", "touch": touch, "sight": sight,
         "weights": material.weights, "learned": LEARNED,
         "attributes": tuple((pair.low, pair.high) for pair in material.attributes), "interval": interval,
         "training": {"configuration": {"quick": True}},
     }  # fmt: skip
-    return write_model(folder or lab / "models", fitted, {**told, **card}, METHODS)
+    return write_model(folder or lab / "models", fitted, {**card_fields, **card}, METHODS)
 
 
 def material_in(lab, kind):
@@ -66,15 +66,15 @@ def material_in(lab, kind):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Three textures in real ledgers: all of them felt, two rated by four people and photographed."""
-    made = tmp_path_factory.mktemp("whole")
-    session(made, "P009", [{"stimulus": name, "seconds": 7.0} for name in ("T01", "T02", "T03")])
-    rated_by(made, ("P001", "P002", "P003", "P004"), LEARNED)
-    pictures = photos(made)
+    folder = tmp_path_factory.mktemp("whole")
+    session(folder, "P009", [{"stimulus": name, "seconds": 7.0} for name in ("T01", "T02", "T03")])
+    rated_by(folder, ("P001", "P002", "P003", "P004"), LEARNED)
+    pictures = photos(folder)
     for place, texture in enumerate(LEARNED, start=1):
-        pictures.shoot(place, texture, [taken(made, texture, 1)])
+        pictures.shoot(place, texture, [taken(folder, texture, 1)])
     pictures.write(rig=TWINS)
-    material_in(made, "sight")  # Its features are kept: they are made once for all tests.
-    return made
+    material_in(folder, "sight")  # Its features are kept: they are made once for all tests.
+    return folder
 
 
 @pytest.fixture
@@ -94,13 +94,13 @@ def lab(tmp_path):
 
 
 def test_ratings_alone_make_a_library_that_can_be_searched(lab):
-    found = index(LibraryOptions(lab))
+    result = index(LibraryOptions(lab))
     library = read_library(lab)
-    assert library == found.indexed.library and found.changed and library.simulated
-    assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 2, "left_out": 0}
+    assert library == result.indexed.library and result.changed and library.simulated
+    assert result.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 2, "left_out": 0}
     first = library.textures[0]
     assert (first.id, first.label, first.category, first.rated.raters) == ("T01", "wood 1 of 4", "wood", 4)
-    usual = np.mean([np.square(each.rated.sd) for each in library.textures], axis=0)
+    usual = np.mean([np.square(texture.rated.sd) for texture in library.textures], axis=0)
     believed = np.sqrt((3 * np.square(first.rated.sd) + 5 * usual) / 8)
     assert first.rated.se == pytest.approx(believed / 2, abs=2e-3)  # four people
     assert find(library.textures, wishes_of(library, ["smooth, not soft"]))[0].entry.id == "T01"
@@ -108,19 +108,19 @@ def test_ratings_alone_make_a_library_that_can_be_searched(lab):
 
 def test_the_sources_are_named_with_their_content(lab):
     library = index(LibraryOptions(lab)).indexed.library
-    assert [each.file for each in library.sources] == [
+    assert [source.file for source in library.sources] == [
         f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in range(1, 5)
     ]
-    for each in library.sources:
-        assert each.sha256 == hashlib.sha256((lab / each.file).read_bytes()).hexdigest()
+    for source in library.sources:
+        assert source.sha256 == hashlib.sha256((lab / source.file).read_bytes()).hexdigest()
 
 
 def interrupted(lab, participant):
     """A simulated session of texture_ratings that Ctrl-C ended after its first texture."""
-    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
-    stimuli = tuple(each for each in found.study.stimuli if each.id in ("T01", "T02", "T03"))
-    study = found.study.model_copy(update={"stimuli": stimuli, "opening": ()})
-    rig = simulated(study, found.folder)
+    loaded = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    stimuli = tuple(stimulus for stimulus in loaded.study.stimuli if stimulus.id in ("T01", "T02", "T03"))
+    study = loaded.study.model_copy(update={"stimuli": stimuli, "opening": ()})
+    rig = simulated(study, loaded.folder)
 
     def stop(event):
         if event.kind == "trial_ended":
@@ -142,8 +142,10 @@ def test_only_sessions_that_ratings_were_taken_from_are_sources(lab):
     plan.parent.mkdir(parents=True)
     plan.write_text("study: texture_ratings\nexclusions: [{participants: [P006], because: sneezed}]\ntests: []\n")
     library = index(LibraryOptions(lab)).indexed.library
-    assert {each.rated.raters for each in library.textures} == {3}
-    assert [each.file for each in library.sources] == [f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in (1, 2, 4)]
+    assert {texture.rated.raters for texture in library.textures} == {3}
+    assert [source.file for source in library.sources] == [
+        f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in (1, 2, 4)
+    ]
 
 
 def test_ratings_that_were_collected_are_the_source_where_no_session_is_here(lab):
@@ -153,7 +155,7 @@ def test_ratings_that_were_collected_are_the_source_where_no_session_is_here(lab
     engine.dispose()
     for path in paths:
         path.unlink()
-    assert [each.file for each in index(LibraryOptions(lab)).indexed.library.sources] == ["lab.sqlite"]
+    assert [source.file for source in index(LibraryOptions(lab)).indexed.library.sources] == ["lab.sqlite"]
 
 
 def picture_of(lab, texture, light=1):
@@ -165,17 +167,19 @@ def test_a_picture_that_is_missing_or_changed_gives_way_to_the_next_one(lab):
     picture_of(lab, "T01").unlink()
     picture_of(lab, "T02").write_bytes(b"changed")
     library = index(LibraryOptions(lab)).indexed.library
-    assert [each.picture for each in library.textures] == [each.picture for each in first.textures]
+    assert [texture.picture for texture in library.textures] == [texture.picture for texture in first.textures]
     assert library.notes == first.notes
 
 
 def test_without_any_picture_a_texture_is_indexed_with_a_note_and_a_plain_tile(lab):
     for light in (1, 2):
         picture_of(lab, "T01", light).unlink()
-    found = index(LibraryOptions(lab))
-    assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 1, "left_out": 0}
-    assert found.indexed.library.notes[-1].startswith("no picture is shown of T01: texture_photos_E001_s1: no picture ")
-    one, two = pictures_of(found.indexed.library.textures[:2], place_of(lab).parent)
+    result = index(LibraryOptions(lab))
+    assert result.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 1, "left_out": 0}
+    assert result.indexed.library.notes[-1].startswith(
+        "no picture is shown of T01: texture_photos_E001_s1: no picture "
+    )
+    one, two = pictures_of(result.indexed.library.textures[:2], place_of(lab).parent)
     assert one is None and two[:2] == b"\xff\xd8"  # so begins a JPEG file
     assert not index(LibraryOptions(lab)).changed
 
@@ -183,11 +187,11 @@ def test_without_any_picture_a_texture_is_indexed_with_a_note_and_a_plain_tile(l
 def test_a_file_that_is_no_picture_leaves_a_plain_tile_too(lab):
     taken(lab, "T03", 1, folder="own")
     (lab / "own" / "T01.png").write_bytes(b"no picture")
-    found = index(LibraryOptions(lab, pictures=lab / "own"))
-    assert [each.picture for each in found.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
+    result = index(LibraryOptions(lab, pictures=lab / "own"))
+    assert [texture.picture for texture in result.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
     assert (
-        "no picture is shown of T01: " in found.indexed.library.notes[-1]
-        and "T01.png" in found.indexed.library.notes[-1]
+        "no picture is shown of T01: " in result.indexed.library.notes[-1]
+        and "T01.png" in result.indexed.library.notes[-1]
     )
 
 
@@ -211,15 +215,15 @@ def test_what_is_gone_is_told_and_its_picture_goes(lab):
 
 def test_pictures_of_a_folder_stand_in_for_those_of_sessions(lab, tmp_path):
     taken(lab, "T03", 1, folder="own")
-    found = index(LibraryOptions(lab, pictures=lab / "own"))
-    assert [each.picture for each in found.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
+    result = index(LibraryOptions(lab, pictures=lab / "own"))
+    assert [texture.picture for texture in result.indexed.library.textures] == [None, None, "pictures/T03.jpg"]
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     with_model(felt_lab)
     library = index(LibraryOptions(felt_lab, workers=1)).indexed.library
-    assert [each.id for each in library.textures] == ["T01", "T02", "T03"]
+    assert [texture.id for texture in library.textures] == ["T01", "T02", "T03"]
     learned, new = library.textures[0], library.textures[2]
     assert learned.predicted.learned and learned.rated.raters == 4
     assert new.rated is None and not new.predicted.learned
@@ -292,13 +296,13 @@ def test_a_newer_library_is_not_overwritten(lab):
 
 
 def test_the_verb_tells_what_it_did(lab):
-    def said(*arguments):
+    def output_of(*arguments):
         result = CliRunner().invoke(textures, ["index", "--lab", str(lab), *arguments], catch_exceptions=False)
         assert result.exit_code == 0
         return result.stdout
 
-    assert said().startswith("3 textures: 3 rated, 0 predicted, 2 with a picture\n")
-    assert said().endswith("index.json (as it was)\n") and '"changed":false' in said("--json")
+    assert output_of().startswith("3 textures: 3 rated, 0 predicted, 2 with a picture\n")
+    assert output_of().endswith("index.json (as it was)\n") and '"changed":false' in output_of("--json")
 
 
 @pytest.fixture
@@ -320,7 +324,7 @@ def test_ratings_on_few_steps_want_their_scale(tmp_path, unseen):
     with pytest.raises(MaterialError, match="the lower end comes first"):
         index(LibraryOptions(tmp_path, folder=tmp_path / "own", scale=(7.0, 1.0)))
     library = index(LibraryOptions(tmp_path, folder=tmp_path / "own", scale=(1.0, 7.0))).indexed.library
-    assert [each.rated.mean for each in library.textures] == [(0, 16.667, 33.333, 100), (50, 50, 50, 50)]
+    assert [texture.rated.mean for texture in library.textures] == [(0, 16.667, 33.333, 100), (50, 50, 50, 50)]
 
 
 def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path, unseen):
@@ -332,10 +336,10 @@ def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path, unseen):
         "id,label,class,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft,raters\n"
         "T01,grit,paper,10,40,35,20,8\nT02,felt,cloth,60,30,40,90,8\n"
     )
-    found = index(LibraryOptions(tmp_path, folder=tmp_path / "own", workers=1))
-    assert found.counts == {"textures": 2, "rated": 2, "predicted": 0, "pictures": 2, "left_out": 0}
-    library = found.indexed.library
-    assert [(each.label, each.category, each.rated.mean[0]) for each in library.textures] == [
+    result = index(LibraryOptions(tmp_path, folder=tmp_path / "own", workers=1))
+    assert result.counts == {"textures": 2, "rated": 2, "predicted": 0, "pictures": 2, "left_out": 0}
+    library = result.indexed.library
+    assert [(texture.label, texture.category, texture.rated.mean[0]) for texture in library.textures] == [
         ("grit", "paper", 10), ("felt", "cloth", 60),
     ]  # fmt: skip
     assert library.textures[0].rated.se == pytest.approx((20 / np.sqrt(8),) * 4, abs=1e-3)  # no SD is told
@@ -414,8 +418,8 @@ def test_pictures_in_a_folder_are_found_by_the_textures_names(tmp_path):
     (tmp_path / "T03").mkdir()
     for name in ("T01.png", "T02_2.jpg", "T02_10.jpg", "T03/a.png", "T01.txt", "T011.png", "other.png"):
         (tmp_path / name).touch()
-    found = dict(pictures_in(tmp_path, ["T01", "T02", "T03", "T04"]))
-    assert {name: path.relative_to(tmp_path).as_posix() for name, path in found.items()} == {
+    paths = dict(pictures_in(tmp_path, ["T01", "T02", "T03", "T04"]))
+    assert {name: path.relative_to(tmp_path).as_posix() for name, path in paths.items()} == {
         "T01": "T01.png", "T02": "T02_2.jpg", "T03": "T03/a.png",
     }  # fmt: skip
     with pytest.raises(LibraryError, match="there is no such folder"):
@@ -446,5 +450,5 @@ def test_a_name_that_begins_another_does_not_take_its_picture(tmp_path, files, n
     for name in files:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    found = {name: path.relative_to(tmp_path).as_posix() for name, path in pictures_in(tmp_path, names)}
-    assert found == expected
+    paths = {name: path.relative_to(tmp_path).as_posix() for name, path in pictures_in(tmp_path, names)}
+    assert paths == expected

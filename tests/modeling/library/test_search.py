@@ -22,52 +22,52 @@ from palpate.modeling.library.search import (
     none_fits,
     wishes_of,
 )
-from tests.modeling.library.made_library import entry, made_library, predicted, rated
+from tests.modeling.library.made_library import entry, predicted, rated, small_library
 
-LIBRARY = made_library()
+LIBRARY = small_library()
 
 
-def found(text, library=LIBRARY, kind=None):
+def fits_of(text, library=LIBRARY, kind=None):
     wishes = wishes_of(library, [text])
-    return {each.entry.id: each.fit for each in find(chosen(library, (), kind), wishes, kind)}
+    return {match.entry.id: match.fit for match in find(chosen(library, (), kind), wishes, kind)}
 
 
 def test_what_surely_fits_comes_first_then_what_is_less_known_then_what_surely_does_not():
-    fits = found("rough, a bit sticky, not bumpy")
+    fits = fits_of("rough, a bit sticky, not bumpy")
     assert list(fits)[:4] == ["T01", "T02", "T06", "T03"]
     assert fits["T01"] > 0.99 and 0.5 < fits["T06"] < 0.95 and fits["T05"] < 1e-6
 
 
 def test_the_fit_is_the_product_of_the_attributes_memberships():
-    one, two, together = (found(text)["T02"] for text in ("smooth 25", "flat 65", "flat 65, smooth 25"))
+    one, two, together = (fits_of(text)["T02"] for text in ("smooth 25", "flat 65", "flat 65, smooth 25"))
     assert 0 < one < 1 and 0 < two < 1 and together == pytest.approx(one * two)
 
 
 def test_two_wishes_about_one_attribute_are_met_by_one_value():
-    library = made_library(entry("T01", rated=rated(50, 50, 50, 50, se=0)))
-    assert found("not rough, not smooth", library) == {"T01": 1.0} == found("neither rough nor smooth", library)
+    library = small_library(entry("T01", rated=rated(50, 50, 50, 50, se=0)))
+    assert fits_of("not rough, not smooth", library) == {"T01": 1.0} == fits_of("neither rough nor smooth", library)
 
 
 def test_what_is_certain_and_inside_fits_wholly_and_outside_not_at_all():
-    library = made_library(entry("T01", rated=rated(10, 10, 10, 10, se=0)))
-    assert found("rough, flat, sticky, hard", library) == {"T01": 1.0}
-    assert found("rough, flat, sticky, soft", library) == {"T01": 0.0}
+    library = small_library(entry("T01", rated=rated(10, 10, 10, 10, se=0)))
+    assert fits_of("rough, flat, sticky, hard", library) == {"T01": 1.0}
+    assert fits_of("rough, flat, sticky, soft", library) == {"T01": 0.0}
 
 
 def test_of_an_attribute_that_is_not_known_anything_may_be_so():
     unknown = rated(10, 40, 35, 15).model_copy(update={"mean": (None, 40, 35, 15)})
-    library = made_library(
+    library = small_library(
         entry("T01", rated=rated(10, 40, 35, 15)), entry("T02", rated=unknown), entry("T03", rated=rated(90, 4, 4, 4))
     )
-    fits = found("rough", library)
+    fits = fits_of("rough", library)
     assert list(fits) == ["T01", "T02", "T03"] and fits["T01"] > 0.99 and 0.2 < fits["T02"] < 0.5 and fits["T03"] < 0.01
 
 
 @given(st.floats(0, 100), st.floats(0.1, 20), st.floats(0, 20))
 def test_what_surely_fits_loses_by_being_known_less(value, se, more):
     fits = [
-        found("rough, not bumpy", made_library(entry("T01", rated=rated(5, value / 4, 50, 50, se=each))))["T01"]
-        for each in (se, se + more)
+        fits_of("rough, not bumpy", small_library(entry("T01", rated=rated(5, value / 4, 50, 50, se=error))))["T01"]
+        for error in (se, se + more)
     ]
     assert fits[1] <= fits[0] + 1e-9
 
@@ -76,24 +76,24 @@ def test_rated_comes_before_predicted_unless_another_is_asked_for():
     both = named(LIBRARY, "T02")
     assert [value_of(both, 0, kind).value for kind in (None, "rated", "predicted")] == [20, 20, 35]
     assert value_of(both, 0, "predicted").sd == pytest.approx(15 / 1.6449, rel=1e-3)  # qnorm(0.95) in R
-    assert set(found("rough", kind="rated")) == {"T01", "T02", "T03", "T04", "T05"}
-    assert set(found("rough", kind="predicted")) == {"T02", "T06"}
+    assert set(fits_of("rough", kind="rated")) == {"T01", "T02", "T03", "T04", "T05"}
+    assert set(fits_of("rough", kind="predicted")) == {"T02", "T06"}
 
 
 def test_equal_fits_stand_by_name_whatever_the_order_of_the_library():
     twins = [entry(name, rated=rated(10, 40, 35, 15)) for name in ("T09", "T03", "T05")]
-    assert list(found("rough", made_library(*twins))) == ["T03", "T05", "T09"]
+    assert list(fits_of("rough", small_library(*twins))) == ["T03", "T05", "T09"]
 
 
 def test_only_what_fits_is_given():
     assert not fitting(find(LIBRARY.textures, wishes_of(LIBRARY, ["very soft, extremely slippery"])), 10)
     rough = find(LIBRARY.textures, wishes_of(LIBRARY, ["rough"]))
-    assert [each.entry.id for each in fitting(rough, 2)] == ["T01", "T05"]
-    assert all(0 <= each.fit <= 1 and math.isfinite(each.fit) for each in rough)
+    assert [match.entry.id for match in fitting(rough, 2)] == ["T01", "T05"]
+    assert all(0 <= match.fit <= 1 and math.isfinite(match.fit) for match in rough)
 
 
 def test_classes_and_names_are_found_in_any_letters():
-    assert [each.id for each in chosen(LIBRARY, ["SandPaper", "mesh"])] == ["T01", "T02", "T05"]
+    assert [texture.id for texture in chosen(LIBRARY, ["SandPaper", "mesh"])] == ["T01", "T02", "T05"]
     assert named(LIBRARY, "t05") == named(LIBRARY, "Mesh 05")
 
 
@@ -103,30 +103,30 @@ def test_a_class_or_a_name_that_there_is_not_is_told():
     with pytest.raises(LibraryError, match="no texture 'sandpaper 07' in this library; did you mean 'sandpaper 0"):
         named(LIBRARY, "sandpaper 07")
     with pytest.raises(LibraryError, match="no texture that a model predicted among the 1 "):
-        chosen(made_library(entry("T01", rated=rated(1, 2, 3, 4))), (), "predicted")
+        chosen(small_library(entry("T01", rated=rated(1, 2, 3, 4))), (), "predicted")
     with pytest.raises(LibraryError, match="say --class mesh"):
         wishes_of(LIBRARY, ["mesh"])
 
 
 def test_a_prediction_alone_is_as_unsure_as_its_interval():
-    narrow, wide = (made_library(entry("T01", predicted=predicted(20, 9, 9, 9, half=half))) for half in (5, 40))
-    assert found("rough", narrow)["T01"] > 0.99 and 0.4 < found("rough", wide)["T01"] < 0.8
+    narrow, wide = (small_library(entry("T01", predicted=predicted(20, 9, 9, 9, half=half))) for half in (5, 40))
+    assert fits_of("rough", narrow)["T01"] > 0.99 and 0.4 < fits_of("rough", wide)["T01"] < 0.8
 
 
 def test_of_those_that_fit_alike_the_furthest_comes_first():
-    library = made_library(
+    library = small_library(
         entry("T01", rated=rated(9, 50, 50, 50, se=0)), entry("T02", rated=rated(2, 50, 50, 50, se=0)),
         entry("T03", rated=rated(6, 50, 50, 50, se=0)),
     )  # fmt: skip
-    assert [each.entry.id for each in find(library.textures, wishes_of(library, ["rough"]))] == ["T02", "T03", "T01"]
-    turned = [each.entry.id for each in find(library.textures, wishes_of(library, ["not smooth"]))]
+    assert [match.entry.id for match in find(library.textures, wishes_of(library, ["rough"]))] == ["T02", "T03", "T01"]
+    turned = [match.entry.id for match in find(library.textures, wishes_of(library, ["not smooth"]))]
     assert turned == ["T02", "T03", "T01"]
 
 
 def test_an_id_goes_before_a_label_and_a_label_of_several_is_refused():
     one, two = entry("A", rated=rated(1, 1, 1, 1)), entry("B", rated=rated(2, 2, 2, 2))
-    assert named(made_library(one.model_copy(update={"label": "B"}), two), "b").id == "B"
-    twice = made_library(*(each.model_copy(update={"label": "same"}) for each in (one, two)))
+    assert named(small_library(one.model_copy(update={"label": "B"}), two), "b").id == "B"
+    twice = small_library(*(texture.model_copy(update={"label": "same"}) for texture in (one, two)))
     with pytest.raises(LibraryError, match="2 textures are called 'Same': A, B"):
         named(twice, "Same")
 
@@ -142,8 +142,8 @@ def sure(name, *mean):
     return entry(name, rated=rated(*mean, se=0.0))
 
 
-def asked(text, *entries):
-    library = made_library(*entries)
+def entries_and_wishes(text, *entries):
+    library = small_library(*entries)
     return library.textures, wishes_of(library, [text])
 
 
@@ -155,7 +155,7 @@ def test_the_wish_that_leaves_out_most_is_named_though_a_texture_meets_it_best()
     """Slippery is met wholly by one texture and leaves out seven; hard is met at best in part and leaves out two."""
     half_hard = [sure(f"T1{k}", 5, 50, 20, 38.5) for k in range(5)]
     others = [sure("T20", 5, 50, 20, 90), sure("T21", 5, 50, 90, 90)]
-    entries, wishes = asked("hard, slippery", *half_hard, *others)
+    entries, wishes = entries_and_wishes("hard, slippery", *half_hard, *others)
     assert excluded(entries, wishes) == [Excluded("hard", 2, 1), Excluded("slippery", 6, 5)]
     assert none_fits(entries, wishes) == (
         "None of 7 textures fits. Most are left out by 'slippery': 6 of 7. Without 'slippery', 5 would fit."
@@ -163,38 +163,38 @@ def test_the_wish_that_leaves_out_most_is_named_though_a_texture_meets_it_best()
 
 
 def test_what_helps_need_not_be_what_leaves_out_most():
-    entries, wishes = asked("smooth, hard, flat", *ROUGH_SOFT, sure("T20", 95, 95, 50, 5))
-    assert [each.out for each in excluded(entries, wishes)] == [7, 7, 8]
-    told = none_fits(entries, wishes)
-    assert "Most are left out by 'flat': 8 of 8." in told and told.endswith("Without 'flat', 1 would fit.")
-    entries, wishes = asked(
+    entries, wishes = entries_and_wishes("smooth, hard, flat", *ROUGH_SOFT, sure("T20", 95, 95, 50, 5))
+    assert [exclusion.out for exclusion in excluded(entries, wishes)] == [7, 7, 8]
+    text = none_fits(entries, wishes)
+    assert "Most are left out by 'flat': 8 of 8." in text and text.endswith("Without 'flat', 1 would fit.")
+    entries, wishes = entries_and_wishes(
         "smooth, hard, flat", *ROUGH_SOFT[:3], sure("T20", 95, 95, 50, 5), sure("T21", 5, 5, 50, 95)
     )
-    told = none_fits(entries, wishes)
-    assert "by 'smooth' and 'hard' and 'flat': 4 of 5 each." in told and "Without 'flat', 1 would fit." in told
+    text = none_fits(entries, wishes)
+    assert "by 'smooth' and 'hard' and 'flat': 4 of 5 each." in text and "Without 'flat', 1 would fit." in text
 
 
 def test_where_no_wish_alone_is_to_blame_that_is_said():
     """Three wishes that each fit by a tenth: together a thousandth."""
-    entries, wishes = asked("smooth, bumpy, slippery", sure("T01", 56.5, 56.5, 56.5, 50))
-    assert [each.out for each in excluded(entries, wishes)] == [0, 0, 0]
+    entries, wishes = entries_and_wishes("smooth, bumpy, slippery", sure("T01", 56.5, 56.5, 56.5, 50))
+    assert [exclusion.out for exclusion in excluded(entries, wishes)] == [0, 0, 0]
     assert "Each wish alone leaves out none; all at once, none is left." in none_fits(entries, wishes)
 
 
 def test_two_that_both_exclude_everything_cannot_be_helped_by_giving_up_one():
-    entries, wishes = asked("smooth, hard, sticky", *ROUGH_SOFT)
-    told = none_fits(entries, wishes)
-    assert told.endswith("by 'smooth' and 'hard' and 'sticky': 7 of 7 each. Giving up one wish does not help.")
+    entries, wishes = entries_and_wishes("smooth, hard, sticky", *ROUGH_SOFT)
+    text = none_fits(entries, wishes)
+    assert text.endswith("by 'smooth' and 'hard' and 'sticky': 7 of 7 each. Giving up one wish does not help.")
 
 
 def test_a_single_wish_needs_no_blame():
-    entries, wishes = asked("smooth", *ROUGH_SOFT)
+    entries, wishes = entries_and_wishes("smooth", *ROUGH_SOFT)
     assert none_fits(entries, wishes) == "None of 7 textures fits."
 
 
 def test_what_was_said_in_one_breath_is_given_up_at_once():
-    entries, wishes = asked("neither rough nor soft, flat", *ROUGH_SOFT[:2], sure("T20", 50, 95, 50, 50))
-    assert [(each.said, each.out, each.without) for each in excluded(entries, wishes)] == [
+    entries, wishes = entries_and_wishes("neither rough nor soft, flat", *ROUGH_SOFT[:2], sure("T20", 50, 95, 50, 50))
+    assert [(exclusion.said, exclusion.out, exclusion.without) for exclusion in excluded(entries, wishes)] == [
         ("neither rough nor soft", 2, 0), ("flat", 3, 1),
     ]  # fmt: skip
 
@@ -205,26 +205,26 @@ def two(one, other, one_se=2.0, other_se=2.0):
 
 def test_one_jnd_on_every_attribute_is_a_distance_of_one():
     assert measured(*two((50, 50, 50, 50), (60, 40, 60, 40)), 4).distance == pytest.approx(1)
-    found = measured(*two((50, 50, 50, 50), (90, 50, 50, 50)), 4)
-    assert found.distance == pytest.approx(2)  # sqrt(4^2 / 4)
-    assert found.apart == (4, 0, 0, 0)
+    distance = measured(*two((50, 50, 50, 50), (90, 50, 50, 50)), 4)
+    assert distance.distance == pytest.approx(2)  # sqrt(4^2 / 4)
+    assert distance.apart == (4, 0, 0, 0)
 
 
 @pytest.mark.parametrize("other", [(50, 50, 50, 50), (55, 45, 52, 50), (90, 20, 50, 40)])
 @pytest.mark.parametrize("spread", [1.0, 6.0, 15.0])
 def test_its_sd_and_likeness_are_those_of_drawn_textures(other, spread):
-    found = measured(*two((50, 50, 50, 50), other, spread, spread / 2), 4)
+    distance = measured(*two((50, 50, 50, 50), other, spread, spread / 2), 4)
     chance = np.random.Generator(np.random.PCG64(1))
     drawn = chance.normal(np.subtract(other, 50), np.hypot(spread, spread / 2), (200_000, 4)) / JND
     distances = np.sqrt((drawn**2).mean(axis=1))
-    assert found.sd == pytest.approx(distances.std(), rel=0.08)
-    assert found.alike == pytest.approx((np.abs(drawn) < 1).all(axis=1).mean(), abs=0.005)
+    assert distance.sd == pytest.approx(distances.std(), rel=0.08)
+    assert distance.alike == pytest.approx((np.abs(drawn) < 1).all(axis=1).mean(), abs=0.005)
 
 
 def test_what_is_known_for_sure_has_no_spread():
     assert measured(*two((1, 2, 3, 4), (1, 2, 3, 4), 0, 0), 4).sd == 0
-    found = measured(*two((1, 2, 3, 4), (9, 2, 3, 4), 0, 0), 4)
-    assert found.sd == 0 and found.alike == 1
+    distance = measured(*two((1, 2, 3, 4), (9, 2, 3, 4), 0, 0), 4)
+    assert distance.sd == 0 and distance.alike == 1
     assert measured(*two((1, 2, 3, 4), (11, 2, 3, 4), 0, 0), 4).alike == 0
 
 
@@ -235,13 +235,13 @@ def test_distances_are_the_same_from_either_side():
 
 
 def test_the_nearest_come_first_and_a_texture_is_not_near_itself():
-    library = made_library()
-    found = near(library.textures[0], library.textures, 4)
-    assert [each.entry.id for each in found] == ["T02", "T06", "T05", "T03", "T04"]
+    library = small_library()
+    matches = near(library.textures[0], library.textures, 4)
+    assert [match.entry.id for match in matches] == ["T02", "T06", "T05", "T03", "T04"]
 
 
 def test_an_attribute_that_is_not_known_makes_the_distance_unsure():
     one, other = two((50, 50, 50, 50), (50, 50, 50, 50))
-    lacking = other.model_copy(update={"rated": other.rated.model_copy(update={"mean": (None, 50, 50, 50)})})
-    assert measured(one, lacking, 4).sd > 3 * measured(one, other, 4).sd
-    assert measured(one, lacking, 4).alike < 0.4 and measured(one, other, 4).alike > 0.9
+    incomplete = other.model_copy(update={"rated": other.rated.model_copy(update={"mean": (None, 50, 50, 50)})})
+    assert measured(one, incomplete, 4).sd > 3 * measured(one, other, 4).sd
+    assert measured(one, incomplete, 4).alike < 0.4 and measured(one, other, 4).alike > 0.9

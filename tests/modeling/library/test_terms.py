@@ -18,42 +18,42 @@ from tests.modeling.library.made_library import PAIRS
 
 
 @pytest.fixture
-def told():
+def terms():
     import yaml
 
     return yaml.safe_load(FILE.read_text(encoding="utf-8"))
 
 
-def test_no_edge_is_steeper_than_a_just_noticeable_difference(told):
-    for name, edges in told["degrees"].items():
+def test_no_edge_is_steeper_than_a_just_noticeable_difference(terms):
+    for name, edges in terms["degrees"].items():
         ends = [(edges[0], edges[1]), (edges[2], edges[3])]
         assert all(high - low >= 10 for low, high in ends if low is not None), name
-        assert all(low <= high for low, high in pairwise([each for each in edges if each is not None])), name
+        assert all(low <= high for low, high in pairwise([edge for edge in edges if edge is not None])), name
 
 
-def test_not_is_the_opposite_of_what_it_denies(told):
+def test_not_is_the_opposite_of_what_it_denies(terms):
     for positive, negative in (("", "not"), ("very", "not very"), ("extremely", "not extremely")):
-        one, other = (trapezoid(told["degrees"][name]) for name in (positive, negative))
+        one, other = (trapezoid(terms["degrees"][name]) for name in (positive, negative))
         assert all(one.at(x) + other.at(x) == pytest.approx(1) for x in range(101))
 
 
-def test_the_stronger_word_asks_for_more(told):
-    full = [trapezoid(told["degrees"][name]).met[0] for name in ("slightly", "fairly", "", "very", "extremely")]
+def test_the_stronger_word_asks_for_more(terms):
+    full = [trapezoid(terms["degrees"][name]).met[0] for name in ("slightly", "fairly", "", "very", "extremely")]
     assert full == sorted(full) and len(set(full)) == 5
 
 
-def test_no_word_means_two_things(told):
-    every = [word for words in told["synonyms"].values() for word in words] + list(told["synonyms"])
-    sayings = [each for part in ("sayings", "numbers") for words in told[part].values() for each in words]
-    assert all(isinstance(each, str) for each in (*every, *sayings, *told["silent"]))
-    assert len({*every, *sayings, *told["degrees"], *told["silent"]}) == len(every) + len(sayings) + len(
-        told["degrees"]
-    ) + len(told["silent"])
+def test_no_word_means_two_things(terms):
+    every = [word for words in terms["synonyms"].values() for word in words] + list(terms["synonyms"])
+    sayings = [saying for part in ("sayings", "numbers") for words in terms[part].values() for saying in words]
+    assert all(isinstance(term, str) for term in (*every, *sayings, *terms["silent"]))
+    assert len({*every, *sayings, *terms["degrees"], *terms["silent"]}) == len(every) + len(sayings) + len(
+        terms["degrees"]
+    ) + len(terms["silent"])
 
 
-def test_every_word_for_a_number_and_a_degree_names_one_that_there_is(told):
-    assert set(told["sayings"]) <= set(told["degrees"])
-    assert set(told["numbers"]) == {"at least", "at most", "about"}
+def test_every_word_for_a_number_and_a_degree_names_one_that_there_is(terms):
+    assert set(terms["sayings"]) <= set(terms["degrees"])
+    assert set(terms["numbers"]) == {"at least", "at most", "about"}
 
 
 def test_a_library_with_its_own_attributes_knows_its_own_words():
@@ -81,12 +81,12 @@ def test_a_value_has_a_name(value, expected):
     assert in_words(vocabulary(PAIRS), 0, value) == expected
 
 
-def test_the_reference_tells_the_same_numbers(told):
+def test_the_reference_tells_the_same_numbers(terms):
     page = (FILE.parents[2] / "docs" / "reference" / "texture-library.md").read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in page.splitlines() if line[:1] == "|"]
-    shown = {row[0]: [float(cell) if cell else None for cell in row[1:5]] for row in rows if row[0] in told["degrees"]}
-    assert shown == {name: edges for name, edges in told["degrees"].items() if name}
-    assert ["(the word alone)", *map(str, told["degrees"][""][:2])] in [row[:3] for row in rows]
+    shown = {row[0]: [float(cell) if cell else None for cell in row[1:5]] for row in rows if row[0] in terms["degrees"]}
+    assert shown == {name: edges for name, edges in terms["degrees"].items() if name}
+    assert ["(the word alone)", *map(str, terms["degrees"][""][:2])] in [row[:3] for row in rows]
 
 
 EDGES = ((55, 70, None, None), (None, None, 20, 35), (45, 55, 70, 80), (30, 45, 55, 70))
@@ -143,8 +143,8 @@ def test_nearer_to_the_word_fits_no_worse(one, other, spread):
 
 @pytest.mark.parametrize("spread", [1e-320, 1e-12, 1e-9, 1e-6, 1e6, 1e12])
 def test_spreads_beyond_all_measure_give_a_number(spread):
-    found = trapezoid((45, 55, 70, 80)).expected(60, spread)
-    assert found == pytest.approx(1 if spread < 1 else 0, abs=1e-4)
+    value = trapezoid((45, 55, 70, 80)).expected(60, spread)
+    assert value == pytest.approx(1 if spread < 1 else 0, abs=1e-4)
 
 
 @given(edges, value, sd)

@@ -13,7 +13,7 @@ KNOWN = vocabulary(PAIRS, ("wood", "foam"))
 ROUGH, BUMPY, STICKY, SOFT = range(4)
 
 
-def met(text):
+def degree_of(text):
     """By attribute, the values that fit at least by half."""
     return [(pair, soft.met) for pair, soft in combined(wishes_in([text], KNOWN))]
 
@@ -78,19 +78,19 @@ def met(text):
 def test_what_is_said_means_these_values(text, expected):
     if expected is None:
         with pytest.raises(LibraryError):
-            met(text)
+            degree_of(text)
     else:
-        assert met(text) == expected
+        assert degree_of(text) == expected
 
 
 def test_a_wish_keeps_the_words_that_it_was_said_with():
-    assert [each.said for each in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
+    assert [wish.said for wish in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
         "rough", "a bit sticky", "soft = 20 - 40",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("ruogh", "'ruogh' is not known. Did you mean 'rough'?"),
         ("xyzzy", "Words: rough (coarse"),
@@ -131,10 +131,10 @@ def test_a_wish_keeps_the_words_that_it_was_said_with():
         ("like T17", "palpate textures nearest ID"),
     ],
 )
-def test_what_is_not_understood_is_told_with_what_is(text, told):
+def test_what_is_not_understood_is_told_with_what_is(text, message):
     with pytest.raises(LibraryError) as error:
         wishes_in([text], KNOWN)
-    assert told in str(error.value)
+    assert message in str(error.value)
 
 
 def test_a_word_that_was_nearly_right_is_told_without_the_list_of_all():
@@ -170,10 +170,10 @@ def test_wishes_that_a_value_meets_are_not(text):
 
 
 @given(st.permutations(["rough", "a bit sticky", "not bumpy", "soft 60-80", "not very rough"]))
-def test_the_order_of_wishes_does_not_matter(said):
+def test_the_order_of_wishes_does_not_matter(texts):
     ordered = combined(wishes_in(["rough, a bit sticky, not bumpy, soft 60-80, not very rough"], KNOWN))
-    assert combined(wishes_in([", ".join(said)], KNOWN)) == ordered
-    assert combined(wishes_in(said, KNOWN)) == ordered
+    assert combined(wishes_in([", ".join(texts)], KNOWN)) == ordered
+    assert combined(wishes_in(texts, KNOWN)) == ordered
 
 
 @given(st.text(max_size=40))

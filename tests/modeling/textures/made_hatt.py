@@ -31,10 +31,10 @@ def signals(n=N, rate=RATE):
 
 def whole(units=UNITS, rate=RATE, n=N, force_n=None, declared=""):
     felt, speed, force, place = signals(n)
-    said = "".join(f"<{name}>{unit}</{name}>" for name, unit in units.items())
-    rate_said = f"<SampleRate>{rate}</SampleRate>" if rate else ""
+    unit_tags = "".join(f"<{name}>{unit}</{name}>" for name, unit in units.items())
+    rate_tag = f"<SampleRate>{rate}</SampleRate>" if rate else ""
     parts = [axes("Accel", felt), array("ForceNormal", force[:force_n]), axes("Position", place, spaced)]
     return (
-        f'<?xml version="1.0" encoding="utf-8"?>{declared}<recording><material>Felt</material>{said}{rate_said}'
+        f'<?xml version="1.0" encoding="utf-8"?>{declared}<recording><material>Felt</material>{unit_tags}{rate_tag}'
         f"{''.join(parts)}{spaced('Speed', speed)}</recording>"
     )

@@ -19,8 +19,8 @@ def vibration(n, seed=0):
     """Noise with a resonance, of SD 1."""
     from scipy.signal import lfilter
 
-    found = lfilter([1.0], [1.0, -1.2, 0.8], np.random.default_rng(seed).standard_normal(n))
-    return found / found.std()
+    signal = lfilter([1.0], [1.0, -1.2, 0.8], np.random.default_rng(seed).standard_normal(n))
+    return signal / signal.std()
 
 
 def recording(n=20_000, seed=0, texture="made"):

@@ -20,7 +20,7 @@ def recording(seconds=4.0, seed=3, texture="made_up"):
     return Recording(texture, texture, np.stack([signal, speed, force]))
 
 
-def parts(found, frames=10):
-    size = found.signals.shape[1] // frames
-    cut = [(each * size, (each + 1) * size) for each in range(frames)]
+def parts(whole, frames=10):
+    size = whole.signals.shape[1] // frames
+    cut = [(index * size, (index + 1) * size) for index in range(frames)]
     return Parts(tuple(cut[:7]), tuple(cut[7:9]), tuple(cut[9:]))

@@ -50,9 +50,9 @@ class FittedLinear:
 
 
 def _fit(learning, sampled):
-    found = windows(learning.recording, learning.parts.train, learning.window or ORDER)
-    weights = np.linalg.lstsq(found.given[:, 0], found.wanted, rcond=None)[0]
-    off = found.wanted - found.given[:, 0] @ weights
+    rows = windows(learning.recording, learning.parts.train, learning.window or ORDER)
+    weights = np.linalg.lstsq(rows.given[:, 0], rows.wanted, rcond=None)[0]
+    off = rows.wanted - rows.given[:, 0] @ weights
     return FittedLinear(weights, float(np.log(off.std())), learning.window or ORDER, sampled)
 
 
@@ -88,10 +88,10 @@ def options(work, methods=("foten", "foten_generative"), explore=True, **more):
     return TextureOptions(work=work, methods=methods, explore=explore, quick=True, workers=1, **more)
 
 
-def domain(work, found=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
-    asked = options(work, methods_of, **more)
+def domain(work, recorded=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
+    choice = options(work, methods_of, **more)
     clock = iter(range(10**6)).__next__
-    return domain_for(found or recordings(), simulator or MadeUpSurfaces(), asked, known, clock=clock), asked
+    return domain_for(recorded or recordings(), simulator or MadeUpSurfaces(), choice, known, clock=clock), choice
 
 
 def windows_of(evaluation, texture):

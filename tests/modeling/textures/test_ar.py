@@ -40,10 +40,10 @@ def process(speed, force, seed):
     """A resonance that rises with speed (60 to 250 Hz) and a level that rises with force and speed."""
     angle = 2 * np.pi * (40 + 1.5 * speed) / 1000
     innovations = drawn(seed).normal(size=len(speed)) * 0.02 * speed * np.sqrt(force)
-    found = np.zeros(len(speed) + 2)
+    signal = np.zeros(len(speed) + 2)
     for n in range(len(speed)):
-        found[n + 2] = 2 * 0.93 * np.cos(angle[n]) * found[n + 1] - 0.93**2 * found[n] + innovations[n]
-    return found[2:]
+        signal[n + 2] = 2 * 0.93 * np.cos(angle[n]) * signal[n + 1] - 0.93**2 * signal[n] + innovations[n]
+    return signal[2:]
 
 
 def learning(signals, stretches=None, **others):
@@ -65,10 +65,10 @@ def freely(fitted, speed, force, seed):
     noise = drawn(seed).normal(size=len(speed)) * sd
     order = filters.shape[1] - 1
     weights = -filters[:, :0:-1]
-    found = np.zeros(len(speed) + order)
+    signal = np.zeros(len(speed) + order)
     for n in range(len(speed)):
-        found[n + order] = weights[n] @ found[n : n + order] + noise[n]
-    return found[order:]
+        signal[n + order] = weights[n] @ signal[n : n + order] + noise[n]
+    return signal[order:]
 
 
 def test_free_running_it_is_as_loud_as_the_process_wherever_the_hand_is(fitted):
@@ -88,17 +88,17 @@ def test_the_resonance_follows_speed(fitted):
         assert abs(abs(strongest) * 1000 / 2 / np.pi - (40 + 1.5 * speed)) < 20
 
 
-def tensors_in(fitted, kept_in):
+def tensors_in(fitted, dtype):
     exported = fitted.exported()
     tensors = {
-        name: each.astype(kept_in) if each.dtype.kind == "f" else each for name, each in exported.tensors.items()
+        name: tensor.astype(dtype) if tensor.dtype.kind == "f" else tensor for name, tensor in exported.tensors.items()
     }
     return Exported(exported.steps, tensors)
 
 
-@pytest.mark.parametrize("kept_in", [np.float64, np.float32, np.float16])
-def test_what_runs_is_stable_for_every_speed_and_force(fitted, kept_in):
-    tensors = tensors_in(fitted, kept_in).tensors
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.float16])
+def test_what_runs_is_stable_for_every_speed_and_force(fitted, dtype):
+    tensors = tensors_in(fitted, dtype).tensors
     line = np.linspace(-20, 200, 60), np.linspace(-0.5, 3.5, 60)
     grid = np.stack(np.meshgrid(*line), axis=-1).reshape(-1, 2)
     random = drawn(3).uniform([-100, -2], [400, 6], size=(3000, 2))
@@ -108,7 +108,7 @@ def test_what_runs_is_stable_for_every_speed_and_force(fitted, kept_in):
     filters[:, 1:] *= tensors["damping"].astype(float)[0, ::-1][: filters.shape[1] - 1]
     assert stable_within(filters, 0.999).all()
     worst = max(np.abs(np.roots(row)).max() for row in filters[::50])
-    assert worst < (0.999 if kept_in is np.float16 else RADIUS + 1e-6)
+    assert worst < (0.999 if dtype is np.float16 else RADIUS + 1e-6)
 
 
 def test_the_file_answers_as_the_model(fitted, tmp_path):
@@ -116,12 +116,12 @@ def test_the_file_answers_as_the_model(fitted, tmp_path):
     given = drawn(4).normal(size=(300, 3, 10)) * 3
     given[:, 1], given[:, 2] = drawn(5).uniform(-50, 300, (300, 1)), drawn(6).uniform(-1, 4, (300, 1))
     log_sd = fitted.mesh.shares(given[:, 1:, -1]) @ fitted.log_sd
-    for kept_in, near in ((np.float64, 1e-11), (np.float32, 1e-4)):
-        exported = tensors_in(fitted, kept_in)
+    for dtype, near in ((np.float64, 1e-11), (np.float32, 1e-4)):
+        exported = tensors_in(fitted, dtype)
         card = write_model(tmp_path, "ar", exported, title="", method="ar", takes=takes, gives=gives)
-        found = read_model(card).run(given.reshape(300, -1))
-        np.testing.assert_allclose(found[:, 0], fitted.predict(given), rtol=0, atol=near)
-        np.testing.assert_allclose(found[:, 1], log_sd, rtol=0, atol=near)
+        output = read_model(card).run(given.reshape(300, -1))
+        np.testing.assert_allclose(output[:, 0], fitted.predict(given), rtol=0, atol=near)
+        np.testing.assert_allclose(output[:, 1], log_sd, rtol=0, atol=near)
     with pytest.raises(TextureDataError, match=r"\(n, 3, 10\) are expected"):
         fitted.predict(given[:, :, :9])
     given[3, 1, 2] = np.nan
@@ -140,33 +140,33 @@ def test_the_same_recording_gives_the_same_model():
 def test_a_recording_is_cut_where_its_spectrum_or_its_level_changes():
     noise = drawn(1).normal(size=6000)
     first, second = lfilter([1], [1, -1.2, 0.8], noise[:2000]), lfilter([1], [1, 1.1, 0.7], noise[2000:4000])
-    borders = [each.start for each in segmented(np.concatenate([first, second, noise[4000:] * 9]), [(0, 6000)])]
+    borders = [segment.start for segment in segmented(np.concatenate([first, second, noise[4000:] * 9]), [(0, 6000)])]
     assert len(borders) <= 4
-    for wanted in (0, 2000, 4000):
-        assert min(abs(each - wanted) for each in borders) <= 2 * STEP
+    for expected in (0, 2000, 4000):
+        assert min(abs(border - expected) for border in borders) <= 2 * STEP
     assert len(segmented(noise[:3000], [(0, 3000)])) == 2  # no stretch is longer than 2 s, and nothing else is cut
 
 
 def test_burg_finds_the_process_from_many_short_stretches_of_it():
     true = np.poly([0.9 * np.exp(0.7j), 0.9 * np.exp(-0.7j), 0.8j, -0.8j]).real
     stretches = [lfilter([1], true, drawn(seed).normal(size=400))[100:] for seed in range(60)]
-    found, error = burg(stretches, 4)
-    np.testing.assert_allclose(found, true, atol=0.03)
+    weights, error = burg(stretches, 4)
+    np.testing.assert_allclose(weights, true, atol=0.03)
     assert error == pytest.approx(1, abs=0.05)
-    np.testing.assert_allclose(filters_of(frequencies_of(found)[None])[0], found, atol=1e-12)
-    response = lfilter([1], found, np.eye(1, 4000)[0])
-    assert power_gain(found[None])[0] == pytest.approx(response @ response, rel=1e-9)
+    np.testing.assert_allclose(filters_of(frequencies_of(weights)[None])[0], weights, atol=1e-12)
+    response = lfilter([1], weights, np.eye(1, 4000)[0])
+    assert power_gain(weights[None])[0] == pytest.approx(response @ response, rel=1e-9)
 
 
 def test_a_short_recording_with_a_hand_that_never_varies_has_one_point():
     speed, force = np.full(1900, 60.0), np.full(1900, 1.0)
     signals = np.stack([process(speed, force, 3), speed, force])
-    found = fit(learning(signals))
-    assert len(found.log_sd) == 1
-    assert found.frequencies.shape == (1, 30)
-    played = freely(found, np.full(8000, 60.0), np.full(8000, 1.0), 1)
+    model = fit(learning(signals))
+    assert len(model.log_sd) == 1
+    assert model.frequencies.shape == (1, 30)
+    played = freely(model, np.full(8000, 60.0), np.full(8000, 1.0), 1)
     assert played.std() / signals[0].std() == pytest.approx(1, abs=0.12)
-    assert np.isfinite(found.predict(np.tile(signals[None, :, :30], (2, 1, 1)))).all()
+    assert np.isfinite(model.predict(np.tile(signals[None, :, :30], (2, 1, 1)))).all()
 
 
 @pytest.mark.parametrize("what", ["speed", "force"])
@@ -174,9 +174,9 @@ def test_a_hand_that_varies_in_one_way_only_has_points_on_a_line(what):
     speed, force = hand(6000, 1)
     force = np.full(6000, 1.0) if what == "speed" else force
     speed = np.full(6000, 70.0) if what == "force" else speed
-    found = fit(learning(np.stack([process(speed, force, 2), speed, force]), window=8))
-    assert (found.mesh.triangles[:, 1] == found.mesh.triangles[:, 2]).all()
-    assert stable_within(found.filters(np.linspace(-50, 300, 500), np.linspace(-1, 5, 500)), 0.999).all()
+    model = fit(learning(np.stack([process(speed, force, 2), speed, force]), window=8))
+    assert (model.mesh.triangles[:, 1] == model.mesh.triangles[:, 2]).all()
+    assert stable_within(model.filters(np.linspace(-50, 300, 500), np.linspace(-1, 5, 500)), 0.999).all()
 
 
 @pytest.mark.parametrize("change", ["half silent", "clipped", "spike", "loud", "quiet", "offset", "hum", "square"])
@@ -189,11 +189,11 @@ def test_odd_recordings_get_finite_stable_weights(change):
         "offset": samples + 1e6, "hum": np.sin(2 * np.pi * 0.05 * np.arange(4000)),
         "square": np.sign(np.sin(2 * np.pi * 0.013 * np.arange(4000))),
     }[change]  # fmt: skip
-    found = fit(learning(np.stack([samples, speed, force])))
-    assert np.isfinite(found.frequencies).all()
-    assert np.isfinite(found.log_sd).all()
-    assert stable_within(found.filters(np.linspace(-50, 300, 500), np.linspace(-1, 5, 500)), 0.999).all()
-    assert np.isfinite(freely(found, *hand(2000, 4), 5)).all()
+    model = fit(learning(np.stack([samples, speed, force])))
+    assert np.isfinite(model.frequencies).all()
+    assert np.isfinite(model.log_sd).all()
+    assert stable_within(model.filters(np.linspace(-50, 300, 500), np.linspace(-1, 5, 500)), 0.999).all()
+    assert np.isfinite(freely(model, *hand(2000, 4), 5)).all()
 
 
 @pytest.mark.parametrize(

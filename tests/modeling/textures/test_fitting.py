@@ -16,8 +16,8 @@ pytestmark = pytest.mark.needs("torch")
 
 
 def rows():
-    made = recording(1.5)
-    return rows_of(Learning(made, parts(made)), 10)
+    whole = recording(1.5)
+    return rows_of(Learning(whole, parts(whole)), 10)
 
 
 def test_training_rows_are_centred_with_an_sd_of_one():
@@ -28,66 +28,69 @@ def test_training_rows_are_centred_with_an_sd_of_one():
 
 
 def test_rows_at_rest_have_no_speed_no_force_and_silence_to_follow():
-    found = rows()
-    more = with_rest(found.train, 0.1, found.scale, 3)
-    added = len(more) - len(found.train)
-    assert added == round(0.1 * len(found.train))
-    resting = more.inputs[-added:].double().numpy() * found.scale.sd[:, None] + found.scale.mean[:, None]
+    windows_of_parts = rows()
+    more = with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3)
+    added = len(more) - len(windows_of_parts.train)
+    assert added == round(0.1 * len(windows_of_parts.train))
+    resting = (
+        more.inputs[-added:].double().numpy() * windows_of_parts.scale.sd[:, None]
+        + windows_of_parts.scale.mean[:, None]
+    )
     assert np.abs(resting[:, 1:]).max() < 1e-4
-    assert np.abs(resting[:, 0]).max() > 0.1 * found.scale.sd[0]
-    silence = more.targets[-added:].double().numpy() * found.scale.sd[0] + found.scale.mean[0]
-    assert np.abs(silence).max() < 0.05 * found.scale.sd[0]
-    assert with_rest(found.train, 0.1, found.scale, 3).digest == more.digest
-    assert with_rest(found.train, 0.1, found.scale, 4).digest != more.digest
+    assert np.abs(resting[:, 0]).max() > 0.1 * windows_of_parts.scale.sd[0]
+    silence = more.targets[-added:].double().numpy() * windows_of_parts.scale.sd[0] + windows_of_parts.scale.mean[0]
+    assert np.abs(silence).max() < 0.05 * windows_of_parts.scale.sd[0]
+    assert with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3).digest == more.digest
+    assert with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 4).digest != more.digest
 
 
 def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
-    found = rows()
-    source, chance = fed(found, Diet(noise=0.1), 1), torch.Generator().manual_seed(1)
+    windows_of_parts = rows()
+    source, chance = fed(windows_of_parts, Diet(noise=0.1), 1), torch.Generator().manual_seed(1)
     chosen = torch.arange(200)
-    (one, wanted), (other, _) = source.batch(chosen, chance), source.batch(chosen, chance)
-    plain = found.train.inputs[:200]
+    (one, targets), (other, _) = source.batch(chosen, chance), source.batch(chosen, chance)
+    plain = windows_of_parts.train.inputs[:200]
     assert (one[:, 0] - plain[:, 0]).std().item() == pytest.approx(0.1, rel=0.1)
     assert torch.equal(one[:, 1:], plain[:, 1:])
-    assert torch.equal(wanted, found.train.targets[:200])
+    assert torch.equal(targets, windows_of_parts.train.targets[:200])
     assert not torch.equal(one, other)
 
 
 def test_a_windows_speed_and_force_are_moved_as_a_whole():
-    found = rows()
-    source, chance = fed(found, Diet(hand=0.2), 1), torch.Generator().manual_seed(1)
-    (given, wanted), plain = source.batch(torch.arange(400), chance), found.train.inputs[:400]
+    windows_of_parts = rows()
+    source, chance = fed(windows_of_parts, Diet(hand=0.2), 1), torch.Generator().manual_seed(1)
+    (given, targets), plain = source.batch(torch.arange(400), chance), windows_of_parts.train.inputs[:400]
     moved = given[:, 1:] - plain[:, 1:]
     assert torch.allclose(moved, moved[..., :1].expand_as(moved), atol=1e-5)
     assert moved[..., 0].std(dim=0).numpy() == pytest.approx([0.2, 0.2], rel=0.15)
     assert torch.equal(given[:, 0], plain[:, 0])
-    assert torch.equal(wanted, found.train.targets[:400])
+    assert torch.equal(targets, windows_of_parts.train.targets[:400])
 
 
 def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of_nothing_else():
-    found = rows()
-    source, chance = fed(found, Diet(mirrored=True), 1), torch.Generator().manual_seed(1)
-    plain, chosen = found.train.inputs[:400], torch.arange(400)
-    (given, wanted), (again, _) = source.batch(chosen, chance), source.batch(chosen, chance)
+    windows_of_parts = rows()
+    source, chance = fed(windows_of_parts, Diet(mirrored=True), 1), torch.Generator().manual_seed(1)
+    plain, chosen = windows_of_parts.train.inputs[:400], torch.arange(400)
+    (given, targets), (again, _) = source.batch(chosen, chance), source.batch(chosen, chance)
     turned = (given[:, 0] != plain[:, 0]).all(dim=1)
     sign = torch.where(turned, -1.0, 1.0)[:, None]
     assert torch.equal(given[:, 0], sign * plain[:, 0])
-    assert torch.equal(wanted, sign * found.train.targets[:400])
+    assert torch.equal(targets, sign * windows_of_parts.train.targets[:400])
     assert torch.equal(given[:, 1:], plain[:, 1:])
     assert 150 < int(turned.sum()) < 250
     assert not torch.equal(given, again)
-    assert source.digest != fed(found, Diet(), 1).digest
+    assert source.digest != fed(windows_of_parts, Diet(), 1).digest
 
 
 def test_a_quick_training_takes_few_epochs_and_many_rows_at_a_time_unless_asked_otherwise():
     default = Settings(epochs=100, batch=16)
 
-    def asked(**given):
+    def settings_of(**given):
         return settings_for(Learning(recording(), parts(recording()), settings=given), default)
 
-    assert (asked(quick=True).epochs, asked(quick=True).batch) == (2, 128)
-    assert (asked(quick=True, epochs=5, batch=8).epochs, asked(quick=True, batch=8).batch) == (5, 8)
-    assert (asked().epochs, asked().batch) == (100, 16)
+    assert (settings_of(quick=True).epochs, settings_of(quick=True).batch) == (2, 128)
+    assert (settings_of(quick=True, epochs=5, batch=8).epochs, settings_of(quick=True, batch=8).batch) == (5, 8)
+    assert (settings_of().epochs, settings_of().batch) == (100, 16)
 
 
 def test_the_rate_rises_and_falls_along_a_cosine():
@@ -113,10 +116,10 @@ def test_a_step_has_its_own_rate_and_leaves_the_trainers():
 
 
 def test_a_training_that_was_cut_off_goes_on_to_the_same_bits(tmp_path):
-    made = recording(0.4)
+    whole = recording(0.4)
 
     def fitted(epochs, checkpoint):
-        given = Learning(made, parts(made), settings={"epochs": epochs, "checkpoint": checkpoint})
+        given = Learning(whole, parts(whole), settings={"epochs": epochs, "checkpoint": checkpoint})
         how = Settings(batch=128, plateau_patience=None)
         return fit_windows(Foten, given, mse, how, window=10, diet=Diet(0.05, 0.1), optimiser=cosine(6)).network
 
@@ -126,6 +129,6 @@ def test_a_training_that_was_cut_off_goes_on_to_the_same_bits(tmp_path):
 
 
 def test_a_part_without_a_window_is_refused():
-    made = recording(1.2)
+    whole = recording(1.2)
     with pytest.raises(TextureDataError, match="window of 10 samples"):
-        rows_of(Learning(made, Parts(((0, 500),), ((500, 508),), ((600, 700),))), 10)
+        rows_of(Learning(whole, Parts(((0, 500),), ((500, 508),), ((600, 700),))), 10)

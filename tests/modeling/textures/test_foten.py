@@ -35,14 +35,14 @@ SCALE = Scale(np.array([0.01, 75.0, 1.0]), np.array([2.2, 36.0, 0.5]))
 
 
 def learning(seconds=2.0, seed=0, window=None, **settings):
-    made = recording(seconds)
+    whole = recording(seconds)
     wished = {"epochs": 1, "threads": 1, "batch": 64} | settings
-    return Learning(made, parts(made), window, seed=seed, settings=wished)
+    return Learning(whole, parts(whole), window, seed=seed, settings=wished)
 
 
 def test_shapes_and_weights_are_those_of_the_thesis():
     network = Foten(20)
-    assert sum(each.numel() for each in network.parameters()) == 471_235
+    assert sum(parameter.numel() for parameter in network.parameters()) == 471_235
     x = torch.randn(5, 3, 20)
     assert network.embedding(x[:, 0]).shape == (5, 20, 64)
     assert network.spectral(x[:, 0]).shape == (5, 20)
@@ -54,9 +54,9 @@ def test_shapes_and_weights_are_those_of_the_thesis():
 
 def test_to_the_letter_five_layers_normalise_first_and_dropout_is_everywhere():
     network = literal(20)
-    first = [each.first for each in network.modules() if isinstance(each, EncoderLayer)]
-    assert [type(each).__name__ for each in first] == ["LayerNorm"] * 5
-    assert sum(each.numel() for each in network.parameters()) == 471_235 + 3 * 128 + 2 * 32
+    first = [layer.first for layer in network.modules() if isinstance(layer, EncoderLayer)]
+    assert [type(layer).__name__ for layer in first] == ["LayerNorm"] * 5
+    assert sum(parameter.numel() for parameter in network.parameters()) == 471_235 + 3 * 128 + 2 * 32
     x = seeded(lambda: torch.randn(400, 3, 20), 1)
     for part in (network.embedded, network.head[2], network.head[5]):
         zeros = (part(torch.ones(10_000)) == 0).float().mean().item()
@@ -78,10 +78,10 @@ def test_the_variants_answer_one_number(spectral, window):
 
 
 def corrected():
-    found = Matched(generative(20), 20)
-    found.weight.copy_(torch.linspace(-0.1, 0.2, 20))
-    found.log_gain.fill_(0.15)
-    return found
+    matched = Matched(generative(20), 20)
+    matched.weight.copy_(torch.linspace(-0.1, 0.2, 20))
+    matched.log_gain.fill_(0.15)
+    return matched
 
 
 CASES = {
@@ -96,10 +96,10 @@ CASES = {
 def test_the_file_answers_as_the_network_does(case, tmp_path):
     network, window = seeded(CASES[case], 4)
     network.eval()
-    found = exported_windows(network, SCALE, window)
+    exported = exported_windows(network, SCALE, window)
     answers = network(torch.zeros(1, 3, window)).shape[1]
     card = write_model(
-        tmp_path, "model", found, title="a texture", method="foten",
+        tmp_path, "model", exported, title="a texture", method="foten",
         takes=Port(kind="texture_window", size=3 * window, unit="m/s^2, mm/s, N"),
         gives=Port(kind="acceleration", size=answers, unit="m/s^2"),
     )  # fmt: skip
@@ -119,23 +119,23 @@ def test_a_layer_without_a_step_is_refused():
 
 
 @pytest.mark.parametrize(
-    "method", [FOTEN, FOTEN_THESIS, TEN, TEN_MFCC, TEN_WAVELET, FOTEN_GENERATIVE], ids=lambda each: each.name
+    "method", [FOTEN, FOTEN_THESIS, TEN, TEN_MFCC, TEN_WAVELET, FOTEN_GENERATIVE], ids=lambda method: method.name
 )
 def test_every_method_learns_and_answers_in_units(method):
     given = learning(0.4, batch=128)
-    found = method.fit(given)
-    assert isinstance(found, FittedWindows)
-    assert found.window == method.window
-    whole = windows(given.recording, given.parts.validation, found.window)
-    assert found.predict(whole.given).shape == whole.wanted.shape
-    assert found.exported().steps
+    fitted = method.fit(given)
+    assert isinstance(fitted, FittedWindows)
+    assert fitted.window == method.window
+    whole = windows(given.recording, given.parts.validation, fitted.window)
+    assert fitted.predict(whole.given).shape == whole.wanted.shape
+    assert fitted.exported().steps
 
 
 def test_a_few_epochs_foretell_better_than_saying_nothing():
     given = learning(1.6, window=10, epochs=3, batch=32)
-    found = FOTEN_GENERATIVE.fit(given)
+    fitted = FOTEN_GENERATIVE.fit(given)
     whole = windows(given.recording, given.parts.test, 10)
-    error = np.abs(found.predict(whole.given) - whole.wanted).mean()
+    error = np.abs(fitted.predict(whole.given) - whole.wanted).mean()
     assert error < 0.7 * np.abs(whole.wanted).mean()
 
 
@@ -156,8 +156,8 @@ def test_a_short_recording_is_gone_through_more_often():
 
 @pytest.mark.parametrize("loss", sorted(LOSSES))
 def test_window_and_loss_are_settings(loss):
-    found = FOTEN.fit(learning(0.4, window=10, loss=loss, batch=256))
-    assert found.window == 10
+    fitted = FOTEN.fit(learning(0.4, window=10, loss=loss, batch=256))
+    assert fitted.window == 10
 
 
 def test_an_unknown_loss_is_refused_by_name():
@@ -166,28 +166,28 @@ def test_an_unknown_loss_is_refused_by_name():
 
 
 def test_a_silent_recording_is_refused():
-    made = recording(1.2)
-    silent = Recording("silent", "silent", made.signals * np.array([[0.0], [1.0], [1.0]]))
+    whole = recording(1.2)
+    silent = Recording("silent", "silent", whole.signals * np.array([[0.0], [1.0], [1.0]]))
     with pytest.raises(TextureDataError, match="does not vary"):
         FOTEN.fit(Learning(silent, parts(silent), settings={"quick": True}))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
 def test_windows_that_no_answer_belongs_to_are_refused(bad):
-    found = FittedWindows(seeded(lambda: Foten(10), 1), SCALE, 10, None)
+    fitted = FittedWindows(seeded(lambda: Foten(10), 1), SCALE, 10, None)
     given = np.zeros((2, 3, 10))
     given[1, 0, 4] = bad
     with pytest.raises(TextureDataError, match="not finite"):
-        found.predict(given)
+        fitted.predict(given)
     with pytest.raises(TextureDataError, match=r"\(n, 3, 10\) is expected"):
-        found.predict(np.zeros((2, 3, 9)))
+        fitted.predict(np.zeros((2, 3, 9)))
 
 
 def test_a_spike_in_the_past_gives_a_bounded_answer():
-    found = FittedWindows(seeded(lambda: generative(20), 1), SCALE, 20, None)
+    fitted = FittedWindows(seeded(lambda: generative(20), 1), SCALE, 20, None)
     given = np.zeros((1, 3, 20))
     given[0, 0, 7] = 1e6
-    assert abs(found.predict(given)[0]) < 10 * SCALE.sd[0]
+    assert abs(fitted.predict(given)[0]) < 10 * SCALE.sd[0]
 
 
 def test_the_likelihood_is_that_of_the_normal_distribution():

@@ -26,12 +26,12 @@ pytestmark = pytest.mark.needs("torch")
 
 
 def test_positions_are_equations_4_2_and_4_3():
-    found = positions(20, 64)
-    assert found.shape == (20, 64)
+    encoded = positions(20, 64)
+    assert encoded.shape == (20, 64)
     for place, dimension in ((0, 0), (7, 4), (19, 62)):
         turn = place / 10000 ** (dimension / 64)
-        assert found[place, dimension].item() == pytest.approx(math.sin(turn), abs=1e-6)
-        assert found[place, dimension + 1].item() == pytest.approx(math.cos(turn), abs=1e-6)
+        assert encoded[place, dimension].item() == pytest.approx(math.sin(turn), abs=1e-6)
+        assert encoded[place, dimension + 1].item() == pytest.approx(math.cos(turn), abs=1e-6)
 
 
 def test_a_layer_answers_as_the_stock_one_with_the_same_weights():
@@ -57,10 +57,10 @@ def test_dropout_zeroes_a_fifth_and_keeps_the_mean():
     layer, x = Dropout(0.2), torch.ones(400, 1001)
     with torch.random.fork_rng():
         torch.manual_seed(5)
-        found = layer(x)
-        assert not torch.equal(found, layer(x))
-    assert (found == 0).float().mean().item() == pytest.approx(51 / 256, abs=0.002)
-    assert found.mean().item() == pytest.approx(1.0, abs=0.003)
+        output = layer(x)
+        assert not torch.equal(output, layer(x))
+    assert (output == 0).float().mean().item() == pytest.approx(51 / 256, abs=0.002)
+    assert output.mean().item() == pytest.approx(1.0, abs=0.003)
     assert torch.equal(layer.eval()(x), x)
 
 
@@ -80,8 +80,8 @@ def past(length):
 def test_the_matrix_is_the_discrete_fourier_transform(length):
     matrix, offset = transform(length)
     x = past(length)
-    found = torch.addmm(offset, x, matrix.T)
-    real, imaginary = found[:, :length], found[:, length:]
+    bins = torch.addmm(offset, x, matrix.T)
+    real, imaginary = bins[:, :length], bins[:, length:]
     expected = torch.fft.fft(x)
     assert torch.allclose(real, expected.real + IMPULSE, atol=1e-5)
     assert torch.allclose(imaginary, expected.imag, atol=1e-5)
@@ -90,8 +90,8 @@ def test_the_matrix_is_the_discrete_fourier_transform(length):
 @pytest.mark.parametrize("length", LENGTHS)
 def test_the_way_back_is_the_real_part_of_the_inverse(length):
     bins = torch.complex(past(length), past(length).flip(0))
-    found = torch.cat([bins.real, bins.imag], dim=1) @ inverse(length).T
-    assert torch.allclose(found, torch.fft.ifft(bins).real, atol=1e-6)
+    signal = torch.cat([bins.real, bins.imag], dim=1) @ inverse(length).T
+    assert torch.allclose(signal, torch.fft.ifft(bins).real, atol=1e-6)
 
 
 def test_bins_that_are_real_by_nature_lie_above_the_cut():
@@ -107,10 +107,10 @@ def test_bins_that_are_real_by_nature_lie_above_the_cut():
 def test_gradients_are_finite_from_silence_to_a_spike(kind, size):
     block = seeded(lambda: kind(20, 0.0), 1)
     x = torch.full((2, 20), size, requires_grad=True)
-    found = block(x)
-    assert found.shape == (2, 20)
-    found.square().sum().backward()
-    for tensor in (found, x.grad, *(each.grad for each in block.parameters())):
+    output = block(x)
+    assert output.shape == (2, 20)
+    output.square().sum().backward()
+    for tensor in (output, x.grad, *(parameter.grad for parameter in block.parameters())):
         assert torch.isfinite(tensor).all()
 
 
@@ -134,9 +134,9 @@ def test_wavelets_go_there_and_back(length):
 
 def test_wavelets_leave_no_detail_of_a_constant():
     there, _ = wavelet(20)
-    found = there @ torch.ones(20)
-    assert torch.allclose(found[5:], torch.zeros(15), atol=1e-6)
-    assert torch.allclose(found[:5], torch.full((5,), 2.0), atol=1e-6)
+    coefficients = there @ torch.ones(20)
+    assert torch.allclose(coefficients[5:], torch.zeros(15), atol=1e-6)
+    assert torch.allclose(coefficients[:5], torch.full((5,), 2.0), atol=1e-6)
 
 
 def test_cepstral_coefficients_tell_a_low_tone_from_a_high_one():

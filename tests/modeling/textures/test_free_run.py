@@ -16,27 +16,27 @@ def drive():
 
 
 def test_the_truth_itself_is_without_fault(drive):
-    found = free_run_scores(drive.truth, drive)
-    assert found["level"] == found["greatest"] == pytest.approx(1.0)
-    assert found["smoothed_gfc"] == found["raw_gfc"] == found["envelope"] == pytest.approx(1.0)
-    assert found["felt_dB"] == 0
-    assert found["cycle_excess"] == 0
-    assert beyond(found) == ()
+    scores = free_run_scores(drive.truth, drive)
+    assert scores["level"] == scores["greatest"] == pytest.approx(1.0)
+    assert scores["smoothed_gfc"] == scores["raw_gfc"] == scores["envelope"] == pytest.approx(1.0)
+    assert scores["felt_dB"] == 0
+    assert scores["cycle_excess"] == 0
+    assert beyond(scores) == ()
 
 
 def test_another_realisation_under_the_same_hand_is_near_but_for_the_raw_spectrum(drive):
-    found = ceiling(drive)
+    scores = ceiling(drive)
     assert drive.same_hand
-    assert set(beyond(found)) <= {"envelope"}  # a narrow band's own envelope wavers
-    assert found["raw_gfc"] < 0.85
-    assert found["envelope"] > 0.7
+    assert set(beyond(scores)) <= {"envelope"}  # a narrow band's own envelope wavers
+    assert scores["raw_gfc"] < 0.85
+    assert scores["envelope"] > 0.7
 
 
 def test_a_dead_model_has_no_level_and_follows_no_hand(drive):
-    found = free_run_scores(np.zeros(len(drive.truth)), drive)
-    assert found["level"] == 0
-    assert found["smoothed_gfc"] is found["cycle"] is None
-    assert beyond(found) == ("level", "smoothed_gfc", "envelope")
+    scores = free_run_scores(np.zeros(len(drive.truth)), drive)
+    assert scores["level"] == 0
+    assert scores["smoothed_gfc"] is scores["cycle"] is None
+    assert beyond(scores) == ("level", "smoothed_gfc", "envelope")
 
 
 def test_a_limit_cycle_of_the_right_level_is_found_out(drive):
@@ -60,36 +60,36 @@ def test_no_more_is_asked_than_another_realisation_reaches():
     assert beyond(numbers, {"smoothed_gfc": None, "envelope": None}) == ("smoothed_gfc", "envelope")
 
 
-@pytest.mark.parametrize("made", [np.ones(10), np.full(20_000, np.nan)])
-def test_what_does_not_fit_is_refused(drive, made):
+@pytest.mark.parametrize("signal", [np.ones(10), np.full(20_000, np.nan)])
+def test_what_does_not_fit_is_refused(drive, signal):
     with pytest.raises(TextureDataError, match="samples"):
-        free_run_scores(made, drive)
+        free_run_scores(signal, drive)
 
 
 def test_without_the_same_hand_there_is_no_ceiling_of_the_envelope():
     felt = recording(30.0)
     drive = from_recording(felt, parts(felt), 20.0)
-    found = ceiling(drive)
+    scores = ceiling(drive)
     assert not drive.same_hand
-    assert "envelope" not in found
-    assert found["smoothed_gfc"] > 0.95
+    assert "envelope" not in scores
+    assert scores["smoothed_gfc"] > 0.95
     assert ceiling(replace(drive, again=None)) == {}
 
 
 def test_a_recordings_own_test_part_is_driven_there_and_back():
-    found = recording(30.0)
-    drive = from_recording(found, parts(found), 9.0)
-    ((start, stop),) = parts(found).test
+    whole = recording(30.0)
+    drive = from_recording(whole, parts(whole), 9.0)
+    ((start, stop),) = parts(whole).test
     assert (drive.origin, drive.seen, drive.seconds) == ("test part", False, 9.0)
-    np.testing.assert_array_equal(drive.truth[: stop - start], found.acceleration_m_s2[start:stop])
-    np.testing.assert_array_equal(drive.speed[stop - start :][: stop - start], found.speed_mm_s[start:stop][::-1])
+    np.testing.assert_array_equal(drive.truth[: stop - start], whole.acceleration_m_s2[start:stop])
+    np.testing.assert_array_equal(drive.speed[stop - start :][: stop - start], whole.speed_mm_s[start:stop][::-1])
     assert free_run_scores(drive.truth, drive)["level"] == pytest.approx(1.0)
     assert ceiling(drive)["level"] is not None
 
 
 def test_a_recording_of_2_s_is_driven_whole_and_says_that_it_was_seen():
-    found = recording(1.9)
-    drive = from_recording(found, parts(found, 10), 9.0)
+    whole = recording(1.9)
+    drive = from_recording(whole, parts(whole, 10), 9.0)
     assert drive.seen
     assert drive.origin == "whole recording"
     assert drive.cycle is not None
@@ -97,8 +97,8 @@ def test_a_recording_of_2_s_is_driven_whole_and_says_that_it_was_seen():
 
 
 def test_a_hand_that_rests_cannot_drive_anything():
-    found = recording(30.0)
-    still = Recording("still", "still", np.stack([found.signals[0], 0 * found.signals[1], found.signals[2]]))
+    whole = recording(30.0)
+    still = Recording("still", "still", np.stack([whole.signals[0], 0 * whole.signals[1], whole.signals[2]]))
     with pytest.raises(TextureDataError, match="units of speed"):
         from_recording(still, parts(still), 9.0)
 
@@ -111,18 +111,18 @@ def test_an_exploration_that_is_none_is_refused():
 
 
 def test_the_truths_envelope_goes_with_the_hand(drive):
-    told = truth_of(drive)
-    assert told["with_speed"] > 0.7
-    assert told["rms_m_s2"] == pytest.approx(np.sqrt(np.mean(drive.truth**2)))
+    scores = truth_of(drive)
+    assert scores["with_speed"] > 0.7
+    assert scores["rms_m_s2"] == pytest.approx(np.sqrt(np.mean(drive.truth**2)))
 
 
 def test_a_recordings_repetition_is_compared_within_windows_of_one_length():
-    felt, made = recording(20.0), recording(30.0, 4).acceleration_m_s2
+    felt, generated = recording(20.0), recording(30.0, 4).acceleration_m_s2
     frames = [(at, at + 1000) for at in range(0, 20_000, 1000)]
     drive = from_recording(felt, Parts(tuple(frames[:14]), tuple(frames[14:18]), tuple(frames[18:])), 30.0)
     assert drive.cycle_window == 1000
-    alike = free_run_scores(made, drive)["cycle_excess"]
+    alike = free_run_scores(generated, drive)["cycle_excess"]
     assert abs(alike) < 0.1
     assert (
-        free_run_scores(made, replace(drive, cycle_window=2000))["cycle_excess"] < alike - 0.01
+        free_run_scores(generated, replace(drive, cycle_window=2000))["cycle_excess"] < alike - 0.01
     )  # short windows repeat more

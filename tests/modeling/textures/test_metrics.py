@@ -38,8 +38,8 @@ def test_the_criterion_is_equation_4_11_of_the_thesis():
 
 def test_the_criterion_is_blind_to_level_and_the_level_is_not():
     signal = vibration(4000)
-    for each in (gfc, raw_gfc, smoothed_gfc):
-        assert each(signal, 0.1 * signal) == pytest.approx(1.0)
+    for measure in (gfc, raw_gfc, smoothed_gfc):
+        assert measure(signal, 0.1 * signal) == pytest.approx(1.0)
     assert level_ratio(0.1 * signal, signal) == pytest.approx(0.1)
 
 
@@ -88,9 +88,9 @@ def test_errors_and_the_share_explained_are_those_of_the_definitions():
     ("one", "other"), [(np.ones(3), np.ones(4)), (np.ones(0), np.ones(0)), (np.array([1.0, np.nan]), np.ones(2))]
 )
 def test_signals_that_do_not_belong_together_are_refused(one, other):
-    for each in (mae, gfc, explained, raw_gfc):
+    for measure in (mae, gfc, explained, raw_gfc):
         with pytest.raises(TextureDataError):
-            each(one, other)
+            measure(one, other)
 
 
 def test_too_short_a_signal_has_no_smoothed_spectrum():
@@ -116,11 +116,11 @@ def test_the_threshold_is_that_of_the_papers():
 
 
 def test_a_tone_has_its_level_in_its_own_third_octave():
-    found = felt_levels(3.0 * np.sin(2 * np.pi * 100 * T))
+    levels = felt_levels(3.0 * np.sin(2 * np.pi * 100 * T))
     expected = 20 * math.log10(3 / math.sqrt(2) / threshold_m_s2(100))
-    assert found[BANDS_HZ.index(100.0)] == pytest.approx(expected, abs=0.3)
-    assert found[BANDS_HZ.index(50.0)] == 0
-    assert found[BANDS_HZ.index(200.0)] == 0
+    assert levels[BANDS_HZ.index(100.0)] == pytest.approx(expected, abs=0.3)
+    assert levels[BANDS_HZ.index(50.0)] == 0
+    assert levels[BANDS_HZ.index(200.0)] == 0
 
 
 def test_twice_as_loud_is_6_dB_off_where_every_band_is_felt():
@@ -148,9 +148,9 @@ def test_too_short_a_signal_is_refused():
 
 def test_an_envelope_follows_what_a_vibration_is_multiplied_by():
     shape = 1 + 0.8 * np.sin(2 * np.pi * 0.4 * T)
-    found = envelope(vibration(len(T)) * shape)
-    assert len(found) == 80  # of 250 ms
-    assert correlation(found, slow(shape)) > 0.95
+    curve = envelope(vibration(len(T)) * shape)
+    assert len(curve) == 80  # of 250 ms
+    assert correlation(curve, slow(shape)) > 0.95
 
 
 def test_a_correlation_with_what_does_not_vary_is_none():

@@ -26,16 +26,16 @@ def test_slides_become_pieces_of_their_texture_s_recording(tmp_path):
     np.testing.assert_allclose(one.force_N[1600:], 0.5, atol=1e-6)
     assert any("its times are uneven" in note for note in one.notes)
     assert any("60 mm/s, 1 N are wished for" in note for note in one.notes)
-    assert [each.texture for each in read_cluster(tmp_path / "sensor_data", ["cluster_17"])] == ["cluster_17"]
+    assert [recording.texture for recording in read_cluster(tmp_path / "sensor_data", ["cluster_17"])] == ["cluster_17"]
 
 
 def test_g_becomes_m_s2_and_gravity_goes(tmp_path):
     felt = slide(tmp_path)
     [[only]] = slides(tmp_path).values()
     np.testing.assert_allclose(touched(only).acceleration.values, 9.80665 * felt, atol=1e-7)
-    (found,) = read_cluster(tmp_path)
+    (recording,) = read_cluster(tmp_path)
     # 0.1 g on each of three axes, resonant at 0.83 of a radian a sample (795 Hz): most of it is above 500 Hz
-    assert 0.1 < found.acceleration_m_s2.std() < 0.1 * 9.80665 * np.sqrt(3)
+    assert 0.1 < recording.acceleration_m_s2.std() < 0.1 * 9.80665 * np.sqrt(3)
 
 
 def test_files_of_a_texture_s_own_folder_are_found(tmp_path):
@@ -44,7 +44,7 @@ def test_files_of_a_texture_s_own_folder_are_found(tmp_path):
         place = tmp_path / "sensor_data" / folder
         (place / "0").mkdir()
         (place / "0_135_40_500_0.csv").rename(place / "0" / "0_135_40_500_0.csv")
-    assert [each.texture for each in read_cluster(tmp_path)] == ["cluster_0"]
+    assert [recording.texture for recording in read_cluster(tmp_path)] == ["cluster_0"]
 
 
 WRONG = {

@@ -13,12 +13,18 @@ from tests.modeling.textures.made_hatt import UNITS, array, signals, whole
 
 def test_a_file_with_everything_in_it(tmp_path):
     (tmp_path / "ABS_Plastic.xml").write_text(whole(), "utf-8")
-    (found,) = read_hatt(tmp_path / "ABS_Plastic.xml")
+    (recording,) = read_hatt(tmp_path / "ABS_Plastic.xml")
     felt, speed, force, _ = signals()
-    assert (found.texture, found.label, found.seconds) == ("ABS_Plastic", "ABS Plastic", pytest.approx(0.8, abs=0.002))
-    np.testing.assert_allclose(found.speed_mm_s[100:-100], speed[::10][100:-100], rtol=0.02)
-    np.testing.assert_allclose(found.force_N[100:-100], force[::10][100:-100], rtol=0.02)
-    assert found.made_from[0].startswith("ABS_Plastic.xml ") and any("Penn Haptic" in note for note in found.notes)
+    assert (recording.texture, recording.label, recording.seconds) == (
+        "ABS_Plastic",
+        "ABS Plastic",
+        pytest.approx(0.8, abs=0.002),
+    )
+    np.testing.assert_allclose(recording.speed_mm_s[100:-100], speed[::10][100:-100], rtol=0.02)
+    np.testing.assert_allclose(recording.force_N[100:-100], force[::10][100:-100], rtol=0.02)
+    assert recording.made_from[0].startswith("ABS_Plastic.xml ") and any(
+        "Penn Haptic" in note for note in recording.notes
+    )
     (source,) = sources(tmp_path)
     np.testing.assert_allclose(touched(source).acceleration.values, felt, atol=1e-6)
     assert touched(source).acceleration.rate_hz == 10_000
@@ -30,11 +36,11 @@ def test_a_folder_for_each_signal_as_a_study_of_the_toolkit_s_data_reads_them(tm
                          ("Speed", array("speed", speed))):  # fmt: skip
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "Felt.xml").write_text(f"<recording>{text}</recording>", "utf-8")
-    (found,) = read_hatt(tmp_path)
-    assert len(found.made_from) == 3 and found.texture == "Felt"
-    assert any("the file gives no rate" in note for note in found.notes)
-    assert any("acceleration in m/s^2: the file gives no unit" in note for note in found.notes)
-    np.testing.assert_allclose(found.force_N[100:-100], force[::10][100:-100], rtol=0.02)
+    (recording,) = read_hatt(tmp_path)
+    assert len(recording.made_from) == 3 and recording.texture == "Felt"
+    assert any("the file gives no rate" in note for note in recording.notes)
+    assert any("acceleration in m/s^2: the file gives no unit" in note for note in recording.notes)
+    np.testing.assert_allclose(recording.force_N[100:-100], force[::10][100:-100], rtol=0.02)
     (tmp_path / "Speed" / "Felt.xml").unlink()
     with pytest.raises(TextureDataError, match=r"Speed/Felt.xml: no such file"):
         read_hatt(tmp_path)
@@ -45,12 +51,12 @@ def test_units_are_converted_and_positions_stand_in_for_a_speed(tmp_path):
     text = text.replace("<Speed>", "<Other>").replace("</Speed>", "</Other>")
     (tmp_path / "a.xml").write_text(text, "utf-8")
     (source,) = sources(tmp_path / "a.xml")
-    found = touched(source)
+    touch = touched(source)
     felt, _, force, place = signals()
-    np.testing.assert_allclose(found.acceleration.values, 9.80665 * felt, atol=1e-4)
-    np.testing.assert_allclose(found.force.values[:, 0], 1e-3 * force, atol=1e-8)
-    assert found.speed is None
-    np.testing.assert_allclose(found.position.values, 1000 * place, atol=2e-3)
+    np.testing.assert_allclose(touch.acceleration.values, 9.80665 * felt, atol=1e-4)
+    np.testing.assert_allclose(touch.force.values[:, 0], 1e-3 * force, atol=1e-8)
+    assert touch.speed is None
+    np.testing.assert_allclose(touch.position.values, 1000 * place, atol=2e-3)
 
 
 REFUSED = {

@@ -23,15 +23,15 @@ def test_a_short_noisy_recording_at_10_kHz_with_hum_on_one_channel(tmp_path):
     t, felt, speed, force = columns()
     hummed = 0.3 * felt + 0.4 * np.sin(2 * np.pi * 50 * t) + 0.2 * np.sin(2 * np.pi * 150 * t)
     table(tmp_path / "felt_mat.csv", "time,acceleration,speed,force", [t, hummed, speed, force])
-    (found,) = read_tables(tmp_path)
-    assert (found.texture, found.label, found.signals.shape) == ("felt_mat", "felt mat", (3, 1900))
-    assert any("mains hum of 50 Hz" in note for note in found.notes)
-    assert any("time in s, acceleration in m/s^2" in note for note in found.notes)
-    np.testing.assert_allclose(found.speed_mm_s[50:-50], speed[::10][50:-50], rtol=0.01)
-    assert found.made_from[0].startswith("felt_mat.csv ")
-    assert len(split(found).train) == 7
+    (recording,) = read_tables(tmp_path)
+    assert (recording.texture, recording.label, recording.signals.shape) == ("felt_mat", "felt mat", (3, 1900))
+    assert any("mains hum of 50 Hz" in note for note in recording.notes)
+    assert any("time in s, acceleration in m/s^2" in note for note in recording.notes)
+    np.testing.assert_allclose(recording.speed_mm_s[50:-50], speed[::10][50:-50], rtol=0.01)
+    assert recording.made_from[0].startswith("felt_mat.csv ")
+    assert len(split(recording).train) == 7
     (left,) = read_tables(tmp_path, remove_hum=False)
-    assert left.acceleration_m_s2.std() > 1.5 * found.acceleration_m_s2.std()
+    assert left.acceleration_m_s2.std() > 1.5 * recording.acceleration_m_s2.std()
 
 
 def test_units_axes_positions_and_empty_cells(tmp_path):
@@ -40,14 +40,14 @@ def test_units_axes_positions_and_empty_cells(tmp_path):
     for number in range(6000):
         second = number / 3000
         place = f"{4 * np.sin(3 * second):.5f};{4 * np.cos(3 * second):.5f}" if number % 25 == 0 else ";"
-        felt = ";".join(f"{each:.5f}" for each in 0.1 * chance.standard_normal(3) + [0, 0, 1])
+        felt = ";".join(f"{value:.5f}" for value in 0.1 * chance.standard_normal(3) + [0, 0, 1])
         rows.append(f"{1000 * second:.3f};{felt};words;{place};{'800' if number % 3 == 0 else ''}")
     (tmp_path / "a.csv").write_text("\ufeff" + "\n".join(rows) + "\n", encoding="utf-8")
-    (found,) = read_tables(tmp_path / "a.csv")
-    np.testing.assert_allclose(found.speed_mm_s[50:-50], 120, rtol=0.01)
-    np.testing.assert_allclose(found.force_N, 0.8, atol=1e-9)
+    (recording,) = read_tables(tmp_path / "a.csv")
+    np.testing.assert_allclose(recording.speed_mm_s[50:-50], 120, rtol=0.01)
+    np.testing.assert_allclose(recording.force_N, 0.8, atol=1e-9)
     # 0.98 m/s^2 of white noise on three axes, of which 20 to 450..500 of 1500 Hz stay
-    assert found.acceleration_m_s2.std() == pytest.approx(0.980665 * np.sqrt(3 * 455 / 1500), rel=0.05)
+    assert recording.acceleration_m_s2.std() == pytest.approx(0.980665 * np.sqrt(3 * 455 / 1500), rel=0.05)
 
 
 def test_what_was_not_recorded_can_be_said(tmp_path):
@@ -56,9 +56,9 @@ def test_what_was_not_recorded_can_be_said(tmp_path):
         read_tables(file)
     with pytest.raises(TextureDataError, match="no column for force and speed"):
         read_tables(file, held=Held(rate_hz=10_000.0))
-    (found,) = read_tables(file, held=Held(10_000.0, 45.0, 0.8))
-    assert any("it is given as 45 mm/s" in note for note in found.notes)
-    assert any("force never varies" in note for note in found.notes)
+    (recording,) = read_tables(file, held=Held(10_000.0, 45.0, 0.8))
+    assert any("it is given as 45 mm/s" in note for note in recording.notes)
+    assert any("force never varies" in note for note in recording.notes)
 
 
 def test_times_that_are_written_coarsely_are_read(tmp_path):
@@ -89,24 +89,24 @@ def test_headers_of_one_channel_are_understood_as_they_are_met(tmp_path, header)
 
 def test_spaces_comments_decimal_commas_and_times_since_1970_are_read(tmp_path):
     t, felt, speed, force = columns(3000, 10_000.0)
-    wanted = read_tables(table(tmp_path / "t.csv", HEAD, [t, felt, speed, force], form="%.6f"))[0].signals
+    expected = read_tables(table(tmp_path / "t.csv", HEAD, [t, felt, speed, force], form="%.6f"))[0].signals
     np.savetxt(tmp_path / "a.txt", np.round([t, felt, speed, force], 6).T, header="made\ntime acceleration speed force")
     lines = (tmp_path / "t.csv").read_text().replace(",", ";").replace(".", ",").splitlines()
     (tmp_path / "b.tsv").write_text("\r\n".join(f"{line};" if at else line for at, line in enumerate(lines)) + "\r\n")
     table(tmp_path / "c.csv", HEAD, [t + 1.7e9, felt, speed, force], form=["%.4f", "%.6f", "%.6f", "%.6f"])
     for name in ("a.txt", "b.tsv", "c.csv"):
-        np.testing.assert_allclose(read_tables(tmp_path / name)[0].signals, wanted, atol=1e-3)
+        np.testing.assert_allclose(read_tables(tmp_path / name)[0].signals, expected, atol=1e-3)
 
 
 def test_samples_that_lack_do_not_slow_the_clock(tmp_path):
     t, felt, speed, force = columns(19_000)
     rows = [f"{a:.4f},{b:.6f},{c:.4f},{d:.4f}" for a, b, c, d in zip(t, felt, speed, force, strict=True)]
     (tmp_path / "t.csv").write_text("\n".join(["time,acceleration,speed,force", *rows[:9000], *rows[9300:]]))
-    (found,) = read_tables(tmp_path)
-    assert found.borders == (900,)
-    assert not any("uneven" in note for note in found.notes)
+    (recording,) = read_tables(tmp_path)
+    assert recording.borders == (900,)
+    assert not any("uneven" in note for note in recording.notes)
     (whole,) = read_tables(table(tmp_path / "whole.csv", HEAD, [t, felt, speed, force]))
-    np.testing.assert_allclose(found.acceleration_m_s2[100:800], whole.acceleration_m_s2[100:800], atol=0.01)
+    np.testing.assert_allclose(recording.acceleration_m_s2[100:800], whole.acceleration_m_s2[100:800], atol=0.01)
 
 
 HEAD = "time,acceleration,speed,force"
@@ -114,7 +114,7 @@ GOOD = "\n".join(f"{k / 1000:.3f},{k * 37 % 19},50,1" for k in range(500))
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "empty"),
         (HEAD, "no row"),
@@ -137,10 +137,10 @@ GOOD = "\n".join(f"{k / 1000:.3f},{k * 37 % 19},50,1" for k in range(500))
         (f"{HEAD}\n0,1,50,1", "two or more"),
     ],
 )
-def test_a_table_that_cannot_be_read_is_refused_with_its_place(tmp_path, text, told):
+def test_a_table_that_cannot_be_read_is_refused_with_its_place(tmp_path, text, message):
     file = tmp_path / "t.csv"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(TextureDataError, match=told) as refused:
+    with pytest.raises(TextureDataError, match=message) as refused:
         read_tables(file)
     assert str(file) in str(refused.value)
 

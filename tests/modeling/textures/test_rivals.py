@@ -27,7 +27,7 @@ NETWORKS = {"fnn": (Fnn, 30), "dstn": (Dstn, 40), "hapinf": (HapInf, 10)}
 METHODS = {"fnn": FNN, "dstn": DSTN, "hapinf": HAPINF}
 
 
-def made(name, window=None):
+def network_of(name, window=None):
     """A network that has seen something: its batch normalisation is not that of a new one."""
     make, own = NETWORKS[name]
     network = seeded(lambda: make(window or own), 3)
@@ -38,9 +38,9 @@ def made(name, window=None):
 
 
 def learning(seconds=2.0, seed=0, window=None, **settings):
-    found = recording(seconds)
+    whole = recording(seconds)
     return Learning(
-        found, parts(found), window, seed=seed, settings={"epochs": 1, "threads": 1, "batch": 64} | settings
+        whole, parts(whole), window, seed=seed, settings={"epochs": 1, "threads": 1, "batch": 64} | settings
     )
 
 
@@ -49,23 +49,23 @@ def watched(network, *names):
     shapes = {}
     for name in names:
         network.get_submodule(name).register_forward_hook(
-            lambda _layer, _given, found, name=name: shapes.update({name: tuple(torch.as_tensor(found).shape)})
+            lambda _layer, _given, output, name=name: shapes.update({name: tuple(torch.as_tensor(output).shape)})
         )
     return shapes
 
 
 def test_the_shapes_are_those_that_are_promised():
-    network, window = made("hapinf")
+    network, window = network_of("hapinf")
     shapes = watched(network, "embedded", "first", "distilled", "encoded", "wanted", "among", "across", "decoded")
     assert network(torch.randn(2, 3, window)).shape == (2, 1)
     assert [shapes[name][1:] for name in ("embedded", "first")] == [(10, 64)] * 2
     assert [shapes[name][1:] for name in ("distilled", "encoded")] == [(5, 64)] * 2
     assert [shapes[name][1:] for name in ("wanted", "among", "across", "decoded")] == [(6, 64)] * 4
-    network, window = made("dstn")
+    network, window = network_of("dstn")
     shapes = watched(network, "second", "norm", "across", "decoder")
     assert network(torch.randn(2, 3, window)).shape == (2, 1)
-    assert [each[1:] for each in shapes.values()] == [(32, 40), (40, 32), (1, 64), (64,)]
-    network, window = made("fnn")
+    assert [shape[1:] for shape in shapes.values()] == [(32, 40), (40, 32), (1, 64), (64,)]
+    network, window = network_of("fnn")
     assert network(torch.randn(2, 3, window)).shape == (2, 1)
     assert network.split.shape == (90, 30)
     assert [band[0].weight.shape for band in network.bands] == [(32, 32)] * 3
@@ -73,7 +73,7 @@ def test_the_shapes_are_those_that_are_promised():
 
 @pytest.mark.parametrize("name", NETWORKS)
 def test_a_window_of_another_length_is_refused(name):
-    network, window = made(name)
+    network, window = network_of(name)
     with pytest.raises(TextureDataError, match=rf"\(batch, 3, {window}\) is expected"):
         network(torch.zeros(1, 3, window - 1))
 
@@ -86,11 +86,11 @@ def test_a_window_that_cannot_be_halved_is_refused():
 
 @pytest.mark.parametrize(("name", "window"), [("fnn", 30), ("dstn", 40), ("hapinf", 10), ("hapinf", 25), ("dstn", 12)])
 def test_the_file_answers_as_the_network_does_and_is_small(name, window, tmp_path):
-    network, window = made(name, window)
-    found = exported_windows(network, SCALE, window)
-    assert sum(tensor.size for tensor in found.tensors.values()) * 2 < 1e6  # in float16
+    network, window = network_of(name, window)
+    exported = exported_windows(network, SCALE, window)
+    assert sum(tensor.size for tensor in exported.tensors.values()) * 2 < 1e6  # in float16
     card = write_model(
-        tmp_path, "model", found, title="a texture", method=name,
+        tmp_path, "model", exported, title="a texture", method=name,
         takes=Port(kind="texture_window", size=3 * window, unit="m/s^2, mm/s, N"),
         gives=Port(kind="acceleration", size=1, unit="m/s^2"),
     )  # fmt: skip
@@ -122,7 +122,7 @@ def test_where_every_place_asks_it_is_plain_attention(causal):
             (ours.out.weight, plain.out_proj.weight), (ours.out.bias, plain.out_proj.bias),
         ):  # fmt: skip
             theirs.copy_(mine)
-    x, memory = (torch.randn(3, 7, 16, generator=torch.Generator().manual_seed(each)) for each in (1, 2))
+    x, memory = (torch.randn(3, 7, 16, generator=torch.Generator().manual_seed(seed)) for seed in (1, 2))
     mask = torch.ones(7, 7, dtype=torch.bool).triu(1) if causal else None
     for source in (x, memory):
         expected = plain(x, source, source, attn_mask=mask, need_weights=False)[0]
@@ -154,17 +154,17 @@ def test_few_places_ask_where_there_are_many():
 
 def test_the_decoder_begins_with_the_newest_half_and_a_place_without_acceleration():
     signals = np.arange(30.0).reshape(3, 10)
-    begun = (picked(10).numpy() @ signals.ravel()).reshape(3, 6)
-    assert (begun[:, :5] == signals[:, 5:]).all()
-    assert begun[:, 5].tolist() == [0.0, 19.0, 29.0]
+    inputs = (picked(10).numpy() @ signals.ravel()).reshape(3, 6)
+    assert (inputs[:, :5] == signals[:, 5:]).all()
+    assert inputs[:, 5].tolist() == [0.0, 19.0, 29.0]
 
 
 def test_a_short_recording_is_gone_through_more_often():
     settings = Settings(epochs=40, plateau_patience=None, stop_patience=6)
-    found = {seconds: for_length(settings, learning(seconds)) for seconds in (0.5, 5.0, 20.0, 30.0)}
-    assert [each.epochs for each in found.values()] == [400, 160, 40, 40]
-    assert [each.stop_patience for each in found.values()] == [60, 24, 6, 6]
-    assert found[5.0].plateau_patience is None
+    settings_by_seconds = {seconds: for_length(settings, learning(seconds)) for seconds in (0.5, 5.0, 20.0, 30.0)}
+    assert [scaled.epochs for scaled in settings_by_seconds.values()] == [400, 160, 40, 40]
+    assert [scaled.stop_patience for scaled in settings_by_seconds.values()] == [60, 24, 6, 6]
+    assert settings_by_seconds[5.0].plateau_patience is None
 
 
 def test_distilling_halves_the_places():
@@ -180,11 +180,11 @@ def test_a_recurrence_without_steps_is_refused():
 @pytest.mark.parametrize(("name", "window", "epochs"), [("fnn", None, 8), ("dstn", 12, 2), ("hapinf", None, 1)])
 def test_a_few_epochs_foretell_better_than_saying_nothing(name, window, epochs):
     given = learning(2.0, window=window, epochs=epochs, batch=16)
-    found = METHODS[name].fit(given)
-    whole = windows(given.recording, given.parts.test, found.window)
-    error = np.abs(found.predict(whole.given) - whole.wanted).mean()
+    fitted = METHODS[name].fit(given)
+    whole = windows(given.recording, given.parts.test, fitted.window)
+    error = np.abs(fitted.predict(whole.given) - whole.wanted).mean()
     assert error < 0.7 * np.abs(whole.wanted).mean()
-    assert found.window == (window or METHODS[name].window)
+    assert fitted.window == (window or METHODS[name].window)
 
 
 @pytest.mark.parametrize("name", ["fnn", "dstn", "hapinf"])
@@ -196,16 +196,16 @@ def test_the_same_seed_gives_the_same_bits_and_another_another(name):
 
 @pytest.mark.parametrize("name", NETWORKS)
 def test_a_silent_recording_is_refused(name):
-    found = recording(1.2)
-    silent = Recording("silent", "silent", found.signals * np.array([[0.0], [1.0], [1.0]]))
+    whole = recording(1.2)
+    silent = Recording("silent", "silent", whole.signals * np.array([[0.0], [1.0], [1.0]]))
     with pytest.raises(TextureDataError, match="does not vary"):
         METHODS[name].fit(Learning(silent, parts(silent), settings={"quick": True}))
 
 
 @pytest.mark.parametrize("name", NETWORKS)
 def test_a_hand_that_never_varies_gives_a_model_that_answers(name):
-    found = recording(0.8)
-    still = Recording("still", "still", np.stack([found.signals[0], np.full(800, 60.0), np.full(800, 0.9)]))
+    whole = recording(0.8)
+    still = Recording("still", "still", np.stack([whole.signals[0], np.full(800, 60.0), np.full(800, 0.9)]))
     model = METHODS[name].fit(Learning(still, parts(still), settings={"epochs": 1, "batch": 128}))
     given = windows(still, parts(still).test, model.window).given
     assert np.isfinite(model.predict(given)).all()

@@ -14,11 +14,11 @@ def same(one, other):
 
 def test_six_textures_by_default_and_each_says_how_it_was_made():
     simulator = MadeSimulator()
-    found = simulated(simulator, seconds=1.0)
-    assert tuple(each.texture for each in found) == SIX
-    assert all(each.seconds == pytest.approx(1.0, abs=0.07) for each in found)
-    assert found[0].notes[0] == "simulated"
-    assert found[0].made_from[0].startswith("simulated textured_rubber, 1 s, seed 1 ")
+    recordings = simulated(simulator, seconds=1.0)
+    assert tuple(recording.texture for recording in recordings) == SIX
+    assert all(recording.seconds == pytest.approx(1.0, abs=0.07) for recording in recordings)
+    assert recordings[0].notes[0] == "simulated"
+    assert recordings[0].made_from[0].startswith("simulated textured_rubber, 1 s, seed 1 ")
 
 
 def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
@@ -57,18 +57,20 @@ def test_a_damaged_cache_is_made_again(tmp_path, harm):
 
 
 def test_a_joined_recording_keeps_its_borders_in_the_cache(tmp_path, monkeypatch):
-    made = joined("t", "T", [recording(100).signals, recording(50).signals], ("a",), ("b", "c"))
-    monkeypatch.setattr("palpate.modeling.textures.simulated.captured", lambda *_asked: made)
+    whole = joined("t", "T", [recording(100).signals, recording(50).signals], ("a",), ("b", "c"))
+    monkeypatch.setattr("palpate.modeling.textures.simulated.captured", lambda *_arguments: whole)
     for _ in range(2):
-        (found,) = simulated(MadeSimulator(), ("cloth",), 1.0, cache=tmp_path)
-        assert (found.borders, found.made_from, found.notes) == ((100,), ("a",), ("b", "c"))
-        np.testing.assert_array_equal(found.signals, made.signals)
+        (cached,) = simulated(MadeSimulator(), ("cloth",), 1.0, cache=tmp_path)
+        assert (cached.borders, cached.made_from, cached.notes) == ((100,), ("a",), ("b", "c"))
+        np.testing.assert_array_equal(cached.signals, whole.signals)
     assert len(list(tmp_path.glob("*.npz"))) == 1
 
 
 def test_a_stream_that_lacks_is_named():
     simulator = MadeSimulator()
     whole = simulator.captured
-    simulator.captured = lambda *asked: {name: each for name, each in whole(*asked).items() if name != "tool_force"}
+    simulator.captured = lambda *arguments: {
+        name: stream for name, stream in whole(*arguments).items() if name != "tool_force"
+    }
     with pytest.raises(TextureDataError, match="no stream 'tool_force'"):
         simulated(simulator, ("cloth",), 1.0)

@@ -29,15 +29,15 @@ def test_the_same_recording_gives_the_same_parts_whatever_was_asked_before():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_parts_are_more_alike_in_speed_and_force_than_by_chance_and_than_in_order(seed):
-    made = recording(seed=seed)
-    best = fit_of(made, split(made)).distance
+    whole = recording(seed=seed)
+    best = fit_of(whole, split(whole)).distance
     assert best[2] < 0.25
-    cut = frames_of(made)
+    cut = frames_of(whole)
     chance = np.random.default_rng(0)
     for _ in range(8):
         order = chance.permutation(20)
         by = [tuple(sorted(cut[k] for k in order[a:b])) for a, b in ((0, 14), (14, 18), (18, 20))]
-        assert sum(fit_of(made, type(split(made))(*by)).distance) >= sum(best)
+        assert sum(fit_of(whole, type(split(whole))(*by)).distance) >= sum(best)
 
 
 def test_a_short_recording_has_fewer_frames_and_says_so():
@@ -61,11 +61,11 @@ def test_speed_and_force_that_never_vary_still_give_parts_spread_over_time():
 
 
 def test_no_frame_of_a_joined_recording_crosses_a_border():
-    made = joined("t", "t", [recording(7300).signals, recording(100).signals, recording(9000, 1).signals], (), ())
-    assert isinstance(made, Joined)
-    assert pieces_of(made) == ((0, 7300), (7300, 7400), (7400, 16400))
-    for start, stop in all_of(split(made)):
-        assert any(a <= start and stop <= b for a, b in pieces_of(made))
+    whole = joined("t", "t", [recording(7300).signals, recording(100).signals, recording(9000, 1).signals], (), ())
+    assert isinstance(whole, Joined)
+    assert pieces_of(whole) == ((0, 7300), (7300, 7400), (7400, 16400))
+    for start, stop in all_of(split(whole)):
+        assert any(a <= start and stop <= b for a, b in pieces_of(whole))
 
 
 def test_settings_that_cannot_be_are_refused():

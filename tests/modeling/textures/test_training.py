@@ -16,21 +16,21 @@ from tools.half_precision import halved
 pytestmark = pytest.mark.needs("torch")
 
 
-def trained(tmp_path, found=None, methods=("foten_generative",), **more):
-    asked = small.options(tmp_path / "work", methods, **more)
+def trained(tmp_path, recordings=None, methods=("foten_generative",), **more):
+    options = small.options(tmp_path / "work", methods, **more)
     return train_textures(
-        found or small.recordings(4.0), small.MadeUpSurfaces(), asked, tmp_path / "models", methods=small.METHODS
+        recordings or small.recordings(4.0), small.MadeUpSurfaces(), options, tmp_path / "models", methods=small.METHODS
     )
 
 
 def test_one_model_for_each_texture_with_what_was_found_in_its_card(tmp_path):
     written = trained(tmp_path)
-    assert [each.card.name for each in written] == [
+    assert [model.card.name for model in written] == [
         f"texture-{name}-foten_generative.json" for name in ("smooth", "rough")
     ]
-    for each in written:
-        card = read_model(each.card).card
-        assert card.metrics == each.metrics
+    for model in written:
+        card = read_model(model.card).card
+        assert card.metrics == model.metrics
         assert {"mae", "gfc", "free_level", "free_smoothed_gfc", "free_envelope", "free_felt_dB"} <= set(card.metrics)
         assert 0.5 < card.metrics["free_level"] < 1.5
         assert card.training["configuration"]["method"] == "foten_generative"
@@ -38,8 +38,8 @@ def test_one_model_for_each_texture_with_what_was_found_in_its_card(tmp_path):
         assert card.texture.start is not None
         assert card.measured_on["one step ahead"].startswith("the test part")
         assert card.measured_on["free"].startswith("the hand of another exploration")
-        assert each.cautions == card.missed == ()
-        assert all(path.is_file() for path in each.files)
+        assert model.cautions == card.missed == ()
+        assert all(path.is_file() for path in model.files)
 
 
 def test_what_is_written_plays_as_what_was_judged(tmp_path):
@@ -50,9 +50,9 @@ def test_what_is_written_plays_as_what_was_judged(tmp_path):
 
 
 def test_the_same_command_goes_on_and_writes_the_same_bytes(tmp_path):
-    found = small.recordings(4.0, ("smooth",))
-    before = [path.read_bytes() for path in trained(tmp_path, found)[0].files]
-    assert [path.read_bytes() for path in trained(tmp_path, found)[0].files] == before
+    recordings = small.recordings(4.0, ("smooth",))
+    before = [path.read_bytes() for path in trained(tmp_path, recordings)[0].files]
+    assert [path.read_bytes() for path in trained(tmp_path, recordings)[0].files] == before
 
 
 def test_a_short_recordings_card_says_that_its_free_run_was_no_held_out_one(tmp_path):

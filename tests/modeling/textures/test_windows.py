@@ -11,20 +11,20 @@ from tests.modeling.textures.made_textures import recording
 
 @pytest.mark.parametrize("m", [1, *LENGTHS])
 def test_a_window_holds_what_came_before_and_never_leaves_its_stretch(m):
-    made = recording(2000)
-    found = windows(made, ((0, 100), (500, 540)), m)
-    assert len(found.at) == 140 - 2 * m
-    for given, wanted, at in zip(found.given, found.wanted, found.at, strict=True):
-        np.testing.assert_array_equal(given, made.signals[:, at - m : at])
-        assert wanted == made.signals[0, at]
+    whole = recording(2000)
+    windowed = windows(whole, ((0, 100), (500, 540)), m)
+    assert len(windowed.at) == 140 - 2 * m
+    for given, target, at in zip(windowed.given, windowed.wanted, windowed.at, strict=True):
+        np.testing.assert_array_equal(given, whole.signals[:, at - m : at])
+        assert target == whole.signals[0, at]
         assert m <= at < 100 or 500 + m <= at < 540
 
 
 def test_parts_share_no_sample():
-    made = recording()
-    parts = split(made)
+    whole = recording()
+    parts = split(whole)
     seen = [
-        {int(at) - k for at in windows(made, part, 30).at for k in range(31)}
+        {int(at) - k for at in windows(whole, part, 30).at for k in range(31)}
         for part in (parts.train, parts.validation, parts.test)
     ]
     assert not (seen[0] & seen[1] or seen[0] & seen[2] or seen[1] & seen[2])

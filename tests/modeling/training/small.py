@@ -30,18 +30,18 @@ def trained(model=None, data=None, loss=None, *, report=lambda line: None, clock
     """(network, Trained) of the small training."""
     model = model or network()
     inputs, targets = data or rows()
-    found = train(
+    result = train(
         model, pairs(inputs[:30], targets[:30]), pairs(inputs[30:], targets[30:]), loss or nn.HuberLoss(delta=2.0),
         settings(**other), report=report, clock=clock,
     )  # fmt: skip
-    return model, found
+    return model, result
 
 
 def the_same(one: tuple, other: tuple) -> bool:
     """Whether two trainings came to the same bits: weights, losses, rates, best epoch."""
     weights = [{name: tensor.numpy().tobytes() for name, tensor in net.state_dict().items()} for net, _ in (one, other)]
-    return weights[0] == weights[1] and told(one[1]) == told(other[1])
+    return weights[0] == weights[1] and history_of(one[1]) == history_of(other[1])
 
 
-def told(found: Trained):
-    return [(e.epoch, e.learning_rate, e.train_loss, e.held_loss) for e in found.history], found.best_epoch
+def history_of(result: Trained):
+    return [(e.epoch, e.learning_rate, e.train_loss, e.held_loss) for e in result.history], result.best_epoch

@@ -68,9 +68,9 @@ def trained(network=None, step=STEP, **other):
 
 
 def test_what_is_made_comes_to_be_distributed_as_what_is_real():
-    found = trained(epochs=14)[1]
-    assert found.best_loss < 0.1 * found.history[0].watched
-    assert found.history[found.best_epoch - 1].train_loss < 0.2 * found.history[0].train_loss
+    result = trained(epochs=14)[1]
+    assert result.best_loss < 0.1 * result.history[0].watched
+    assert result.history[result.best_epoch - 1].train_loss < 0.2 * result.history[0].train_loss
 
 
 def test_each_step_moves_one_network_only():
@@ -103,7 +103,7 @@ class Slope(nn.Module):
 
 def test_the_penalty_is_half_the_squared_gradient_at_what_is_real():
     zeros = torch.zeros(5, 2)
-    plain, priced = (Adversarial(each)._criticise(Slope(), zeros, zeros, zeros) for each in (0.0, 0.5))
+    plain, priced = (Adversarial(penalty)._criticise(Slope(), zeros, zeros, zeros) for penalty in (0.0, 0.5))
     assert float((priced - plain).detach()) == pytest.approx(12.5)
 
 
@@ -133,9 +133,9 @@ def test_a_source_without_noise_is_refused():
 def test_cut_off_and_continued_is_the_same_to_the_bit(tmp_path, monkeypatch):
     """What is on disk is what a kill leaves; tests/modeling/training/test_killed.py kills the same loop."""
 
-    def cut_off(folder, kept):
-        write_checkpoint(folder, kept)
-        if kept.epoch == 3:
+    def cut_off(folder, checkpoint):
+        write_checkpoint(folder, checkpoint)
+        if checkpoint.epoch == 3:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):

@@ -51,12 +51,12 @@ def test_processes_give_what_one_gives_also_when_one_of_them_is_killed(alone, tm
 
 
 def test_every_core_that_this_process_may_use_has_a_worker(monkeypatch):
-    asked = []
+    requested = []
     monkeypatch.setattr("joblib.cpu_count", lambda: 3)
-    monkeypatch.setattr(jobs, "run_on_cores", lambda workers, *_rest: asked.append(workers))
+    monkeypatch.setattr(jobs, "run_on_cores", lambda workers, *_rest: requested.append(workers))
     with pytest.raises(KeyError):  # nothing was done
         run_jobs(working.root, [1.0] * 5)
-    assert asked == [3]
+    assert requested == [3]
 
 
 def test_a_job_that_kills_every_worker_is_given_up_by_name():

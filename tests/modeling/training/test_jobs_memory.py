@@ -34,9 +34,9 @@ worker.join()
 
 @pytest.mark.needs("glibc")
 def test_a_worker_keeps_what_it_freed_where_its_environment_gives_it_back():
-    told = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", FAULTS], env={**os.environ, "MALLOC_TRIM_THRESHOLD_": "65536"},
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    given_back, kept = map(int, told.stdout.split())
-    assert given_back > 200 * 200 and kept < given_back / 100
+    given_back, after = map(int, result.stdout.split())
+    assert given_back > 200 * 200 and after < given_back / 100

@@ -68,9 +68,9 @@ for folder, where, count in zip(*[iter(sys.argv[1:])] * 3):
 def killed(tmp_path_factory):
     """The folders of trainings that were killed, each in a process of its own (one import of torch for all)."""
     folders = {where: tmp_path_factory.mktemp("killed") for where in PLACES}
-    asked = [str(word) for where, count in PLACES.items() for word in (folders[where], where, count)]
+    arguments = [str(word) for where, count in PLACES.items() for word in (folders[where], where, count)]
     child = subprocess.run(
-        [sys.executable, "-c", CHILD, *asked],
+        [sys.executable, "-c", CHILD, *arguments],
         cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True, timeout=100, check=False,
     )  # fmt: skip
     assert child.stdout.split() == [str(-signal.SIGKILL)] * len(PLACES), child.stderr
@@ -169,13 +169,13 @@ def test_that_it_is_kept_changes_no_bit_of_a_training_that_draws_always(tmp_path
 def test_other_rows_made_from_the_same_are_another_training(tmp_path):
     inputs, targets = (torch.from_numpy(array).float() for array in rows())
 
-    def made(count):
+    def network_of(count):
         source = GeneratedRows(count, lambda which, _chance: (inputs[which], targets[which]), "a digest")
         train(network(), source, None, nn.functional.mse_loss, settings(checkpoint=tmp_path, epochs=2))
 
-    made(40)
+    network_of(40)
     with pytest.raises(CheckpointError, match="rows: recorded 40, now 8"):
-        made(8)
+        network_of(8)
 
 
 OTHER = {

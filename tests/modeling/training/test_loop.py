@@ -41,28 +41,28 @@ def test_convolutions_are_repeatable_too(threads):
 
 def test_it_learns_and_ends_with_the_weights_of_its_best_epoch():
     inputs, targets = rows()
-    model, found = trained(epochs=60, plateau_patience=None, learning_rate=0.05)
-    assert 1 < found.best_epoch < 60  # it overfits: the last weights are not the best
+    model, result = trained(epochs=60, plateau_patience=None, learning_rate=0.05)
+    assert 1 < result.best_epoch < 60  # it overfits: the last weights are not the best
     loss = nn.HuberLoss(delta=2.0)
     with torch.no_grad():
         given = torch.from_numpy(inputs[30:]).float()
         now = float(loss(model(given), torch.from_numpy(targets[30:]).float()))
-    assert now == pytest.approx(found.best_loss, rel=1e-6)
-    assert found.best_loss == min(epoch.held_loss for epoch in found.history)
-    assert found.best_loss < 0.5 * float(loss(torch.zeros(10, 2), torch.from_numpy(targets[30:]).float()))
+    assert now == pytest.approx(result.best_loss, rel=1e-6)
+    assert result.best_loss == min(epoch.held_loss for epoch in result.history)
+    assert result.best_loss < 0.5 * float(loss(torch.zeros(10, 2), torch.from_numpy(targets[30:]).float()))
     assert not model.training
 
 
 def test_early_stopping_ends_it_after_its_patience():
-    _, found = trained(epochs=200, stop_patience=5, plateau_patience=None, learning_rate=0.05)
-    assert found.stopped and len(found.history) == found.best_epoch + 6 < 200
+    _, result = trained(epochs=200, stop_patience=5, plateau_patience=None, learning_rate=0.05)
+    assert result.stopped and len(result.history) == result.best_epoch + 6 < 200
 
 
 def test_without_held_out_rows_the_loss_while_training_is_watched():
     inputs, targets = rows()
-    found = train(network(), pairs(inputs, targets), None, nn.functional.mse_loss, settings(epochs=4))
-    assert [epoch.held_loss for epoch in found.history] == [None] * 4
-    assert found.best_loss == min(epoch.train_loss for epoch in found.history)
+    result = train(network(), pairs(inputs, targets), None, nn.functional.mse_loss, settings(epochs=4))
+    assert [epoch.held_loss for epoch in result.history] == [None] * 4
+    assert result.best_loss == min(epoch.train_loss for epoch in result.history)
 
 
 def test_the_schedule_is_that_of_torch():
@@ -142,8 +142,8 @@ EXTREMES = {
 @pytest.mark.parametrize("case", EXTREMES)
 def test_extreme_rows_leave_finite_weights(case):
     model = network()
-    found = train(model, pairs(*EXTREMES[case]), None, nn.HuberLoss(delta=2.0), settings(epochs=3))
-    assert np.isfinite([epoch.train_loss for epoch in found.history]).all()
+    result = train(model, pairs(*EXTREMES[case]), None, nn.HuberLoss(delta=2.0), settings(epochs=3))
+    assert np.isfinite([epoch.train_loss for epoch in result.history]).all()
     assert all(bool(torch.isfinite(tensor).all()) for tensor in weights(model))
 
 
@@ -159,12 +159,12 @@ def test_several_inputs_a_tuple_as_answer_and_frozen_weights():
 
     inputs, targets = (torch.from_numpy(array).float() for array in rows())
     model = Two()
-    kept = weights(model.frozen)
+    frozen_before = weights(model.frozen)
     source = Pairs((inputs, inputs[:, :1]), (targets[:, :1], targets[:, 1:]))
-    found = train(model, source, None, lambda a, t: sum(((x - y) ** 2).mean() for x, y in zip(a, t, strict=True)),
+    result = train(model, source, None, lambda a, t: sum(((x - y) ** 2).mean() for x, y in zip(a, t, strict=True)),
                   settings(epochs=6))  # fmt: skip
-    assert found.history[-1].train_loss < found.history[0].train_loss
-    assert all(torch.equal(one, other) for one, other in zip(weights(model.frozen), kept, strict=True))
+    assert result.history[-1].train_loss < result.history[0].train_loss
+    assert all(torch.equal(one, other) for one, other in zip(weights(model.frozen), frozen_before, strict=True))
 
 
 def test_rows_made_on_demand_are_augmented_the_same_way_again():

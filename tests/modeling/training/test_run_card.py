@@ -12,17 +12,17 @@ from palpate.modeling.training.run_card import BESIDE, PACKAGES, versions
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_every_package_that_makes_features_is_named_with_its_installed_version():
-    told = versions()
-    assert set(PACKAGES) < set(told)
+    named = versions()
+    assert set(PACKAGES) < set(named)
     for name in ("librosa", "scikit-image", "pywavelets", "pillow"):
-        assert told[name] == version(name)
+        assert named[name] == version(name)
 
 
 def test_what_is_not_installed_is_null_or_where_it_only_stands_beside_not_named(monkeypatch):
     monkeypatch.setattr(run_card, "installed_version", lambda name: None if name in ("torch", "librosa") else "1")
-    told = versions()
-    assert told["torch"] is None
-    assert set(told) == {"python", *PACKAGES, *BESIDE} - {"librosa"}
+    named = versions()
+    assert named["torch"] is None
+    assert set(named) == {"python", *PACKAGES, *BESIDE} - {"librosa"}
 
 
 def test_no_package_is_imported_for_its_version():

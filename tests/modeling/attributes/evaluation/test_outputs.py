@@ -22,9 +22,9 @@ NAMES = ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
 
 @pytest.fixture(scope="module")
 def evaluation(tmp_path_factory):
-    found = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b_<i>y</i>")
+    material = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b_<i>y</i>")
     methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
-    return small.evaluation(tmp_path_factory.mktemp("work"), found, methods, TIMES, ablations=True)
+    return small.evaluation(tmp_path_factory.mktemp("work"), material, methods, TIMES, ablations=True)
 
 
 @pytest.fixture(scope="module")
@@ -77,23 +77,23 @@ def test_all_intervals_that_are_shown_hold_together(evaluation, rows):
 
 
 def test_intervals_are_the_finite_sample_quantile_of_the_errors_of_textures_left_out(evaluation):
-    told = as_json(evaluation)["intervals"]
+    intervals = as_json(evaluation)["intervals"]
     off = np.abs(evaluation.predicted(evaluation.main("ridge")) - evaluation.rated())
     # 12 textures: k = ceil(13 * 0.9) = 12, the greatest
-    assert [told["half_width"]["ridge"][name] for name in NAMES] == pytest.approx(off.max(axis=0).tolist())
-    assert told["coverage"] == 0.9
-    assert "ann" not in told["half_width"]
+    assert [intervals["half_width"]["ridge"][name] for name in NAMES] == pytest.approx(off.max(axis=0).tolist())
+    assert intervals["coverage"] == 0.9
+    assert "ann" not in intervals["half_width"]
 
 
 def test_tables_3_2_and_3_3_hold_every_method_with_the_thesis_beside(evaluation):
     for which, measure in (("mae", np.abs), ("rmse", np.square)):
-        told = {row["method"]: row for row in table_rows(evaluation, which)}
-        assert list(told)[:4] == ["mean", "ridge", "visuo_tactile", "visuo_tactile, thesis"]
+        by_method = {row["method"]: row for row in table_rows(evaluation, which)}
+        assert list(by_method)[:4] == ["mean", "ridge", "visuo_tactile", "visuo_tactile, thesis"]
         own = measure(evaluation.predicted(evaluation.main("visuo_tactile")) - evaluation.rated()).mean(axis=0)
         own = own if which == "mae" else np.sqrt(own)
-        assert [told["visuo_tactile"][name] for name in NAMES] == pytest.approx(own.tolist())
-        assert told["visuo_tactile"]["mean"] == pytest.approx(own.mean())
-        assert told["ann, thesis"]["printed"] and told["ann"]["mean"] is None
+        assert [by_method["visuo_tactile"][name] for name in NAMES] == pytest.approx(own.tolist())
+        assert by_method["visuo_tactile"]["mean"] == pytest.approx(own.mean())
+        assert by_method["ann, thesis"]["printed"] and by_method["ann"]["mean"] is None
 
 
 def test_tables_3_4_and_3_5_tell_methods_and_features_apart(evaluation):
@@ -112,20 +112,27 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
     page = (folder / REPORT).read_text(encoding="utf-8")
     assert "b <i>" not in page and "odd <b>" not in page
     assert not re.search(r'(src|href)="(?!#|data:)', page)
-    for told in ("Table 3.2, MAE", "Table 3.3, RMSE", "Table 3.4, RMSE", "Table 3.5, RMSE", "Figure 3.8", "Figure 3.9"):
-        assert told in page
-    for told in ("The rule", "Not judged", "Simulated", "made up", "Bonferroni"):
-        assert told in page
+    for words in (
+        "Table 3.2, MAE",
+        "Table 3.3, RMSE",
+        "Table 3.4, RMSE",
+        "Table 3.5, RMSE",
+        "Figure 3.8",
+        "Figure 3.9",
+    ):
+        assert words in page
+    for words in ("The rule", "Not judged", "Simulated", "made up", "Bonferroni"):
+        assert words in page
 
 
 def test_the_page_says_which_method_is_the_default_and_what_was_reached(evaluation):
     page = report_html(evaluation)
     assert "Ridge has the least MAE" in page
     assert "is not the lowest" in page
-    told = dict(reached(evaluation))["Fusion"]
-    assert re.search(r"(?<!not )reached\.$|: not reached\.$", told)
-    errors = [float(each) for each in re.findall(r"\d+\.\d\d", told)[:3]]
-    assert told.endswith(": reached.") == (errors[0] < min(errors[1:]))
+    sentence = dict(reached(evaluation))["Fusion"]
+    assert re.search(r"(?<!not )reached\.$|: not reached\.$", sentence)
+    errors = [float(error) for error in re.findall(r"\d+\.\d\d", sentence)[:3]]
+    assert sentence.endswith(": reached.") == (errors[0] < min(errors[1:]))
 
 
 def test_the_best_is_marked_by_the_report_and_the_thesis_is_the_best_of_nothing(folder):
@@ -137,17 +144,17 @@ def test_the_best_is_marked_by_the_report_and_the_thesis_is_the_best_of_nothing(
 
 
 def test_tables_json_and_figures_hold_the_same_numbers(evaluation, folder):
-    told = json.loads((folder / RESULTS).read_text())
+    content = json.loads((folder / RESULTS).read_text())
     for name, rows in tables(evaluation).items():
         with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
             read = list(csv.DictReader(lines))
         assert len(read) == len(rows)
         if name != "predictions":
-            assert len(told["tables"][name]) == len(rows)
+            assert len(content["tables"][name]) == len(rows)
     assert len(tables(evaluation)["predictions"]) == 5 * 12 * 4
     for name in ("figure_3_8", "figure_3_9", "scatter_3_8", "figure_3_9_visuo_tactile", "work_precision"):
-        assert f"figures/{name}.png" in told["files"]
-    for name in told["files"]:
+        assert f"figures/{name}.png" in content["files"]
+    for name in content["files"]:
         assert (folder / name).is_file()
 
 
@@ -191,28 +198,28 @@ def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
 def test_early_stopping_is_told_and_who_was_watched(tmp_path):
     watched = [row["held"] for row in fold_rows(small.evaluation(tmp_path / "own"))]
     assert watched == [""] * len(watched)
-    asked = small.evaluation(tmp_path / "asked", early_stopping=True)
-    assert as_json(asked)["early_stopping"] is True
-    assert any("watched a tenth of the textures" in line for line in banners(asked))
-    for row, fold in zip(fold_rows(asked), asked.domain.folds.values(), strict=True):
+    stopped = small.evaluation(tmp_path / "asked", early_stopping=True)
+    assert as_json(stopped)["early_stopping"] is True
+    assert any("watched a tenth of the textures" in line for line in banners(stopped))
+    for row, fold in zip(fold_rows(stopped), stopped.domain.folds.values(), strict=True):
         assert row["held"].split() == list(fold.held) != []
-        assert row["known"] == len(asked.material.textures) - 1
+        assert row["known"] == len(stopped.material.textures) - 1
 
 
 def test_textures_kept_apart_are_named(tmp_path):
-    found = small.changed(small.material(), "T02", made_from=small.material().textures[0].made_from)
-    evaluation = small.evaluation(tmp_path, small.changed(found, "T05", rated=None))
-    told = banners(evaluation)
-    assert any("never divided: T01, T02." in line for line in told)
-    assert "Not used: T05: it was not rated." in told
+    material = small.changed(small.material(), "T02", made_from=small.material().textures[0].made_from)
+    evaluation = small.evaluation(tmp_path, small.changed(material, "T05", rated=None))
+    lines = banners(evaluation)
+    assert any("never divided: T01, T02." in line for line in lines)
+    assert "Not used: T05: it was not rated." in lines
 
 
 def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(tmp_path):
     evaluation = small.evaluation(tmp_path / "work")
     write_all(evaluation, evaluation_folder(tmp_path, "attributes"), drawings=False)
-    found = default_of(tmp_path, evaluation.material)
-    assert found.method == "ridge"
-    assert re.fullmatch(r"this lab's evaluation of 12 textures: Ridge has the least MAE: \d+\.\d\d.*", found.why)
+    default = default_of(tmp_path, evaluation.material)
+    assert default.method == "ridge"
+    assert re.fullmatch(r"this lab's evaluation of 12 textures: Ridge has the least MAE: \d+\.\d\d.*", default.why)
     other = default_of(tmp_path, small.changed(evaluation.material, "T01", category="other"))
     assert other.method == "visuo_tactile"
     assert "evaluation was of other textures, features or ratings: it does not decide" in other.why
@@ -222,7 +229,7 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"quick": True, "tested": ["T01"]}, "this lab's evaluation was quick: it does not decide."),
         ({"epochs": 200}, "evaluation had --epochs 200: it"),
@@ -234,23 +241,23 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
         ({"data": 7}, "is not as this version writes it: it"),
     ],
 )
-def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, changed, told):
+def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, changed, message):
     evaluation = small.evaluation(tmp_path / "work")
     write_all(evaluation, evaluation_folder(tmp_path, "attributes"), drawings=False)
     results = evaluation_folder(tmp_path, "attributes") / RESULTS
     results.write_text(json.dumps({**json.loads(results.read_text()), **changed}))
-    found = default_of(tmp_path, evaluation.material)
-    assert found.method == "visuo_tactile"
-    assert found.why.startswith("the shipped default, for this lab's evaluation ")
-    assert told in found.why
+    default = default_of(tmp_path, evaluation.material)
+    assert default.method == "visuo_tactile"
+    assert default.why.startswith("the shipped default, for this lab's evaluation ")
+    assert message in default.why
 
 
-@pytest.mark.parametrize(("lacking", "trained"), [("touch", "hv_net"), ("sight", "ht_net")])
-def test_where_one_sense_has_nothing_the_branch_of_the_other_is_trained(tmp_path, lacking, trained):
-    found = small.material()
-    for each in found.textures:
-        found = small.changed(found, each.id, **{lacking: {}})
-    assert default_of(tmp_path, found).method == trained
+@pytest.mark.parametrize(("sense", "trained"), [("touch", "hv_net"), ("sight", "ht_net")])
+def test_where_one_sense_has_nothing_the_branch_of_the_other_is_trained(tmp_path, sense, trained):
+    material = small.material()
+    for texture in material.textures:
+        material = small.changed(material, texture.id, **{sense: {}})
+    assert default_of(tmp_path, material).method == trained
 
 
 def test_as_many_folds_as_there_are_textures_are_a_whole_evaluation(tmp_path):
@@ -274,28 +281,32 @@ def test_the_thesis_numbers_stand_as_its_tables_have_them():
 
 
 def test_other_attributes_have_no_thesis_beside_them(tmp_path):
-    found = small.material()
-    others = tuple(dataclasses.replace(pair, low=f"{pair.low}er") for pair in found.attributes)
-    evaluation = small.evaluation(tmp_path, dataclasses.replace(found, attributes=others))
+    material = small.material()
+    others = tuple(dataclasses.replace(pair, low=f"{pair.low}er") for pair in material.attributes)
+    evaluation = small.evaluation(tmp_path, dataclasses.replace(material, attributes=others))
     assert not any(row["printed"] for row in table_rows(evaluation, "mae"))
 
 
 def test_random_weights_of_resnet_stand_beside_every_number_that_rests_on_them(tmp_path):
-    told = Weights().description
-    found = small.evaluation(tmp_path, dataclasses.replace(small.material(), weights=told), ablations=True)
-    title, told_in = "The thesis' network, random ResNet-50", []
-    for name, rows in tables(found).items():
+    description = Weights().description
+    evaluation = small.evaluation(tmp_path, dataclasses.replace(small.material(), weights=description), ablations=True)
+    title, tables_with_title = "The thesis' network, random ResNet-50", []
+    for name, rows in tables(evaluation).items():
         rest = [row for row in rows if row.get("method") == "visuo_tactile"]
         if rest and "title" in rest[0]:
             assert {row["title"] for row in rest} == {title}, name
-            told_in.append(name)
-    assert {"methods", "attributes", "classes", "table_3_2", "table_3_3", "table_3_5", "predictions"} <= set(told_in)
-    kinds = {row["features"]: row["resnet"] for row in table_rows(found, "kinds") if not row["printed"]}
+            tables_with_title.append(name)
+    assert {"methods", "attributes", "classes", "table_3_2", "table_3_3", "table_3_5", "predictions"} <= set(
+        tables_with_title
+    )
+    kinds = {row["features"]: row["resnet"] for row in table_rows(evaluation, "kinds") if not row["printed"]}
     assert kinds["resnet"] == kinds["resnet+glcm"] == "random" and kinds["glcm"] is None
-    printed_rows = [row for row in table_rows(found, "mae") if row["printed"] and "resnet" in row["features"]]
+    printed_rows = [row for row in table_rows(evaluation, "mae") if row["printed"] and "resnet" in row["features"]]
     assert printed_rows and {row["resnet"] for row in printed_rows} == {"pre-trained"}
-    page = report_html(found)
-    assert page.count("random ResNet-50") > 6 and f"Weights of ResNet-50: {told}" in " ".join(banners(found))
+    page = report_html(evaluation)
+    assert page.count("random ResNet-50") > 6 and f"Weights of ResNet-50: {description}" in " ".join(
+        banners(evaluation)
+    )
     given = dataclasses.replace(small.material(), weights="resnet50-0676ba61.pth, SHA-256 0676ba61")
     rows = {row["method"]: row for row in method_rows(small.evaluation(tmp_path / "given", given))}
     assert rows["visuo_tactile"]["resnet"] == "resnet50-0676ba61.pth" and rows["ridge"]["resnet"] is None

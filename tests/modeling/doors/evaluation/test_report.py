@@ -15,14 +15,14 @@ pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")
-def found():
+def evaluation():
     return evaluate_doors(small_data(simulated=True), None, options("mean ridge", "nearest", beside=True))
 
 
 @pytest.fixture(scope="module")
-def folder(found, tmp_path_factory):
+def folder(evaluation, tmp_path_factory):
     where = tmp_path_factory.mktemp("evaluated")
-    write_all(found, where)
+    write_all(evaluation, where)
     return where
 
 
@@ -45,54 +45,54 @@ def test_the_page_says_what_a_reader_must_know(folder):
     assert not re.search(r">\s*(nan|inf|None)\s*<", page, re.IGNORECASE)
 
 
-def test_files_are_written_and_those_of_an_earlier_evaluation_go(found, folder, tmp_path):
-    told = json.loads((folder / "evaluation.json").read_text())
+def test_files_are_written_and_those_of_an_earlier_evaluation_go(evaluation, folder, tmp_path):
+    content = json.loads((folder / "evaluation.json").read_text())
     assert {"tables/table_5_3_mae.csv", "figures/figure_5_12.svg", "figures/made_profiles.png", "report.html"} <= set(
-        told["files"]
+        content["files"]
     )
-    assert all((folder / name).stat().st_size for name in told["files"])
+    assert all((folder / name).stat().st_size for name in content["files"])
     earlier, outside = tmp_path / "out" / "figures" / "figure_9.svg", tmp_path / "outside.txt"
     earlier.parent.mkdir(parents=True)
     for path in (earlier, outside, tmp_path / "out" / "mine.txt"):
         path.write_text("there before")
     (tmp_path / "out" / "evaluation.json").write_text(json.dumps({"files": ["figures/figure_9.svg", "../outside.txt"]}))
-    write_all(found, tmp_path / "out", drawings=False)
+    write_all(evaluation, tmp_path / "out", drawings=False)
     assert not earlier.exists()
     assert outside.exists()
     assert (tmp_path / "out" / "mine.txt").exists()
 
 
-def test_names_from_the_data_are_escaped(found):
-    data = replace(found.data, made_from=("<script>alert(1)</script>",))
-    results = replace(found.results, domain=replace(found.results.domain, data=data))
-    page = report_html(replace(found, results=results))
+def test_names_from_the_data_are_escaped(evaluation):
+    data = replace(evaluation.data, made_from=("<script>alert(1)</script>",))
+    results = replace(evaluation.results, domain=replace(evaluation.results.domain, data=data))
+    page = report_html(replace(evaluation, results=results))
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert(1)" in page
 
 
-def test_a_labs_own_evaluation_decides_what_is_trained_but_only_for_the_very_same_data(found, tmp_path):
-    data = found.data
+def test_a_labs_own_evaluation_decides_what_is_trained_but_only_for_the_very_same_data(evaluation, tmp_path):
+    data = evaluation.data
     assert default_of(tmp_path, data, "inverse") == "generator"
-    write_all(found, tmp_path / "evaluated" / "doors", drawings=False)
+    write_all(evaluation, tmp_path / "evaluated" / "doors", drawings=False)
     assert default_of(tmp_path, data, "inverse") == "generator", "it was not evaluated, so nothing speaks against it"
     file = tmp_path / "evaluated" / "doors" / "evaluation.json"
-    told = json.loads(file.read_text())
-    told["tables"]["methods_inverse"].append({"method": "generator"})
-    file.write_text(json.dumps(told))
+    content = json.loads(file.read_text())
+    content["tables"]["methods_inverse"].append({"method": "generator"})
+    file.write_text(json.dumps(content))
     assert default_of(tmp_path, data, "inverse") == "nearest"
     assert default_of(tmp_path, replace(data, rating=data.rating * 0.5), "inverse") == "generator"
-    told["default"]["inverse"]["method"] = "search"
-    file.write_text(json.dumps(told))
+    content["default"]["inverse"]["method"] = "search"
+    file.write_text(json.dumps(content))
     assert default_of(tmp_path, data, "inverse") == "generator"
     file.write_text("{}")
     assert default_of(tmp_path, data, "inverse") == "generator"
 
 
-def test_error_and_time_of_every_inverse_method_stand_in_one_table(found):
-    (row,) = (dict(row) for row in found.inverse)
-    without = replace(found, inverse=({**row, "file_ms": None, "trained_ms": 1234.5, "note": "needs torch"},))
+def test_error_and_time_of_every_inverse_method_stand_in_one_table(evaluation):
+    (row,) = (dict(row) for row in evaluation.inverse)
+    without = replace(evaluation, inverse=({**row, "file_ms": None, "trained_ms": 1234.5, "note": "needs torch"},))
     tables = [block for block in inverse_section(without, ()).blocks if block.kind == "table"]
-    (timed,) = (each for each in tables if each.title == "Error and time")
+    (timed,) = (table for table in tables if table.title == "Error and time")
     cells = dict(zip([head.name for head in timed.table.heads], timed.table.rows[0], strict=True))
     assert cells["loop"] == written(row["loop_fresh"] or row["loop_judge"], "2")
     assert cells["without a file, ms"] == "1234"

@@ -31,17 +31,17 @@ def gathered(direction="forward", off=0.0):
 
 @pytest.mark.parametrize("measure", ["mae", "rmse", "r2"])
 def test_the_margins_that_the_thesis_printed_are_the_means_of_the_cells_typed_in_here(measure):
-    told, digits = printed(measure), 0.0101  # some are rounded, others cut off
-    for attribute, value in told.by_attribute.items():
-        assert np.mean([v for (a, _), v in told.cells.items() if a == attribute]) == pytest.approx(value, abs=digits)
-    for door, value in told.by_door.items():
-        assert np.mean([v for (_, d), v in told.cells.items() if d == door]) == pytest.approx(value, abs=digits)
+    thesis, digits = printed(measure), 0.0101  # some are rounded, others cut off
+    for attribute, value in thesis.by_attribute.items():
+        assert np.mean([v for (a, _), v in thesis.cells.items() if a == attribute]) == pytest.approx(value, abs=digits)
+    for door, value in thesis.by_door.items():
+        assert np.mean([v for (_, d), v in thesis.cells.items() if d == door]) == pytest.approx(value, abs=digits)
 
 
 def test_table_5_6_as_printed():
-    told = printed_waveforms()
-    assert told.by_door["K3"] == {"mae": 0.537, "mae_sd": 0.302, "rmse": 0.654, "rmse_sd": 0.329}
-    assert told.overall("mae") == pytest.approx(0.578, abs=5e-4)
+    thesis = printed_waveforms()
+    assert thesis.by_door["K3"] == {"mae": 0.537, "mae_sd": 0.302, "rmse": 0.654, "rmse_sd": 0.329}
+    assert thesis.overall("mae") == pytest.approx(0.578, abs=5e-4)
 
 
 def test_scores_by_hand():
@@ -71,25 +71,25 @@ def test_the_thesis_own_table_stands_below_with_its_provenance():
 
 
 def test_other_attributes_get_no_numbers_of_the_thesis():
-    found = gathered()
-    other = replace(found, data=replace(found.data, attributes=tuple("abcdefg")))
+    gathered_results = gathered()
+    other = replace(gathered_results, data=replace(gathered_results.data, attributes=tuple("abcdefg")))
     assert not [row for row in cells_table([other], "mae") if row["method"] == SAID]
 
 
 def test_waveforms_by_door_by_variant_and_over_all():
-    found = gathered("inverse", off=np.repeat([1.0, 2.0, 3.0], 5)[:, None])
-    rows = {row["door"]: row for row in waveform_rows(found)}
+    gathered_results = gathered("inverse", off=np.repeat([1.0, 2.0, 3.0], 5)[:, None])
+    rows = {row["door"]: row for row in waveform_rows(gathered_results)}
     assert rows["FORD"]["mae"] == pytest.approx(2.0)
     assert rows["FORD"]["mae_sd"] == pytest.approx(0.0, abs=1e-9)
     assert rows[OVERALL]["mae"] == pytest.approx(2.0)
-    assert [row["mae"] for row in waveform_rows(found, "variants")] == pytest.approx([2.0] * 6)
-    assert [row["door"] for row in waveform_table([found]) if row["method"] == SAID] == ["BC3", "FORD", "K8"]
+    assert [row["mae"] for row in waveform_rows(gathered_results, "variants")] == pytest.approx([2.0] * 6)
+    assert [row["door"] for row in waveform_table([gathered_results]) if row["method"] == SAID] == ["BC3", "FORD", "K8"]
 
 
 def test_variants_and_predictions_name_every_stimulus():
-    found = gathered(off=2.0)
-    assert [row["variant"] for row in variant_rows(found)] == ["g0", "g1", "g4", "g8", "g12"]
-    rows = prediction_rows(found, np.full((15, 7), 4.0))
+    gathered_results = gathered(off=2.0)
+    assert [row["variant"] for row in variant_rows(gathered_results)] == ["g0", "g1", "g4", "g8", "g12"]
+    rows = prediction_rows(gathered_results, np.full((15, 7), 4.0))
     assert len(rows) == 15 * 7
     assert rows[0]["low"] == pytest.approx(rows[0]["predicted"] - 4)
 

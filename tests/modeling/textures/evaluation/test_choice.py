@@ -1,8 +1,8 @@
 from palpate.modeling.textures.evaluation.evaluate import better, choice
 
 
-def row(method, kept, felt, ran=6):
-    return {"method": method, "title": method.upper(), "kept": kept, "ran": ran, "felt_dB": felt}
+def row(method, plausible_runs, felt, ran=6):
+    return {"method": method, "title": method.upper(), "kept": plausible_runs, "ran": ran, "felt_dB": felt}
 
 
 def on(texture, method, beyond, felt):
@@ -21,8 +21,8 @@ def test_a_method_that_refuses_most_textures_is_no_default():
 
 
 def test_a_baseline_that_wins_is_named_as_such():
-    told = choice([row("ar", 6, 0.5), row("foten_generative", 4, 1.0)], []).of_ours
-    assert any(line.startswith("A baseline wins: AR beats FOTEN_GENERATIVE") for line in told)
+    lines = choice([row("ar", 6, 0.5), row("foten_generative", 4, 1.0)], []).of_ours
+    assert any(line.startswith("A baseline wins: AR beats FOTEN_GENERATIVE") for line in lines)
     assert not any("baseline wins" in line for line in choice([row("foten_generative", 6, 0.5)], []).of_ours)
 
 
@@ -34,9 +34,9 @@ def test_where_the_shipped_default_was_not_evaluated_it_stays_and_that_is_said()
 
 
 def test_one_step_errors_alone_choose_nothing():
-    found = choice([{"method": "ar", "title": "AR", "kept": 0, "ran": 0, "felt_dB": None, "mae": 0.01}], [])
-    assert found.method == "foten_generative"
-    assert "shipped default stays" in found.why
+    default = choice([{"method": "ar", "title": "AR", "kept": 0, "ran": 0, "felt_dB": None, "mae": 0.01}], [])
+    assert default.method == "foten_generative"
+    assert "shipped default stays" in default.why
 
 
 def test_nearer_is_fewer_limits_broken_and_then_less_off():

@@ -18,8 +18,8 @@ pytestmark = pytest.mark.needs("torch")
 
 @pytest.fixture(scope="module")
 def evaluation(tmp_path_factory):
-    domain, asked = small.domain(tmp_path_factory.mktemp("work"))
-    return evaluate_methods(domain, asked)
+    domain, options = small.domain(tmp_path_factory.mktemp("work"))
+    return evaluate_methods(domain, options)
 
 
 def test_every_method_is_fitted_judged_and_run_free_on_every_texture(evaluation):
@@ -67,7 +67,7 @@ def test_what_decides_a_result_decides_its_key(evaluation):
         dataclasses.replace(domain, settings={"quick": True, "epochs": 3}),
         dataclasses.replace(domain, parts={**domain.parts, "smooth": swapped}),
     ]
-    keys = {each.key(fit) for each in (domain, *others)}
+    keys = {variant.key(fit) for variant in (domain, *others)}
     keys |= {domain.key(Fit("smooth", "foten", 10, "mae")), domain.key(Play(fit)), domain.key(Play(fit, False))}
     keys |= {domain.key(Explore("smooth")), dataclasses.replace(domain, seconds=5.0).key(Explore("smooth"))}
     assert len(keys) == 10
@@ -75,7 +75,7 @@ def test_what_decides_a_result_decides_its_key(evaluation):
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": 3}'])
 def test_a_damaged_result_is_computed_again(tmp_path, damage):
-    domain, _ = small.domain(tmp_path, found=small.recordings(4.0, ("smooth",)))
+    domain, _ = small.domain(tmp_path, recorded=small.recordings(4.0, ("smooth",)))
     job = Fit("smooth", "foten")
     first = result_of(job, domain)
     (tmp_path / domain.key(job)).with_suffix(".json").write_bytes(damage)
@@ -83,18 +83,18 @@ def test_a_damaged_result_is_computed_again(tmp_path, damage):
 
 
 def test_a_kept_model_that_was_changed_is_made_again(tmp_path):
-    domain, _ = small.domain(tmp_path, found=small.recordings(4.0, ("smooth",)))
+    domain, _ = small.domain(tmp_path, recorded=small.recordings(4.0, ("smooth",)))
     first = result_of(Fit("smooth", "foten"), domain)
-    told = json.loads(first.files[0].read_text())
-    first.files[0].write_text(json.dumps({**told, "title": "another"}))
+    content = json.loads(first.files[0].read_text())
+    first.files[0].write_text(json.dumps({**content, "title": "another"}))
     again = result_of(Fit("smooth", "foten"), domain)
-    assert json.loads(again.files[0].read_text())["title"] == told["title"]
+    assert json.loads(again.files[0].read_text())["title"] == content["title"]
 
 
 def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
-    found = small.recordings(4.0, ("smooth",))
-    domain, asked = small.domain(tmp_path, found=found, methods_of=("foten", "ten"))
-    evaluation = evaluate_methods(domain, asked)
+    recordings = small.recordings(4.0, ("smooth",))
+    domain, options = small.domain(tmp_path, recorded=recordings, methods_of=("foten", "ten"))
+    evaluation = evaluate_methods(domain, options)
     assert evaluation.fits[Fit("smooth", "ten")].refused == "smooth: this method has had enough."
     assert "had enough" in evaluation.plays[Play(Fit("smooth", "ten"))].refused
     assert evaluation.plays[Play(Fit("smooth", "foten"))].numbers["level"] is not None
@@ -102,16 +102,18 @@ def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
 
 def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
     broken = {**small.METHODS, "ten": dataclasses.replace(small.REFUSING, fit=small.fit_broken)}
-    domain, asked = small.domain(tmp_path, known=broken, found=small.recordings(4.0, ("smooth",)), methods_of=("ten",))
+    domain, options = small.domain(
+        tmp_path, known=broken, recorded=small.recordings(4.0, ("smooth",)), methods_of=("ten",)
+    )
     with pytest.raises(JobBroken, match="a fault of the program"):
-        evaluate_methods(domain, asked)
+        evaluate_methods(domain, options)
 
 
 def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validation_part(tmp_path):
-    domain, asked = small.domain(
-        tmp_path, found=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=("foten", "ar")
+    domain, options = small.domain(
+        tmp_path, recorded=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=("foten", "ar")
     )
-    evaluation = evaluate_methods(domain, asked)
+    evaluation = evaluate_methods(domain, options)
     grid = {fit: done for fit, done in evaluation.fits.items() if fit.of_the_grid}
     assert len(grid) == 2 * 25
     assert all(done.files == () and done.numbers["mae"] > 0 for done in grid.values())
@@ -127,22 +129,22 @@ def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validat
 
 def test_a_recording_too_short_to_split_is_left_out_and_said(tmp_path):
     short = recording(0.3, 1, "blink")
-    domain, _ = small.domain(tmp_path, found=(short, *small.recordings(4.0, ("smooth",))))
+    domain, _ = small.domain(tmp_path, recorded=(short, *small.recordings(4.0, ("smooth",))))
     assert list(domain.recordings) == ["smooth"]
     assert "blink" in domain.left_out["blink"]
     with pytest.raises(TextureDataError, match="blink"):
-        small.domain(tmp_path, found=(short,))
+        small.domain(tmp_path, recorded=(short,))
 
 
 def test_two_recordings_of_one_name_and_unknown_methods_are_refused(tmp_path):
     with pytest.raises(TextureDataError, match="one of each"):
-        small.domain(tmp_path, found=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
+        small.domain(tmp_path, recorded=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
     with pytest.raises(TextureDataError, match="foten"):
         domain_for(small.recordings(), small.MadeUpSurfaces(), small.options(tmp_path, methods=("fotan",)))
 
 
 def test_a_short_recording_without_more_surface_is_driven_by_itself(tmp_path):
-    domain, asked = small.domain(tmp_path, found=(recording(1.9, 1, "smooth"),), explore=False)
-    evaluation = evaluate_methods(domain, asked)
+    domain, options = small.domain(tmp_path, recorded=(recording(1.9, 1, "smooth"),), explore=False)
+    evaluation = evaluate_methods(domain, options)
     assert evaluation.drives["smooth"].seen
     assert evaluation.plays[Play(Fit("smooth", "foten_generative"))].numbers["level"] > 0.5

@@ -18,11 +18,11 @@ pytestmark = pytest.mark.needs("torch")
 
 @pytest.fixture(scope="module")
 def evaluation(tmp_path_factory):
-    found = small.recordings(5.0, ("cloth", "b <i>x</i>"))
-    domain, asked = small.domain(
-        tmp_path_factory.mktemp("work"), found=found, methods_of=("ar", "foten", "foten_generative")
+    recordings = small.recordings(5.0, ("cloth", "b <i>x</i>"))
+    domain, options = small.domain(
+        tmp_path_factory.mktemp("work"), recorded=recordings, methods_of=("ar", "foten", "foten_generative")
     )
-    return evaluate_methods(domain, asked)
+    return evaluate_methods(domain, options)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
     assert "b &lt;i&gt;x&lt;/i&gt;" in page
     assert "b <i>x" not in page
     assert not re.search(r'(src|href)="(?!#|data:)', page)
-    for told in (
+    for words in (
         "Running free",
         "One step ahead",
         "Table 4.1, MAE",
@@ -46,7 +46,7 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
         "Figure 4.7",
         "The rule",
     ):
-        assert told in page
+        assert words in page
 
 
 def test_the_page_says_what_was_reached_and_how_the_one_step_network_failed(evaluation):
@@ -73,32 +73,32 @@ def test_table_4_3_holds_errors_and_times_side_by_side(evaluation):
 
 
 def test_tables_json_and_figures_hold_the_same_numbers(evaluation, folder):
-    told = json.loads((folder / RESULTS).read_text())
+    content = json.loads((folder / RESULTS).read_text())
     for name, rows in tables(evaluation).items():
         if name != "learning_curves":
-            assert len(told["tables"][name]) == len(rows)
+            assert len(content["tables"][name]) == len(rows)
         with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
             assert len(list(csv.DictReader(lines))) == len(rows)
-    rows = {(row["texture"], row["method"]): row for row in told["tables"]["free_running"]}
+    rows = {(row["texture"], row["method"]): row for row in content["tables"]["free_running"]}
     assert rows["cloth", "truth"]["cycle"] is not None
     assert rows["cloth", "another realisation"]["smoothed_gfc"] > 0.9
     assert rows["cloth", "foten_generative"]["level"] > 2 * rows["cloth", "foten"]["level"]
-    assert "cloth" in {row["texture"] for row in told["tables"]["textures"]}
-    for name in told["files"]:
+    assert "cloth" in {row["texture"] for row in content["tables"]["textures"]}
+    for name in content["files"]:
         assert (folder / name).is_file()
-    assert "figures/free_waves.png" in told["files"]
+    assert "figures/free_waves.png" in content["files"]
 
 
 def test_figure_4_6_stands_beside_the_same_method_running_free(evaluation, folder):
     assert "Running free, in time" in (folder / REPORT).read_text(encoding="utf-8")
     assert (folder / "figures/figure_4_6_free.png").is_file() and (folder / "figures/figure_4_6.png").is_file()
     rows = {(row["texture"], row["method"]): row for row in tables(evaluation)["warm_up"]}
-    for texture, (truth, made) in free_beginning(evaluation, "foten").items():
+    for texture, (truth, simulated) in free_beginning(evaluation, "foten").items():
         drive, start = evaluation.drives[texture], start_of(evaluation.drives[texture])
-        assert len(truth) == len(made) == 400 and np.array_equal(truth, drive.truth[start:][:400])
+        assert len(truth) == len(simulated) == 400 and np.array_equal(truth, drive.truth[start:][:400])
         assert drive.speed[start] > 10 and drive.force[start] > 0.15
         assert not ((drive.speed[:start] > 10) & (drive.force[:start] > 0.15)).any()
-        level = np.sqrt(np.mean(made[100:].astype(float) ** 2) / np.mean(truth[100:] ** 2))
+        level = np.sqrt(np.mean(simulated[100:].astype(float) ** 2) / np.mean(truth[100:] ** 2))
         assert rows[texture, "foten"]["level_next_300"] == pytest.approx(level)
     assert ("cloth", "foten_generative") in rows
 
@@ -116,11 +116,11 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_recordings_chose
     recordings = tuple(evaluation.domain.recordings.values())
     folder = tmp_path / "evaluated" / "textures"
     write_all(evaluation, folder, drawings=False)
-    told = json.loads((folder / RESULTS).read_text())
-    told["default"]["method"] = "hapinf"
+    content = json.loads((folder / RESULTS).read_text())
+    content["default"]["method"] = "hapinf"
 
     def chosen(**changed):
-        (folder / RESULTS).write_text(json.dumps({**told, **changed}))
+        (folder / RESULTS).write_text(json.dumps({**content, **changed}))
         return default_of(tmp_path, recordings)
 
     assert chosen() == "foten_generative"  # a quick one says nothing
