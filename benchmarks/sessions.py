@@ -14,9 +14,8 @@ from typing import Any
 from palpate.protocols.bench import Case
 from palpate.protocols.canonical import canonical
 from palpate.protocols.event_shapes import EventShapes
-from palpate.protocols.events import NS, Event
+from palpate.protocols.events import NS, Event, Samples
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import Samples
 from palpate.protocols.runner import run
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab_forms import lab_forms

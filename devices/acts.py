@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Fault, Request
+from palpate.protocols.events import NS, Aside, Fault, Request
 
 
 @dataclass

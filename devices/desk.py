@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from palpate.protocols.requests import Aside, Confirm, Reply
+from palpate.protocols.events import Aside, Confirm, Reply
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from palpate.devices.desk import Desk, Pages
-from palpate.protocols.requests import Present, Sense, WorldEvent
+from palpate.protocols.events import Present, Sense, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

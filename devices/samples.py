@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from palpate.devices.acts import Act, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
-from palpate.protocols.requests import Aside, Present, Reply
+from palpate.protocols.events import Aside, Present, Reply
 from palpate.protocols.study import Stimulus
 
 TELLING = ("label", "material", "position")

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from palpate.protocols.events import Ask, Reply
 from palpate.protocols.forms import Demographics, Form, Lexicon, Likert, Question, Sliders, Words
 from palpate.protocols.keyed import normal, shuffled, uniform
-from palpate.protocols.requests import Ask, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 
 TICKED_WITHOUT_LATENT = -2.2

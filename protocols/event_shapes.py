@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.protocols.canonical import encoded, parse
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, Samples
 from palpate.protocols.forms import table_of
-from palpate.protocols.requests import Samples
 from palpate.protocols.session_state import SessionState
 
 DEEPEST = 100

@@ -1,19 +1,243 @@
-"""What a session is made of: numbered events, appended one at a time."""
+"""What passes between a task and the world, and the events that it is recorded as.
+
+A task makes requests; a reply comes back, or something to record before. A session is made of numbered events, appended
+one at a time.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-from palpate.protocols.canonical import parse
-from palpate.protocols.requests import Request, Samples, WorldEvent
+from palpate.protocols.canonical import canonical, encoded, parse
+from palpate.protocols.forms import AnchorForm, Form, Sliders
+from palpate.protocols.trial import Trial
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
 ANSWERED, CAPTURED, LEFT, REPEATED, FAULTED = "answered", "captured", "left", "repeated", "faulted"
 """How an attempt at a trial ends: with an answer, with a recording, because the participant went back, and two ways
 after which the trial is repeated: the experimenter had it so, or a device failed."""
+
+
+class ReplyError(ValueError):
+    """A reply that does not answer its request: a fault of the presenter, never of the participant."""
+
+
+@dataclass(frozen=True)
+class Present:
+    """Let the participant feel the trial's stimulus, or what is generated for `wish` ({attribute: value})."""
+
+    trial: Trial
+    wish: Mapping[str, float] | None = None
+
+    @property
+    def live_form(self) -> Sliders | None:
+        """Return the form that the stimulus follows while it is felt; None if it stays as it is."""
+        form = self.trial.form
+        return form if isinstance(form, Sliders) and form.live and self.wish is not None else None
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        wished = {} if self.wish is None else {"wish": dict(self.wish)}
+        live = {} if self.live_form is None else {"live": True}
+        anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
+        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **live, **anchor}
+
+
+@dataclass(frozen=True)
+class Ask:
+    """Put a form before the participant: it is to be answered, or left by going back where the trial allows it.
+
+    Outside a trial `trial` is None. `former` are answers that the form starts from; else those of an earlier attempt.
+    """
+
+    form: Form
+    trial: Trial | None = None
+    former: Mapping[str, Any] | None = None
+
+    @property
+    def may_go_back(self) -> bool:
+        """Return whether the participant may go to the trial before."""
+        return self.trial is not None and self.trial.may_go_back
+
+    @property
+    def previous(self) -> Mapping[str, Any] | None:
+        """Return the answers that the form starts from."""
+        return self.former if self.former is not None or self.trial is None else self.trial.previous
+
+    def demand_answer(self, reply: Reply) -> None:
+        """Raise ReplyError unless the reply answers the form, or goes back where that is allowed."""
+        inside = self.trial is not None and not isinstance(self.form, AnchorForm)
+        where = f"trial {self.trial.number}" if inside and self.trial is not None else self.form.name
+        go = reply.value.get("go")
+        if go == "back":
+            if not self.may_go_back:
+                raise ReplyError(f"{where}: the reply goes back, which this trial does not allow")
+            return
+        if go is not None and not (go == "try" and getattr(self.form, "tries", False)):
+            raise ReplyError(f"{where}: the reply goes {go!r}, which this form does not know")
+        answers = reply.value.get("answers")
+        if problem := self.form.problem(answers):
+            raise ReplyError(f"{where}: {problem}")
+        unfinished: Callable[[Any], str | None] = getattr(self.form, "unfinished", lambda _answers: None)
+        if go is None and (problem := unfinished(answers)):
+            raise ReplyError(f"{where}: the reply goes on, and {problem}")
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        return {
+            "do": "ask",
+            "form": self.form.name,
+            "items": self.form.items(),
+            "back": self.may_go_back,
+            "previous": self.previous,
+            **({"anchor": self.form.describe()} if isinstance(self.form, AnchorForm) else {}),
+        }
+
+
+@dataclass(frozen=True)
+class Sense:
+    """Record a device's channels for some seconds."""
+
+    device: str
+    seconds: float
+    trial: Trial
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        return {"do": "sense", "device": self.device, "seconds": self.seconds}
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A break; `done` of `total` counted trials are behind the participant."""
+
+    done: int
+    total: int
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        return {"do": "rest", "done": self.done, "total": self.total}
+
+
+@dataclass(frozen=True)
+class Instruct:
+    """Show a page of text, by its name in the study."""
+
+    page: str
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        return {"do": "instruct", "page": self.page}
+
+
+@dataclass(frozen=True)
+class Confirm:
+    """Have the experimenter confirm something before the session goes on.
+
+    `calibration`: the drawn length. `setup N`: the N-th step of setting up, which `text` describes.
+    """
+
+    what: str
+    text: str | None = None
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as the ledger has it."""
+        return {"do": "confirm", "what": self.what} | ({} if self.text is None else {"text": self.text})
+
+
+Request = Present | Ask | Sense | Rest | Instruct | Confirm
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A block of samples of one stream: `data` holds rows of channels, little-endian float32.
+
+    Where things were noted as they happened, rate_hz is 0 and a channel holds the time. `first` is the number of the
+    first sample in its stream; `clock` names what the samples were timed by.
+    """
+
+    stream: str
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    rate_hz: float
+    t0_ns: int
+    data: bytes
+    first: int = 0
+    clock: str = "host"
+
+    @property
+    def count(self) -> int:
+        """Return the number of samples per channel."""
+        return len(self.data) // (4 * len(self.channels))
+
+    def sha256(self) -> bytes:
+        """Return the SHA-256 of the bytes."""
+        return hashlib.sha256(self.data).digest()
+
+    def form(self) -> bytes:
+        """Return what the bytes mean, as canonical JSON; `first` and `clock` where they are not 0 and the host's."""
+        form = {
+            "channels": self.channels,
+            "units": self.units,
+            "rate_hz": float(self.rate_hz),
+            "t0_ns": self.t0_ns,
+            "dtype": "<f4",
+            "count": self.count,
+        }
+        if self.first:
+            form["first"] = self.first
+        if self.clock != "host":
+            form["clock"] = self.clock
+        return canonical(form)
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What the world answered: JSON data, and the samples recorded meanwhile."""
+
+    value: Mapping[str, Any]
+    samples: tuple[Samples, ...] = ()
+
+
+@dataclass(frozen=True)
+class Aside:
+    """Something the experimenter did while a request was being performed: the request goes on.
+
+    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}. A participant who
+    rests pauses the session too: {do: pause or go_on, by: participant}.
+    """
+
+    value: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Samples recorded so far while a request is being performed: written at once, the request goes on.
+
+    `value` holds, by stream, what the samples do not: {streams: {NAME: {first, lost, why, arrived: [[n, t_ns]]}}}.
+    """
+
+    value: Mapping[str, Any]
+    samples: tuple[Samples, ...]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A device failed while a request was being performed, and has been made safe: {device, what, message}.
+
+    The trial is marked and repeated.
+    """
+
+    value: Mapping[str, Any]
+
+
+WorldEvent = Reply | Aside | Chunk | Fault
+"""What performing a request returns: its reply, or something to record before the request is performed on."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +266,17 @@ class Event:
         """Where the event stands, for messages."""
         within = f", trial {self.trial}" if self.trial is not None else ""
         return f"event {self.seq} ({self.kind}{within})"
+
+
+def event_hash(previous: str, happened: Event) -> str:
+    """Return the link of the event chain: over the hash before, every field of the event, and its samples."""
+    link = hashlib.sha256(previous.encode())
+    link.update(encoded([happened.seq, happened.t_ns, happened.kind, happened.trial, happened.attempt]))
+    link.update(b"\n" + happened.body)
+    for block in happened.samples:
+        link.update(canonical([block.stream, block.form().decode()]))
+        link.update(block.sha256())
+    return link.hexdigest()
 
 
 class Log(Protocol):

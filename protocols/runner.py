@@ -8,21 +8,28 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate.protocols.canonical import Json, canonical
-from palpate.protocols.events import ANSWERED, CAPTURED, FAULTED, LEFT, REPEATED, Event, Log, World
-from palpate.protocols.plan import Plan
-from palpate.protocols.requests import (
+from palpate.protocols.events import (
+    ANSWERED,
+    CAPTURED,
+    FAULTED,
+    LEFT,
+    REPEATED,
     Aside,
     Ask,
     Chunk,
     Confirm,
+    Event,
     Fault,
     Instruct,
+    Log,
     Reply,
     ReplyError,
     Request,
     Rest,
     Samples,
+    World,
 )
+from palpate.protocols.plan import Plan
 from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
 from palpate.protocols.trial import Trial
 

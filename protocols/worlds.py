@@ -6,18 +6,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from palpate.protocols.canonical import difference
-from palpate.protocols.events import NS, Event, Log, World
-from palpate.protocols.requests import (
+from palpate.protocols.events import (
+    NS,
     Aside,
     Ask,
     Chunk,
     Confirm,
+    Event,
     Fault,
+    Log,
     Present,
     Reply,
     Request,
     Rest,
     Sense,
+    World,
     WorldEvent,
 )
 from palpate.protocols.simulated_participants import SimulatedParticipant

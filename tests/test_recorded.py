@@ -10,7 +10,7 @@ from sqlalchemy import text
 from palpate.analysis import rm_anova
 from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.protocols.requests import Ask
+from palpate.protocols.events import Ask
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.tasks import Task
 from palpate.studies.collecting.collect import collect, open_database

@@ -24,8 +24,9 @@ from palpate.analysis.regenerating.outputs import STATISTICS, file_texts
 from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.command_line import _status
 from palpate.devices.rig.file import read_rig
+from palpate.protocols.events import event_hash
 from palpate.studies.catalogue import SHIPPED
-from palpate.studies.sessions.ledger_schema import SEED, event_hash
+from palpate.studies.sessions.ledger_schema import SEED
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.sessions.session import resume

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.protocols.requests import Ask
+from palpate.protocols.events import Ask
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay

@@ -30,7 +30,7 @@ from palpate.devices.rig import file as rig_file
 from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
-from palpate.protocols import event_shapes, requests
+from palpate.protocols import event_shapes, events
 from palpate.protocols.needs import NEEDS, Need, needs_with
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
@@ -177,7 +177,7 @@ def of_events(copies: Path) -> Words:
         words[kind] |= {*needed, *others}
     for do, needed in event_shapes._REQUESTS.items():
         words[f"request {do}"] |= set(needed)
-    for request in (requests.Confirm("setup 1", "text"), requests.Rest(1, 2), requests.Instruct("instructions")):
+    for request in (events.Confirm("setup 1", "text"), events.Rest(1, 2), events.Instruct("instructions")):
         words[f"request {request.body()['do']}"] |= set(request.body())
     for place, found in of_ledgers(copies)["keys"].items():
         words[place] |= found

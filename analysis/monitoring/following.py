@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from palpate.protocols.event_shapes import EventShapes
+from palpate.protocols.events import event_hash
 from palpate.protocols.session_state import SessionState
-from palpate.studies.sessions.ledger_schema import connect_to_read, event_hash
+from palpate.studies.sessions.ledger_schema import connect_to_read
 from palpate.studies.sessions.ledger_state import FileState, file_state
 from palpate.studies.sessions.record import Sitting, demand_shape, linked_events, read, stored_sittings
 

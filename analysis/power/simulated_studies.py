@@ -9,9 +9,8 @@ from pathlib import Path
 from palpate.analysis.ratings.reading import Material, Rating, Rows, assembled, material_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow
 from palpate.protocols.canonical import digest
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, Present, Reply, Request
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import Present, Reply, Request
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.study import Study

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.protocols.clocks import Clock, ClockError, fit_clock, nominal_clock
-from palpate.protocols.events import ANSWERED, CAPTURED, NS, Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import ANSWERED, CAPTURED, NS, Event, Samples
 from palpate.protocols.session_state import Attempt
 from palpate.signals.aligning.stamps import Stamps, stamps_of
 from palpate.signals.arrays import Array

@@ -22,9 +22,8 @@ from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import Block, NowNs, Records
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
-from palpate.protocols.events import NS, Event
+from palpate.protocols.events import NS, Aside, Chunk, Event, Present, Reply, Samples, Sense, WorldEvent
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import Aside, Chunk, Present, Reply, Samples, Sense, WorldEvent
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.headless import Windowless

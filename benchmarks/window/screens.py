@@ -18,8 +18,8 @@ from benchmarks.window.stagehand import Stage, stage_on
 from palpate.devices.window.calibration import NOMINAL_MM, Calibration
 from palpate.devices.window.geometry import Placed
 from palpate.protocols.bench import Case
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 from palpate.protocols.study import Order, Scale, Stimulus, Study
 
 MONITORS = ((1280, 720, 3.6), (1920, 1080, 3.6), (2560, 1440, 4.3), (3840, 2160, 7.0))

@@ -16,9 +16,8 @@ from benchmarks.window.stage import RemoteDesk
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.presenter import Presenter
 from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, Present, Reply, Request, Sense, WorldEvent
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Present, Reply, Request, Sense, WorldEvent
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.row_assignment import allocate
 from palpate.studies.sessions.rig import Rig, RigPlan

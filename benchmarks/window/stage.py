@@ -18,8 +18,8 @@ from palpate.devices.desk import Prompt
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.presenter import Presenter
 from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
+from palpate.protocols.events import Aside
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside
 from palpate.protocols.study import Study
 
 LOOKS_AFTER = 2

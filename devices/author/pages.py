@@ -17,7 +17,7 @@ from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitt
 from palpate.devices.window.screens.reading import paged
 from palpate.devices.window.screens.targets import Button
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
-from palpate.protocols.requests import Reply
+from palpate.protocols.events import Reply
 
 NAME = "name"
 ROWS = 8

@@ -16,7 +16,7 @@ from palpate.devices.door.link.limits import ProfileRefused
 from palpate.devices.door.link.showing import Changes
 from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.link.telemetry import CHANNELS
-from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
+from palpate.protocols.events import Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
 

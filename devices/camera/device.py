@@ -13,8 +13,7 @@ from palpate.devices.acts import Act, Mending, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Reply, Sense, WorldEvent
+from palpate.protocols.events import NS, Aside, Reply, Sense, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.camera.sources import Arrived, Folder, PicturesOf, Simulated

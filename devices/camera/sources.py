@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.devices.device import DeviceError, DeviceFault
-from palpate.protocols.requests import Sense
+from palpate.protocols.events import Sense
 
 LOOK_S = 0.2
 """How often the folder is looked at."""

@@ -14,7 +14,7 @@ from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
-from palpate.protocols.requests import Aside, Present, Reply, WorldEvent
+from palpate.protocols.events import Aside, Present, Reply, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.sound.noise import Player

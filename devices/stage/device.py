@@ -15,7 +15,7 @@ from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Sign
 from palpate.devices.kinds import Date, DeviceKind, Strict
 from palpate.devices.samples import HandMounted
 from palpate.devices.stage.scanner import codes_of, plain, refusal
-from palpate.protocols.requests import Aside, Present, Reply, WorldEvent
+from palpate.protocols.events import Aside, Present, Reply, WorldEvent
 from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from palpate.devices.acts import Mending
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceFault, NowNs, Sensor
 from palpate.devices.streams.recording import Recording
-from palpate.protocols.requests import Chunk, Samples, WorldEvent
+from palpate.protocols.events import Chunk, Samples, WorldEvent
 
 WAITING = "changing_sample"
 

@@ -13,8 +13,7 @@ from palpate.devices.scene import Scene
 from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from palpate.devices.streams.stream import Stream
 from palpate.devices.suspend import suspended_ns
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Fault, Reply, Sense, WorldEvent
+from palpate.protocols.events import NS, Aside, Fault, Reply, Sense, WorldEvent
 
 RECORDING, WAITING = "recording", "changing_sample"
 BROKEN_OFF = "a pause broke the recording off"

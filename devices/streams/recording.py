@@ -13,8 +13,7 @@ from palpate.devices.device import DeviceError, DeviceFault, NowNs, Sensor, Sign
 from palpate.devices.streams.reader import BLOCK_BYTES, Reader, Ring
 from palpate.devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
 from palpate.devices.suspend import SuspendWatch, suspended_ns
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Chunk, Samples
+from palpate.protocols.events import NS, Chunk, Samples
 
 CHUNK_S = 0.5
 ROOM_S = 30.0

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from palpate.devices.device import Block, DeviceFault, Signal
 from palpate.devices.streams.drift import ClockFit
 from palpate.devices.streams.reader import NO_ROOM, Ring
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import NS, Samples
 
 PIECE_BYTES = 256 * 1024
 """Samples are put together so much at a time: a longer copy would hold the interpreter, and with it the readers."""

@@ -8,9 +8,9 @@ from typing import cast
 from palpate.devices.window.screen import Page, Screen
 from palpate.devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
 from palpate.devices.window.screens.reading import InstructionScreen
+from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.forms import FORMS, Form, Sliders
 from palpate.protocols.registry import load_object, place_in
-from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
 

@@ -81,7 +81,7 @@ def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines
     from palpate.devices.window.loop import Scene
     from palpate.devices.window.screen import Page
     from palpate.devices.window.texts import load_texts
-    from palpate.protocols.requests import Confirm
+    from palpate.protocols.events import Confirm
 
     page = Page(calibration.metrics, load_texts(language), find_fonts(language))
     scene = Scene(screen_for(Confirm("calibration"), page, 0), shell, Image.new("RGB", calibration.size_px, "white"))

@@ -13,9 +13,9 @@ from palpate.devices.window.inputs import Typed
 from palpate.devices.window.screen import Page, Screen
 from palpate.devices.window.screens.specimens import TRIALS, Specimen, Wording, specimens, wording
 from palpate.devices.window.texts import load_texts
+from palpate.protocols.events import Ask
 from palpate.protocols.files import open_bytes, staged_files
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 
 if TYPE_CHECKING:
     from PIL import Image

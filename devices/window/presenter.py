@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from palpate.devices.desk import Desk
-from palpate.protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
+from palpate.protocols.events import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
 
 Shown = Ask | Instruct | Rest | Confirm | Present
 PAUSE, END = "pause", "end"

@@ -14,9 +14,8 @@ from palpate.devices.window.loop import Scene, Stage
 from palpate.devices.window.presenter import END, PAUSE, Presenter, Shown
 from palpate.devices.window.presenter_page import describe, prepare
 from palpate.devices.window.shell import open_shell
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Aside, Ask, Confirm, Instruct, Present, Reply
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
 from palpate.protocols.study import Study
 
 PARTICIPANT = "participant"

@@ -11,7 +11,7 @@ from palpate.devices.window.geometry import Box, Metrics, Placed
 from palpate.devices.window.inputs import Input
 from palpate.devices.window.paint import Shapes
 from palpate.devices.window.texts import Texts
-from palpate.protocols.requests import Reply
+from palpate.protocols.events import Reply
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -32,7 +32,7 @@ from palpate.modeling.textures.preparing import UP, Filtering, Touched, filtered
 from palpate.modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ
 from palpate.modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
 from palpate.modeling.textures.recording import TextureDataError, TooShort
-from palpate.studies.sessions.ledger_schema import event_hash
+from palpate.protocols.events import event_hash
 
 APART = 0.05
 """The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from palpate.protocols.events import Ask, Present, Reply, Rest
 from palpate.protocols.plan import Plan
 from palpate.protocols.registry import Registry
-from palpate.protocols.requests import Ask, Present, Reply, Rest
 from palpate.protocols.study import Stimulus
 
 Feels = Callable[[Stimulus], Mapping[str, float]]

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
+from palpate.protocols.events import Ask, Present, Reply, Rest
 from palpate.protocols.forms import FORMS, Sliders
 from palpate.protocols.keyed import Key, normal, uniform
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Ask, Present, Reply, Rest
 from palpate.protocols.simulated_participants import Feels, ParticipantKind
 from palpate.protocols.study import Attribute, Scale, Simulation, Stimulus
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from palpate.protocols.complaints import Problem
-from palpate.protocols.requests import Present, Sense
+from palpate.protocols.events import Present, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Captured, Steps, Task, TaskError
 from palpate.protocols.trial import Trial

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 from palpate.protocols.complaints import Problem
+from palpate.protocols.events import Ask, Present
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask, Present
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import Steps, Task, feel_and_answer, form_of, outcome_of
 from palpate.protocols.trial import ParticipantRow, Trial

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from palpate.protocols.complaints import Problem
+from palpate.protocols.events import Ask, Present, Reply, Request
 from palpate.protocols.forms import AnchorForm, Form
-from palpate.protocols.requests import Ask, Present, Reply, Request
 from palpate.protocols.study import Stimulus, Strict, Study
 from palpate.protocols.trial import ParticipantRow, Trial
 

@@ -12,9 +12,8 @@ from typing import Any, TextIO
 from palpate.devices.desk import Prompt
 from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import Event
+from palpate.protocols.events import Aside, Event
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside
 from palpate.protocols.session_state import SessionState
 from palpate.studies.console.display import Display, Plain, View
 from palpate.studies.console.listening import Heard, Silence, Source, listen

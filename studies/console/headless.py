@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.desk import Desk, confirmed
-from palpate.protocols.requests import Aside, Confirm, Reply
+from palpate.protocols.events import Aside, Confirm, Reply
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.studies.sessions.rig import RigError

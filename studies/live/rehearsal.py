@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.desk import Desk
-from palpate.protocols.events import World
+from palpate.protocols.events import Aside, Present, Reply, Request, Sense, World, WorldEvent
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside, Present, Reply, Request, Sense, WorldEvent
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.console.headless import asks_anything
 from palpate.studies.live.opening import (

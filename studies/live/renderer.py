@@ -21,11 +21,10 @@ from palpate.devices.render.sinks import MOST_AHEAD, on_coil
 from palpate.devices.render.window.photo import photo_file, read_photo
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.window.geometry import WindowError
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Ask, Fault, Present, Reply, WorldEvent
 from palpate.protocols.files import file_sha256
 from palpate.protocols.keyed import keyed_bits
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Ask, Fault, Present, Reply, WorldEvent
 from palpate.protocols.trial import Trial
 from palpate.signals.models.errors import ModelFileError
 from palpate.signals.models.file import read_card

@@ -14,9 +14,9 @@ from palpate.devices.kinds import KINDS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
 from palpate.devices.streams.capture import Capture
+from palpate.protocols.events import Present, Sense
 from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Present, Sense
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
 from palpate.studies.stimuli.profiles import Profiles

@@ -14,7 +14,7 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply, Request, Sense, WorldEvent
+from palpate.protocols.events import Aside, Ask, Fault, Present, Reply, Request, Sense, WorldEvent
 from palpate.protocols.study import Study
 from palpate.protocols.worlds import Done, Twin
 from palpate.studies.sessions.rig import RigError

@@ -15,7 +15,7 @@ from sqlalchemy import Connection, Engine, insert, text
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, event_hash
 from palpate.protocols.files import make_folder, sync_folder
 from palpate.studies.messages import database_reason
 from palpate.studies.sessions.ledger_schema import (
@@ -24,9 +24,7 @@ from palpate.studies.sessions.ledger_schema import (
     FORMAT,
     SEED,
     engine_to_write,
-    event_hash,
     events,
-    form_of,
     metadata,
     samples,
     sitting_hash,
@@ -200,7 +198,7 @@ def _insert_event(connection: Connection, event: Event, link: str) -> None:
     )
     for number, block in enumerate(event.samples):
         row = {"seq": event.seq, "block": number, "stream": block.stream}
-        connection.execute(insert(samples), {**row, "form": form_of(block).decode(), "data": block.data})
+        connection.execute(insert(samples), {**row, "form": block.form().decode(), "data": block.data})
 
 
 def _insert_sitting(

@@ -1,4 +1,4 @@
-"""The tables of a ledger file, and the hash chains that show tampering and truncation."""
+"""The tables of a ledger file, how it is opened, and the chain of hashes over its runs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from urllib.parse import quote
 
 from sqlalchemy import URL, Column, Engine, Integer, LargeBinary, MetaData, Table, Text, create_engine, event
 
-from palpate.protocols.canonical import canonical, encoded
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.canonical import canonical
 
 _DRIVER = "sqlite+pysqlite"
 FORMAT = 3
@@ -60,34 +58,6 @@ sittings = Table(
     Column("body", Text, nullable=False),
     Column("hash", Text, nullable=False),
 )
-
-
-def form_of(block: Samples) -> bytes:
-    """What a sample block's bytes mean, as canonical JSON; `first` and `clock` where they are not 0 and the host's."""
-    form = {
-        "channels": block.channels,
-        "units": block.units,
-        "rate_hz": float(block.rate_hz),
-        "t0_ns": block.t0_ns,
-        "dtype": "<f4",
-        "count": block.count,
-    }
-    if block.first:
-        form["first"] = block.first
-    if block.clock != "host":
-        form["clock"] = block.clock
-    return canonical(form)
-
-
-def event_hash(previous: str, happened: Event) -> str:
-    """Link of the event chain: over the hash before, every field of the event, and its samples."""
-    link = hashlib.sha256(previous.encode())
-    link.update(encoded([happened.seq, happened.t_ns, happened.kind, happened.trial, happened.attempt]))
-    link.update(b"\n" + happened.body)
-    for block in happened.samples:
-        link.update(canonical([block.stream, form_of(block).decode()]))
-        link.update(block.sha256())
-    return link.hexdigest()
 
 
 def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, body: str) -> str:

@@ -25,8 +25,7 @@ from palpate.protocols.event_shapes import (
     demand_samples,
     parse_canonical,
 )
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import Event, Samples, event_hash
 from palpate.protocols.session_state import Attempt, SessionState
 from palpate.protocols.wording import count, some
 from palpate.studies.sessions.ledger_schema import (
@@ -35,8 +34,6 @@ from palpate.studies.sessions.ledger_schema import (
     FORMAT,
     SEED,
     connect_to_read,
-    event_hash,
-    form_of,
     metadata,
     sitting_hash,
 )
@@ -274,7 +271,7 @@ def _samples(path: Path, seq: int, number: int, stream: str, text: str, data: by
             form.get("first", 0), form.get("clock", "host"),
         )  # fmt: skip
         demand_samples(block)
-        if form_of(block).decode() == text:
+        if block.form().decode() == text:
             return stored(block, path, seq, number)
     except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError):
         pass

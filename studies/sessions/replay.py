@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.protocols.canonical import difference
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, ReplyError
 from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from palpate.protocols.events import Event, World
+from palpate.protocols.events import Event, Reply, Request, Samples, World, WorldEvent
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Reply, Request, Samples, WorldEvent
 
 
 class RigError(ValueError):

@@ -11,10 +11,9 @@ from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.making import Doors
 from palpate.devices.door.plant.parameters import DEFAULT
 from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Present, Samples
 from palpate.protocols.forms import Sliders
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Present, Samples
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.worlds import Done
 from palpate.signals.doors.grid import POINTS_PER_DEG

@@ -9,7 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.protocols.requests import Aside, Reply, Request, Sense
+from palpate.protocols.events import Aside, Reply, Request, Sense
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done
 from palpate.studies.console.headless import Windowless

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, Request, Sense
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Request, Sense
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.trial import Trial
 from palpate.protocols.worlds import Done, Simulated, VirtualClock

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from palpate.devices.door.twin import open_door
+from palpate.protocols.events import Present, Reply, Request, Samples, Sense
 from palpate.protocols.keyed import normal
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import Trial

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 from palpate.devices.device import Block, DeviceFault, Sensor, Signal
 from palpate.devices.kinds import KINDS
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Samples
 from palpate.protocols.keyed import keyed_bits
 from palpate.protocols.needs import NEEDS
-from palpate.protocols.requests import Samples
 from palpate.studies.sessions.rig import RigError
 
 if TYPE_CHECKING:

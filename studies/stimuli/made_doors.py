@@ -11,9 +11,8 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, interleaved
 from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
 from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Aside, Chunk, Fault, Present, Reply, Samples, WorldEvent
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply, Samples, WorldEvent
 from palpate.protocols.trial import Trial
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.studies.sessions.rig import RigError

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from palpate.protocols.events import Request, Sense
 from palpate.protocols.keyed import Key, keyed_bits
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Request, Sense
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.rig import RigError

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from palpate.analysis.commands import analyse
 from palpate.analysis.importing.dialects import TableRefused
-from palpate.protocols.requests import Ask, Reply
+from palpate.protocols.events import Ask, Reply
 from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated

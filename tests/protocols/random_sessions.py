@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from palpate.protocols.requests import Aside, Ask, Chunk, Fault, Present, Reply, Samples, Sense
+from palpate.protocols.events import Aside, Ask, Chunk, Fault, Present, Reply, Samples, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import Recorded

@@ -4,10 +4,10 @@ from statistics import pstdev
 
 import pytest
 
+from palpate.protocols.events import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.forms import AnchorForm
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.requests import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.protocols.requests import Aside, Ask, Present, ReplyError
+from palpate.protocols.events import Aside, Ask, Present, ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.studies_for_tests import toy_plan

@@ -2,11 +2,11 @@
 
 import pytest
 
+from palpate.protocols.events import Ask, Reply, ReplyError, Samples
 from palpate.protocols.forms import Demographics, LabForms, Question
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import PlanError, compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.requests import Ask, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study

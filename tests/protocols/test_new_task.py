@@ -12,7 +12,7 @@ TASK = '''
 from dataclasses import dataclass
 
 from palpate.protocols.forms import FormKind
-from palpate.protocols.requests import Reply
+from palpate.protocols.events import Reply
 from palpate.protocols.tasks.steps import Task, feel_and_answer
 
 
@@ -40,7 +40,7 @@ TASK_OF_SETS = '''
 from dataclasses import dataclass
 
 from palpate.protocols.forms import FormKind, OwnColumn, OwnTable
-from palpate.protocols.requests import Ask, Present, Reply
+from palpate.protocols.events import Ask, Present, Reply
 from palpate.protocols.study import Strict
 from palpate.protocols.tasks.steps import Task, form_of, outcome_of
 
@@ -99,7 +99,7 @@ changed, screens = sys.argv[1:]
 palpate.__path__.insert(0, changed)
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
-from palpate.protocols.requests import Ask, Reply
+from palpate.protocols.events import Ask, Reply
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow

@@ -2,8 +2,7 @@
 
 import pytest
 
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Ask, Chunk, Fault, Present, Reply, ReplyError, Samples
+from palpate.protocols.events import Ask, Chunk, Event, Fault, Present, Reply, ReplyError, Samples
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import EndOfRecord, Recorded

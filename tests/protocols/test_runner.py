@@ -1,6 +1,6 @@
 import pytest
 
-from palpate.protocols.requests import Ask, Present, Reply, ReplyError, Samples, Sense
+from palpate.protocols.events import Ask, Present, Reply, ReplyError, Samples, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study

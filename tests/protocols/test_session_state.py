@@ -6,8 +6,7 @@ import pytest
 
 from palpate.protocols.canonical import canonical
 from palpate.protocols.event_shapes import EventShapes
-from palpate.protocols.events import NS, Event
-from palpate.protocols.requests import Aside, Ask, Fault, Reply, Sense
+from palpate.protocols.events import NS, Aside, Ask, Event, Fault, Reply, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
 from palpate.protocols.worlds import BROKEN_OFF, Recorded

@@ -5,8 +5,8 @@ import statistics
 import pytest
 
 from palpate.protocols.balance import certificates
+from palpate.protocols.events import Ask
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask
 from palpate.protocols.sample import describe_sample, sample_of
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow

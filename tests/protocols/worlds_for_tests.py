@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Ask, Reply, Request
+from palpate.protocols.events import Ask, Event, Reply, Request
 
 
 @dataclass

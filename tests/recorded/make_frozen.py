@@ -20,9 +20,8 @@ from palpate.devices.models.answers import profile_of, wish_of
 from palpate.modeling.attributes.model_file import read_model as read_attributes
 from palpate.modeling.attributes.registry import METHODS
 from palpate.modeling.attributes.training import train_attributes
-from palpate.protocols.events import Event, World
+from palpate.protocols.events import Event, Reply, Request, World
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Reply, Request
 from palpate.signals.models.file import read_model
 from palpate.signals.textures.voice import play
 from palpate.studies.catalogue import SHIPPED, read_study

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from palpate.protocols.events import Aside, Ask, Reply, Request
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside, Ask, Reply, Request
 from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import resume, start
 from palpate.studies.simulation.rig import simulated

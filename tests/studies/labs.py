@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from palpate.protocols.events import Reply, Request
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Reply, Request
 from palpate.studies.sessions import session
 from palpate.studies.sessions.interrupts import Interrupted
 from palpate.studies.sessions.ledger import open_for_append

@@ -6,7 +6,7 @@ from palpate.devices.window.build import screen_for
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import problems
 from palpate.devices.window.presenter_page import prepare
-from palpate.protocols.requests import Ask, Instruct
+from palpate.protocols.events import Ask, Instruct
 from tests.studies.shipped import TEN, found_study, plan_for
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")

@@ -16,7 +16,7 @@ from palpate.devices.door.link.limits import ProfileRefused
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile
 from palpate.devices.door.link.telemetry import Opening, trouble
-from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
+from palpate.protocols.events import Aside, Chunk, Fault, Present, Reply
 
 PAGE = "feel_now"
 WAITING = "changing_sample"

@@ -27,7 +27,7 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile, SetRate
 from palpate.devices.door.link.showing import Changes, Recorded, Showing
 from palpate.devices.door.link.telemetry import CHANNELS, UNITS, TelemetryBlocks, trouble
-from palpate.protocols.requests import Fault, Present, Reply, WorldEvent
+from palpate.protocols.events import Fault, Present, Reply, WorldEvent
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:

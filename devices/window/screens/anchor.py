@@ -12,8 +12,8 @@ from palpate.devices.window.screens.base import Base
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
 from palpate.devices.window.screens.reading import paged
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import AnchorForm
-from palpate.protocols.requests import Ask
 
 
 class AnchorScreen(Base):

@@ -8,8 +8,8 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import back_and_next
 from palpate.devices.window.screens.frame import Choice, Frame
 from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 
 TRY = "try"
 TRY_KEYS = {"t", "ㅅ"}

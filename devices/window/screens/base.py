@@ -16,7 +16,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
 from palpate.devices.window.screens.targets import Button, Target
-from palpate.protocols.requests import Reply, Samples
+from palpate.protocols.events import Reply, Samples
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -21,8 +21,8 @@ from palpate.devices.window.screens.frame import STEPS, fitted
 from palpate.devices.window.screens.sliders import trial_frame
 from palpate.devices.window.screens.targets import Dot
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Demographics, Eligibility, Question
-from palpate.protocols.requests import Ask
 
 STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
 WIDEST = 300.0

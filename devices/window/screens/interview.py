@@ -13,8 +13,8 @@ from palpate.devices.window.screens.base import Base, back_and_next
 from palpate.devices.window.screens.elements import Element, Label
 from palpate.devices.window.screens.frame import STEPS, Frame, fitted
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Interview
-from palpate.protocols.requests import Ask
 
 FIELD = "answer"
 WIDEST = 220.0

@@ -14,8 +14,8 @@ from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.sliders import trial_frame
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Lexicon
-from palpate.protocols.requests import Ask
 
 FIELD = "words"
 WIDEST = 150.0

@@ -17,8 +17,8 @@ from palpate.devices.window.screens.elements import Card, Element, Label, roundi
 from palpate.devices.window.screens.frame import STEPS, fitted
 from palpate.devices.window.screens.sliders import trial_frame
 from palpate.devices.window.screens.targets import Points
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Likert
-from palpate.protocols.requests import Ask
 from palpate.protocols.study import Questionnaire
 
 WIDEST = 290.0

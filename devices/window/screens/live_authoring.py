@@ -19,8 +19,8 @@ from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitt
 from palpate.devices.window.screens.profile import Curve, Ground
 from palpate.devices.window.screens.rows import rows
 from palpate.devices.window.screens.sliders import trial_frame
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 
 BESIDE = (0.36, 0.3, 0.26)
 """Shares of the width that the plot may take beside the lines; the first that leaves them on one sheet."""

@@ -12,7 +12,7 @@ from palpate.devices.window.screens.base import Base
 from palpate.devices.window.screens.elements import Card, Element, Label, Progress, Ruler, rounding
 from palpate.devices.window.screens.frame import Choice, Frame, fitted
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.requests import Rest
+from palpate.protocols.events import Rest
 
 TITLE_STEPS = (10.0, 9.0, 8.0, 7.0, 6.0, 5.0)
 TEXT_STEPS = (6.6, 6.0, 5.4, 5.0, 4.6, 4.2)

@@ -18,7 +18,7 @@ from palpate.devices.window.screens.frame import STEPS, fitted
 from palpate.devices.window.screens.sliders import trial_frame
 from palpate.devices.window.screens.specimens import Specimen, Wording
 from palpate.devices.window.screens.targets import Button, Target
-from palpate.protocols.requests import Ask
+from palpate.protocols.events import Ask
 from palpate.protocols.study import Attribute, Stimulus
 from palpate.protocols.tasks.ranking import Ranking
 from palpate.protocols.trial import Trial

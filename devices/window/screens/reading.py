@@ -16,8 +16,8 @@ from palpate.devices.window.screens.elements import Element, Label
 from palpate.devices.window.screens.frame import Choice, Frame, fitted
 from palpate.devices.window.screens.targets import Button
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.events import Ask, Instruct
 from palpate.protocols.forms import Consent
-from palpate.protocols.requests import Ask, Instruct
 
 WIDEST = 205.0
 """Longest line, in the design's millimetres: some 75 letters, beyond which the eye loses the next line."""

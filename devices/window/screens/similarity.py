@@ -15,8 +15,8 @@ from palpate.devices.window.screens.frame import STEPS, Frame, fitted
 from palpate.devices.window.screens.rows import Row, rows
 from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
 from palpate.devices.window.screens.targets import Button
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 
 TALL, WIDE = 20.0, 84.0
 SIDE = "side "

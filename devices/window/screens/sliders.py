@@ -17,8 +17,8 @@ from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element
 from palpate.devices.window.screens.frame import Choice, Frame
 from palpate.devices.window.screens.rows import Row, rows
+from palpate.protocols.events import Ask, Samples
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask, Samples
 
 FINE = 100
 """Steps from end to end by keyboard where the scale has none."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.forms import (
     AnchorForm,
     Consent,
@@ -22,7 +23,6 @@ from palpate.protocols.forms import (
 )
 from palpate.protocols.known_tasks import FORM_PLACES
 from palpate.protocols.registry import load_object, place_in
-from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 from palpate.protocols.trial import Trial
 from palpate.protocols.yaml_text import load

@@ -18,8 +18,8 @@ from palpate.devices.window.screens.frame import HINT_STEPS, STEPS, fitted
 from palpate.devices.window.screens.sliders import trial_frame
 from palpate.devices.window.screens.targets import Tick
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Words
-from palpate.protocols.requests import Ask
 
 FURTHER = "further"
 SEPARATORS = ",;，、"

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from palpate.protocols.events import Aside, Ask, Reply, Request
 from palpate.protocols.plan import Plan
-from palpate.protocols.requests import Aside, Ask, Reply, Request
 from palpate.studies.sessions import session
 from palpate.studies.sessions.interrupts import Interrupted
 from palpate.studies.sessions.rig import Rig, RigPlan

@@ -13,9 +13,8 @@ import pytest
 from palpate.analysis.monitoring import finished, following, watching
 from palpate.analysis.monitoring.watching import MonitorError, People, Watch
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import Event
+from palpate.protocols.events import Event, Fault, Present
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Fault, Present
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.sessions import session

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import NS, Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import NS, Event, Samples
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 

@@ -14,7 +14,7 @@ from palpate.devices.camera import look as keeping
 from palpate.devices.camera.device import Settings, make
 from palpate.devices.camera.look import Incomplete, Limits, look
 from palpate.devices.device import DeviceError
-from palpate.protocols.requests import Aside, Fault, Reply, Sense
+from palpate.protocols.events import Aside, Fault, Reply, Sense
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 SIDE = 200

@@ -12,8 +12,7 @@ from pydantic import ValidationError
 from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.instruments.thermometer import KIND, Settings, Thermometer, connect_serial, make
 from palpate.devices.streams.beside import BesideRecorder
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
+from palpate.protocols.events import NS, Aside, Chunk, Fault, Present, Reply
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
 from palpate.studies.live.world import clock_from

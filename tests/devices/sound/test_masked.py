@@ -8,7 +8,7 @@ from palpate.devices.device import DeviceFault
 from palpate.devices.samples import HandMounted
 from palpate.devices.sound.device import Masked, MaskingNoise, Settings
 from palpate.devices.sound.output import Tape
-from palpate.protocols.requests import Aside, Fault, Present, Reply
+from palpate.protocols.events import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 RATE = 8000

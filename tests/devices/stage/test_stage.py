@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from palpate.devices.device import DeviceError
 from palpate.devices.stage.device import Settings, Stage, make
 from palpate.devices.stage.scanner import Lines, Scanner, known_codes
-from palpate.protocols.requests import Aside, Fault, Present, Reply
+from palpate.protocols.events import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 STIMULI = [trial_of("T07").stimulus, trial_of("T12").stimulus]

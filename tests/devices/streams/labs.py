@@ -11,8 +11,7 @@ import numpy as np
 
 from palpate.devices.device import Block, Health, Signal, interleaved
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Sense
+from palpate.protocols.events import NS, Aside, Sense
 from palpate.protocols.study import Stimulus
 from palpate.protocols.trial import Trial
 

@@ -6,7 +6,7 @@ import pytest
 from palpate.devices.device import Block, DeviceError, DeviceFault
 from palpate.devices.streams.capture import Capture
 from palpate.protocols.canonical import canonical
-from palpate.protocols.requests import Aside, Chunk, Fault, Reply
+from palpate.protocols.events import Aside, Chunk, Fault, Reply
 from tests.devices.streams.labs import XYZ, Desk, Fed, Time, Window, block, fed_until, sense, values
 
 STREAM = "tool_acceleration"

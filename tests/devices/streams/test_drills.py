@@ -13,9 +13,8 @@ import pytest
 from palpate.devices.device import Block, DeviceFault
 from palpate.devices.streams.capture import Capture
 from palpate.devices.streams.reader import NO_ROOM
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Chunk, Reply
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Chunk, Reply
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.live.world import LiveWorld, Station

@@ -6,8 +6,8 @@ import pytest
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released
 from palpate.devices.window.presenter_window import END_AT_DESK_S, END_S, WindowPresenter
+from palpate.protocols.events import Aside, Ask, Confirm, Present, Reply, Rest
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Aside, Ask, Confirm, Present, Reply, Rest
 from palpate.protocols.study import Attribute, Scale, Stimulus
 from palpate.protocols.trial import Trial
 from tests.devices.window.shells_for_tests import FRAME_S, SIZE, FakeDesk, FakeShell, page

@@ -7,8 +7,8 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.presenter_page import describe, prepare
 from palpate.devices.window.screens.targets import Track
+from palpate.protocols.events import Ask
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask
 from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 

@@ -5,8 +5,8 @@ import sys
 import pytest
 
 from palpate.protocols import simulated_participants
+from palpate.protocols.events import Present, Reply
 from palpate.protocols.registry import Registry
-from palpate.protocols.requests import Present, Reply
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants import KINDS, SHIPPED_KIND, simulated_participant
 from palpate.protocols.simulated_participants.perceiver import Perceiver
@@ -19,7 +19,7 @@ CONSTANT = '''
 
 from dataclasses import dataclass
 
-from palpate.protocols.requests import Reply
+from palpate.protocols.events import Reply
 from palpate.protocols.simulated_participants import ParticipantKind
 
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.protocols.events import Ask
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask
 from palpate.protocols.simulated_participants.perceiver import Perceiver, z_scores
 from palpate.protocols.study import Scale
 from palpate.protocols.trial import ParticipantRow

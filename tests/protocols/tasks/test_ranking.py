@@ -4,9 +4,9 @@ import re
 
 import pytest
 
+from palpate.protocols.events import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.requests import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS, TaskError

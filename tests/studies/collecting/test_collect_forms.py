@@ -5,7 +5,7 @@ from sqlalchemy import text
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.reading import read_ratings
-from palpate.protocols.requests import Aside, Ask, Confirm, Reply
+from palpate.protocols.events import Aside, Ask, Confirm, Reply
 from palpate.studies.collecting.collect import collect, open_database
 from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import start

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from palpate.devices.desk import Prompt
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import NS, Event
-from palpate.protocols.requests import Aside
+from palpate.protocols.events import NS, Aside, Event
 from palpate.protocols.study import Console
 from palpate.studies.console.desk import ExperimenterDesk
 from palpate.studies.console.orders import IDLE, LONGEST_NOTE, Entry, Order, OrderError, order_of, press

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from palpate.devices.desk import Prompt
-from palpate.protocols.requests import Aside
+from palpate.protocols.events import Aside
 from palpate.studies.console.desk import open_desk
 from palpate.studies.console.display import Plain, View
 from palpate.studies.console.listening import Keys, Lines, Listener, Silence, listen

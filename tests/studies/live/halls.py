@@ -13,9 +13,8 @@ from typing import Any
 
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.events import NS
+from palpate.protocols.events import NS, Ask, Confirm, Reply
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.requests import Ask, Confirm, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from palpate.protocols.events import Ask, Present, Reply
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask, Present, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow

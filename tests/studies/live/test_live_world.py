@@ -5,8 +5,8 @@ import itertools
 import pytest
 
 from palpate.devices.samples import HandMounted
+from palpate.protocols.events import Aside, Present, Reply
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Aside, Present, Reply
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from palpate.devices.samples import HandMounted
 from palpate.devices.window.calibration import Calibration, write_calibration
 from palpate.devices.window.geometry import WindowError
+from palpate.protocols.events import Ask, Reply, Sense
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask, Reply, Sense
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done

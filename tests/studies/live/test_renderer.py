@@ -7,8 +7,8 @@ import pytest
 from palpate.devices.device import DeviceError
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import open_rig
+from palpate.protocols.events import Aside, Ask, Fault, Present, Reply
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
 from palpate.signals.textures.sounds import RenderError
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.hardware import Hardware

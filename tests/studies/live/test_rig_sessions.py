@@ -19,8 +19,8 @@ from palpate.devices.door.link import device
 from palpate.devices.door.link.connections import by_twin
 from palpate.devices.rig.file import rig_path
 from palpate.devices.rig.opened import OpenRig
+from palpate.protocols.events import Ask
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study

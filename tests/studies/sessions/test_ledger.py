@@ -9,8 +9,7 @@ import pytest
 from sqlalchemy.exc import OperationalError
 
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import Event, Samples
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.ledger_schema import FORMAT
 from palpate.studies.sessions.record import LedgerError, read
@@ -170,7 +169,7 @@ def test_a_changed_file_is_refused_with_its_reason(tmp_path, statement, said):
 
 def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
     """Whoever rewrites the last event and its hash still has to explain the closing sitting."""
-    from palpate.studies.sessions.ledger_schema import event_hash
+    from palpate.protocols.events import event_hash
 
     path = made(tmp_path)
     record = read(path)

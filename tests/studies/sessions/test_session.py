@@ -158,7 +158,7 @@ def test_an_interrupted_session_replays_to_where_it_ends(lab):
 
 
 def test_without_a_device_nothing_can_be_sensed(lab):
-    from palpate.protocols.requests import Sense
+    from palpate.protocols.events import Sense
 
     plan = lab.plan()
     with pytest.raises(RigError, match="no device of this study can do 'sense'"):

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from palpate.protocols.canonical import canonical
-from palpate.protocols.events import Event
-from palpate.protocols.requests import Samples
+from palpate.protocols.events import Event, Samples
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import SMALL_BYTES, SamplesGone, StoredSamples, read
 from palpate.studies.sessions.tables import tables

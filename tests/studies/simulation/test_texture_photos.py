@@ -5,8 +5,8 @@ import io
 import pytest
 from PIL import Image
 
+from palpate.protocols.events import Sense
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.console.headless import asks_anything

@@ -15,8 +15,8 @@ from palpate.devices.surfaces.table import read_surfaces
 from palpate.modeling.attributes.reading_touch import touches
 from palpate.modeling.doors.intervals import COVERAGE, needed
 from palpate.modeling.textures.reading_ledgers import read_lab
+from palpate.protocols.events import Sense
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.lab import demand_lab

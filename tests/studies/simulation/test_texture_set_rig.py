@@ -4,8 +4,8 @@ import os
 
 import pytest
 
+from palpate.protocols.events import Sense
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Sense
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.sessions.rig import RigError

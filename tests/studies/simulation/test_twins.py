@@ -9,7 +9,7 @@ import pytest
 
 from palpate.devices.door.making import Doors, maker_for
 from palpate.protocols.canonical import canonical, parse
-from palpate.protocols.requests import Aside, Present, Reply, Rest, Sense
+from palpate.protocols.events import Aside, Present, Reply, Rest, Sense
 from palpate.signals.doors.grid import DoorDataError
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.rig import simulated

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.devices.render.texture_models import SHIPPED
+from palpate.protocols.events import Present
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Present
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.played_textures import read_felt
 from palpate.studies.simulation.rig import simulated

@@ -10,8 +10,8 @@ import pytest
 from palpate.devices.door.making import Doors, maker_for
 from palpate.devices.rig.file import rig_path
 from palpate.devices.window.calibration import Calibration, write_calibration
+from palpate.protocols.events import Aside, Fault, Present, Reply
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Aside, Fault, Present, Reply
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import read_study
 from palpate.studies.live.opening import live_plan

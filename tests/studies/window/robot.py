@@ -23,7 +23,7 @@ from palpate.devices.window.calibration import read_calibration
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.presenter_page import prepare
 from palpate.devices.window.screens.base import DOUBLE_CLICK_S
-from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
+from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import EndOfRecord, Recorded
 from palpate.studies.sessions.record import LedgerError, read

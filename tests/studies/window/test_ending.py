@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from palpate.protocols.requests import Ask
+from palpate.protocols.events import Ask
 from palpate.studies.catalogue import SHIPPED
 from palpate.studies.participants.admission import admit
 from palpate.studies.participants.people import add, status_of

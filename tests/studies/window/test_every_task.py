@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.protocols.requests import Ask, Present, Sense
+from palpate.protocols.events import Ask, Present, Sense
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import Recorded
 from palpate.studies.catalogue import SHIPPED, read_study

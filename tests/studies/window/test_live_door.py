@@ -9,8 +9,7 @@ import pytest
 from palpate.analysis.streams.recorded_streams import attempts_of, streams_of
 from palpate.devices.door.live import RATE_HZ
 from palpate.devices.rig.file import rig_path
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Present
+from palpate.protocols.events import NS, Present
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session_files import ledger_path

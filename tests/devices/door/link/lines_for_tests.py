@@ -12,7 +12,7 @@ from palpate.devices.door.link.codes import State
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.link import Link, Timing
 from palpate.devices.door.link.simulator import Connection, DoorSimulator, Setup
-from palpate.protocols.requests import Chunk, Present, Samples
+from palpate.protocols.events import Chunk, Present, Samples
 from tests.devices.door.firmware.plants import TinyPlant, out_and_back
 
 FRAME_MS = 10

@@ -13,8 +13,7 @@ from palpate.devices.door.link.limits import Limits, change_for_door, profile_fo
 from palpate.devices.door.link.messages import Profile
 from palpate.devices.door.live import PERIOD_NS, LiveDoor
 from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS, STEP_RAD, Passage, Rendered
-from palpate.protocols.events import NS
-from palpate.protocols.requests import Aside, Fault, Reply
+from palpate.protocols.events import NS, Aside, Fault, Reply
 from tests.devices.door.firmware.plants import TinyPlant, out_and_back
 from tests.devices.door.link.lines_for_tests import Bench, Lab, request
 

@@ -8,8 +8,8 @@ from palpate.devices.device import DeviceError
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from palpate.protocols.requests import Aside, Chunk, Reply
-from palpate.protocols.requests import Fault as Failed
+from palpate.protocols.events import Aside, Chunk, Reply
+from palpate.protocols.events import Fault as Failed
 from palpate.studies.sessions.interrupts import Interrupted
 from tests.devices.door.firmware.plants import TinyPlant
 from tests.devices.door.link.lines_for_tests import Bench, Lab, playing, request, slow_lab

@@ -11,8 +11,8 @@ from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
 from palpate.devices.door.link.connections import Threads
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.link.link import Link
-from palpate.protocols.requests import Aside, Chunk, Reply
-from palpate.protocols.requests import Fault as Failed
+from palpate.protocols.events import Aside, Chunk, Reply
+from palpate.protocols.events import Fault as Failed
 from tests.devices.door.firmware.plants import TinyPlant, out_and_back
 from tests.devices.door.link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
 

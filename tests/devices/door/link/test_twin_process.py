@@ -18,7 +18,7 @@ from palpate.devices.door.link.connections import by_serial, by_twin
 from palpate.devices.door.link.device import Settings, make
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.twin_process import TwinProcess
-from palpate.protocols.requests import Chunk, Fault, Reply
+from palpate.protocols.events import Chunk, Fault, Reply
 from tests.devices.door.link.lines_for_tests import request
 from tests.devices.door.link.twin_processes import children
 

@@ -10,7 +10,7 @@ from benchmarks.window.stage import Setting
 from benchmarks.window.stagehand import Stage, stage_on
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Metrics, problems
-from palpate.protocols.requests import Aside
+from palpate.protocols.events import Aside
 from tests.devices.window.real.forms import KOREAN, STUDY
 
 SIZE = (1280, 720)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from palpate.protocols.events import Ask, Confirm, Instruct, Rest
 from palpate.protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
-from palpate.protocols.requests import Ask, Confirm, Instruct, Rest
 from palpate.protocols.study import Attribute, Item, Order, Questionnaire, Scale, Stimulus, Study
 from palpate.protocols.tasks.ranking import Ranking
 from palpate.protocols.trial import Trial

@@ -3,7 +3,7 @@ import random
 import pytest
 
 from benchmarks.window.screens import lost_answers
-from palpate.protocols.requests import Aside, Ask
+from palpate.protocols.events import Aside, Ask
 from tests.devices.window.real.forms import FORMS, KOREAN, SCALE, ask, trial_of
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

@@ -53,7 +53,7 @@ def test_what_is_answered_is_drawn(theatre):
 
 
 def test_a_filled_form_is_shown_for_a_moment(theatre):
-    from palpate.protocols.requests import Reply
+    from palpate.protocols.events import Reply
 
     theatre.put_on(ask("sliders"))
     empty, _, _ = theatre.picture()

@@ -10,7 +10,7 @@ from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from benchmarks.window.stagehand import StageError, stage_on
 from palpate.devices.desk import Prompt
-from palpate.protocols.requests import Aside, Confirm, Reply
+from palpate.protocols.events import Aside, Confirm, Reply
 from tests.devices.window.real.conftest import CALIBRATION, SETTING, theatre_of
 from tests.devices.window.real.forms import FORMS, ask
 

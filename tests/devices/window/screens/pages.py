@@ -8,8 +8,8 @@ from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from palpate.devices.window.texts import load_texts
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
-from palpate.protocols.requests import Ask
 from palpate.protocols.study import Attribute, Scale, Stimulus
 from palpate.protocols.trial import Trial
 

@@ -7,8 +7,8 @@ import pytest
 from palpate.devices.window.build import screen_for
 from palpate.devices.window.geometry import problems
 from palpate.devices.window.texts_study import check_study_texts, load_study_texts
+from palpate.protocols.events import Ask, Instruct
 from palpate.protocols.plan import compile_plan
-from palpate.protocols.requests import Ask, Instruct
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, names, read_study
 from tests.devices.window.screens.pages import SIZES, page

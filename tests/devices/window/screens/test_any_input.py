@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from palpate.devices.window.build import screen_for
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.screens.specimens import RATED, specimens
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import Likert, Sliders
-from palpate.protocols.requests import Ask
 from palpate.protocols.study import Attribute, Item, Questionnaire, Scale
 from tests.devices.window.screens.pages import ask, page
 from tests.examples import examples

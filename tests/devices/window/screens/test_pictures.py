@@ -6,8 +6,8 @@ from palpate.devices.window.build import SCREEN_PLACES
 from palpate.devices.window.pictures import pictures
 from palpate.devices.window.screens.specimens import FOLDER, specimens
 from palpate.devices.window.texts import SHIPPED, languages, read_words
+from palpate.protocols.events import Ask
 from palpate.protocols.forms import FORMS
-from palpate.protocols.requests import Ask
 
 DOCS = Path(__file__).parents[4] / "docs" / "pictures"
 WAITING = {"changing_sample", "feel_now", "recording"}

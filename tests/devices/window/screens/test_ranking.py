@@ -6,7 +6,7 @@ import pytest
 
 from palpate.devices.window.geometry import problems
 from palpate.devices.window.inputs import Moved, Pressed, Released
-from palpate.protocols.requests import Ask
+from palpate.protocols.events import Ask
 from palpate.protocols.study import Attribute, Stimulus
 from palpate.protocols.tasks.ranking import MOST, Ranking
 from palpate.protocols.trial import Trial

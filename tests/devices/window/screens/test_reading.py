@@ -3,8 +3,8 @@ import pytest
 from palpate.devices.window.build import page_for, screen_for
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.screens.reading import paragraphs
+from palpate.protocols.events import Confirm, Instruct, Rest
 from palpate.protocols.forms import Consent
-from palpate.protocols.requests import Confirm, Instruct, Rest
 from tests.devices.window.screens.pages import SMALL, Hand, page
 
 LONG = "\n\n".join(
