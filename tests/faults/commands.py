@@ -7,7 +7,7 @@ nothing.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import click
@@ -79,8 +79,10 @@ MODELS = {
 }
 """The same, after their trainings: what is finished is kept, so each goes on from there and writes."""
 DRIVEN = {**WRITES, **TEXTURES, **MODELS}
-SLOW = ("bench", "doors draw", *MODELS)
-"""Those that compute for seconds before they write."""
+SAME_WRITER = ("train textures", "train attributes", "evaluate doors", "evaluate attributes")
+"""They write with the functions of `train doors` and `evaluate textures`: driven only when the page is written."""
+SLOW = ("bench", "doors draw", *(name for name in MODELS if name not in SAME_WRITER))
+"""Those that compute for seconds before they write, and are tested."""
 LEFT_OUT = {
     "author": "a window that a person moves sliders in; its designs are written by the same writer: tests/protocols",
     "window calibrate": "a display, whose socket the faults break too; its file is written as that of rig calibrate",
@@ -153,11 +155,11 @@ def make_textures(folder: Path) -> None:
         (folder / name).write_text("what was here before\n")
 
 
-def make_models(folder: Path) -> None:
-    """Make a working directory: a lab of three simulated textures with every training finished, but no model."""
+def make_models(folder: Path, names: Sequence[str]) -> None:
+    """Make a working directory: a lab of three simulated textures with these trainings finished, but no model."""
     make_textures(folder)
-    for command in MODELS.values():
-        call(*command.split(), "--lab", str(folder / "lab"))
+    for name in names:
+        call(*MODELS[name].split(), "--lab", str(folder / "lab"))
     for path in (folder / "lab" / "models").glob("[!.]*.*"):
         path.unlink()
 

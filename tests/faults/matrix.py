@@ -33,6 +33,8 @@ from tests.faults.machine import FAULTS, FILLER, FULL, INTERRUPT, MEMORY, SIZE, 
 
 PAGE = ROOT / "docs" / "reference" / "faults.md"
 COLUMNS = (*FAULTS, SIZE, FULL, INTERRUPT)
+SAME_PATH = ("write error",)
+"""What only has another number than a full disk: driven when the page is written."""
 FEW = ("disk full", "read-only", INTERRUPT)
 """What the test of a command that computes long is content with: a write, an opening and an interrupt."""
 INSTANTS = 6
@@ -60,13 +62,13 @@ Tree = dict[str, bytes | None]
 HEAD = """\
 # What a command does when the machine fails
 
-Written by `python -m tests.faults.matrix`; a test runs it again, with half of the interrupts, and compares; commands
-that compute long are tested with three of the faults. Every command that writes is run in a lab with data, and the
-kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output error", every
-sync answers "input/output error", every opening to write and every renaming answers "read-only file system"; or no
-file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a file system in memory with nothing, and
-then with 16 KiB, left. An interrupt (Ctrl-C) comes before up to six of the changes that the command makes to files,
-spread over all of them, the last renaming included.
+Written by `python -m tests.faults.matrix`; a test runs most of it again, with a third of the interrupts, and compares;
+commands that compute long are tested with three of the faults. Every command that writes is run in a lab with data,
+and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output
+error", every sync answers "input/output error", every opening to write and every renaming answers "read-only file
+system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a file system in memory with
+nothing, and then with 16 KiB, left. An interrupt (Ctrl-C) comes before up to six of the changes that the command makes
+to files, spread over all of them, the last renaming included.
 
 - **message, 2**: one sentence on the standard error, exit code 2; every file is as it was, and none is left over.
 - **stopped, 130**: the word `stopped` or `interrupted`, exit code 130; every file is as it was, or all of them are new.
@@ -112,14 +114,14 @@ def _rows(path: Path) -> bytes:
 
 def outcomes(names: Sequence[str], faults: Sequence[str] = COLUMNS, instants: int = INSTANTS) -> Iterator[Outcome]:
     """Drive every command with every fault, each in a fresh copy of one working directory."""
-    for make in (make_lab, make_textures, make_models):
-        if driven := [name for name in names if _lab_of(name) is make]:
+    models = [name for name in names if name in MODELS]
+    textures = [name for name in names if name in TEXTURES]
+    others = [name for name in names if name not in MODELS and name not in TEXTURES]
+    make_these = partial(make_models, names=models)
+    for make, driven in ((make_lab, others), (make_textures, textures), (make_these, models)):
+        if driven:
             with TemporaryDirectory(dir=MEMORY if Path(MEMORY).is_dir() else None) as place:
                 yield from _outcomes_in(Path(place), make, driven, faults, instants)
-
-
-def _lab_of(name: str) -> Callable[[Path], None]:
-    return make_models if name in MODELS else make_textures if name in TEXTURES else make_lab
 
 
 def _outcomes_in(
