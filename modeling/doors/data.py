@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from palpate.signals.arrays import Array, Indices
 
+Label = TypeVar("Label", bound=Hashable)
 _NAMES = ("ids", "doors", "variants", "source", "groups")
 _ARRAYS = ("force_N", "rating", "sd", "raters")
 TOP = 100.0
@@ -21,7 +22,7 @@ two profiles of the door study that are not meant to be equal is 1.9 N."""
 
 
 class ModelDataError(ValueError):
-    """Data that no model can be trained or tested on: the message says where, what was found, what is expected."""
+    """The data cannot be used to train or test a model; the message says where and why."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class DoorData:
     raters: Indices
     simulated: bool
     made_from: tuple[str, ...] = ()
-    """What the data came from: files and their SHA-256, one line each."""
+    """The inputs of the data: files and their SHA-256, one line each."""
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -71,25 +72,25 @@ class DoorData:
 
 @dataclass(frozen=True)
 class Scaling:
-    """What 0 and 100 are: forces in newtons, ratings on the study's scale. One range for all stimuli and attributes."""
+    """The values that become 0 and 100: forces in newtons, ratings on the study's scale, one range for all stimuli."""
 
     force_N: tuple[float, float]
     rating: tuple[float, float]
 
     def force_up(self, force_N: Array) -> Array:
-        """Newtons to 0..100; beyond the range, beyond 0..100."""
+        """Return newtons as 0..100; forces beyond the range lie beyond 0..100."""
         return _up(force_N, self.force_N)
 
     def force_down(self, scaled: Array) -> Array:
-        """0..100 to newtons."""
+        """Return values on 0..100 as newtons."""
         return _down(scaled, self.force_N)
 
     def rating_up(self, rating: Array) -> Array:
-        """Return the study's scale to 0..100."""
+        """Return ratings on the study's scale as 0..100."""
         return _up(rating, self.rating)
 
     def rating_down(self, scaled: Array) -> Array:
-        """0..100 to the study's scale."""
+        """Return values on 0..100 as ratings on the study's scale."""
         return _down(scaled, self.rating)
 
 
@@ -114,9 +115,9 @@ def _down(values: Array, ends: tuple[float, float]) -> Array:
 
 
 def near_groups(force_N: Array, same_N: float = SAME_N) -> Indices:
-    """For each profile of (n, 621) the row of the first one that it is joined to, itself where it is alone.
+    """Return for each profile (n, 621) the first row of its group (n,).
 
-    Joined are profiles whose greatest difference is at most `same_N`, and whatever such pairs link.
+    Profiles whose greatest difference is at most `same_N` newtons are in one group, and all that such pairs link.
     """
     links = _Links(len(force_N))
     # two profiles that are near everywhere have means that are near, so only neighbours in the mean are compared
@@ -133,23 +134,24 @@ def near_groups(force_N: Array, same_N: float = SAME_N) -> Indices:
 
 
 def source_groups(data: DoorData, same_N: float = SAME_N) -> Indices:
-    """For each stimulus a number that it shares with all stimuli of its source and of (nearly) its profile."""
+    """Return a number for each stimulus (n,), equal for stimuli of one source or of (nearly) one profile."""
     links = _Links(len(data))
     for groups in (near_groups(data.force_N, same_N).tolist(), data.source):
-        for rows in _rows_by(groups):
+        for rows in rows_by_label(groups).values():
             links.join_all(rows[0], rows[1:])
     return np.array([links.first(row) for row in range(len(data))], dtype=np.int64)
 
 
-def _rows_by(labels: Sequence[Hashable]) -> list[list[int]]:
-    rows: dict[Hashable, list[int]] = {}
+def rows_by_label(labels: Iterable[Label]) -> dict[Label, list[int]]:
+    """Return the rows of each label, in the order in which the labels first come."""
+    rows: dict[Label, list[int]] = {}
     for row, label in enumerate(labels):
         rows.setdefault(label, []).append(row)
-    return list(rows.values())
+    return rows
 
 
 class _Links:
-    """Rows that belong together, by the least row of each set."""
+    """Disjoint sets of rows (union-find); the least row names its set."""
 
     def __init__(self, rows: int) -> None:
         self.parent = list(range(rows))
@@ -162,7 +164,7 @@ class _Links:
         return row
 
     def join_all(self, row: int, others: Iterable[int]) -> None:
-        """Make one set of the row's and the others'."""
+        """Merge the sets of all these rows."""
         for other in others:
             low, high = sorted((self.first(row), self.first(other)))
             self.parent[high] = low

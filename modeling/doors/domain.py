@@ -1,4 +1,4 @@
-"""What is computed on one fold: a method of one direction, trained on one side and tested on the other."""
+"""The jobs of an evaluation of doors: a method of one direction, trained and tested on one fold."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from palpate.modeling.training.history import curve_of
 from palpate.protocols.code_digest import code_digest, module_of
 
 HELD = 0.15
-"""The share of the training side that a network watches to stop early."""
+"""The share of the training side that is held out to stop a network early."""
 LEAKY = "leaky"
 WHOLE = "all stimuli"
-"""The split of one fold that leaves nothing out: what is trained to be used."""
+"""The split of one fold that leaves nothing out: it trains the models that are written for use."""
 ALL: Mapping[Direction, Mapping[str, Method]] = {"forward": FORWARD, "inverse": INVERSE}
 Arrays = dict[str, NDArray[Any]]
 Numbers = dict[str, float | None]
@@ -44,7 +44,7 @@ class FoldJob:
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The name of the job in progress and errors."""
         return f"{self.direction} {self.method}, {self.split} fold {self.fold + 1}"
 
 
@@ -53,8 +53,8 @@ class DoorDomain(Domain[FoldJob]):
     """The stimuli, the folds of each split and the methods.
 
     The folds of the leaky split are over the data with its training variants. `judge` is the forward method that rates
-    made profiles; `full` the split that counts: made profiles and files are looked at there alone. `files` is a folder
-    where the exported models stay, as DIRECTION-METHOD.json.
+    made profiles. `full` is the split that counts: only there are made profiles and files scored. `files` is a folder
+    that keeps the exported models as DIRECTION-METHOD.json.
     """
 
     refusals_raise = True
@@ -75,17 +75,18 @@ class DoorDomain(Domain[FoldJob]):
         return self.splits[job.split][job.fold]
 
     def data_of(self, split: str) -> DoorData:
-        """Return the rows that a split's folds count: the stimuli; of the leaky one with their training variants."""
+        """Return the rows that a split's folds index: the stimuli; in the leaky split also their training variants."""
         return with_variants(self.data, self.seed) if split == LEAKY else self.data
 
     def compute(self, job: FoldJob) -> Result[FoldJob]:
-        """Return the tested rows ("test") and what is predicted for them ("predicted").
+        """Train the job's method and return the tested rows ("test") with their predictions ("predicted").
 
-        Forward: (n, attributes) on 0..100. Inverse: (n, 621) newtons, and on the split that counts what is to be said
-        of the made profiles (`profile_scores`). Beside them the learning curve, the seconds of the training (train_s,
-        forward_s) and of the answer (asked_s), and in the first fold the numbers of the exported file.
+        Forward predictions are (n, attributes) on 0..100, inverse ones (n, 621) newtons. On the split that counts,
+        inverse methods add `profile_scores`, and `corner_scores` in the first fold. The result also holds the learning
+        curve, the seconds of the training (train_s, forward_s) and of the prediction (asked_s), and in the first fold
+        the numbers of the exported file.
         """
-        model, seconds = trained(job, self)
+        model, seconds = train_job(job, self)
         test = self.data_of(job.split).rows(self.fold(job).test)
         given = test.force_N if job.direction == "forward" else self.scaling.rating_up(test.rating)
         start = self.clock()
@@ -95,7 +96,13 @@ class DoorDomain(Domain[FoldJob]):
         if hasattr(model, "deviation"):
             arrays["deviation"] = model.deviation(given)
         if job.direction == "inverse" and job.split == self.full:
-            self._score_profiles(job, test, model, arrays, numbers)
+            judge, _ = train_job(FoldJob("forward", self.judge, job.split, job.fold), self)
+            known_N = self.data_of(job.split).force_N[self.fold(job).train]
+            arrays |= profile_scores(self.scaling, test, predicted, known_N, judge)
+            if job.fold == 0:
+                further, counted = corner_scores(self.scaling, test, model, known_N, judge)
+                arrays |= further
+                numbers |= counted
         notes: tuple[str, ...] = ()
         if job.fold == 0 and job.split == self.full:
             try:
@@ -106,18 +113,8 @@ class DoorDomain(Domain[FoldJob]):
                 notes = (str(refusal),)
         return Result(job, numbers, arrays, notes)
 
-    def _score_profiles(self, job: FoldJob, test: DoorData, model: Fitted, arrays: Arrays, numbers: Numbers) -> None:
-        """Add the loop and the plausibility; in the first fold also what comes of extreme wishes."""
-        judge, _ = trained(FoldJob("forward", self.judge, job.split, job.fold), self)
-        known_N = self.data_of(job.split).force_N[self.fold(job).train]
-        arrays |= profile_scores(self.scaling, test, arrays["predicted"], known_N, judge)
-        if job.fold == 0:
-            further, counted = corner_scores(self.scaling, test, model, known_N, judge)
-            arrays |= further
-            numbers |= counted
-
     def decides(self, job: FoldJob) -> dict[str, Any]:
-        """Return what decides a result: data, fold, method, settings, and the code of every method."""
+        """Return everything that a result depends on: data, fold, method, settings, and the code of every method."""
         return {
             "job": [job.direction, job.method, job.split, job.split == self.full],
             "data": [self.data.digest, array_digest(self.data.sd)],
@@ -141,7 +138,7 @@ class DoorDomain(Domain[FoldJob]):
         if job.split == WHOLE:
             return ()
         if all_done:
-            return with_below(job, self)
+            return with_prerequisite(job, self)
         return (job,) if job.direction == "inverse" else ()
 
 
@@ -151,7 +148,7 @@ def door_code() -> str:
 
 
 def learning_for(job: FoldJob, domain: DoorDomain) -> Learning:
-    """Return what the job's method may learn from: the training side of its fold, with training variants."""
+    """Return the inputs of the job's fit: the training side of its fold, with training variants."""
     method, rows = domain.method(job), domain.data_of(job.split).rows(domain.fold(job).train)
     every = np.arange(len(rows), dtype=np.int64)
     rest, held = held_share(rows, HELD, domain.seed) if method.holds_out else (every, every[:0])
@@ -169,24 +166,24 @@ def learning_for(job: FoldJob, domain: DoorDomain) -> Learning:
     )
 
 
-def with_below(job: FoldJob, domain: DoorDomain) -> tuple[FoldJob, ...]:
-    """Return the job, and that of the forward method that it builds on, where it does."""
+def with_prerequisite(job: FoldJob, domain: DoorDomain) -> tuple[FoldJob, ...]:
+    """Return the job, and after it the job of the forward method that it builds on, if any."""
     below = domain.method(job).needs_forward
     return (job,) if below is None else (job, FoldJob("forward", below, job.split, job.fold))
 
 
-def trained(
+def train_job(
     job: FoldJob, domain: DoorDomain, known: Mapping[FoldJob, tuple[Fitted, dict[str, float]]] = MappingProxyType({})
 ) -> tuple[Fitted, dict[str, float]]:
-    """Fit the method; return it with the seconds of its training and of the forward model that it builds on.
+    """Fit the job's method; return the model and the seconds of its training and of its forward model's.
 
-    A forward network that its own job has trained is taken from its checkpoint, so it is trained once; `known` are
-    answers of this function that it need not find again.
+    A forward network is loaded from the checkpoint of its own job, so it is trained once. `known` holds earlier results
+    of this function, which are used again.
     """
     given = learning_for(job, domain)
     below_s = 0.0
-    for lower in with_below(job, domain)[1:]:
-        below, seconds = known[lower] if lower in known else trained(lower, domain)
+    for lower in with_prerequisite(job, domain)[1:]:
+        below, seconds = known[lower] if lower in known else train_job(lower, domain)
         given, below_s = replace(given, forward=below), seconds["train_s"]
     start = domain.clock()
     model = domain.method(job).fit(given)

@@ -1,4 +1,4 @@
-"""Splits of the data into what is trained on and what is tested on, with nothing of a test in its training (5.5.2)."""
+"""Splits of the data into training and test rows that have no source in common (thesis 5.5.2)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_array, csr_array, eye_array, kron
 
-from palpate.modeling.doors.data import DoorData, ModelDataError, source_groups
+from palpate.modeling.doors.data import DoorData, ModelDataError, rows_by_label, source_groups
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.keyed import shuffled
 from palpate.protocols.wording import count
@@ -20,7 +20,7 @@ from palpate.signals.arrays import Indices
 Kinds = Literal["grouped", "leave_one_door_out", "leaky"]
 KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")
 WEIGHT = {"door": 4.0, "variant": 1.0, "row": 2.0}
-"""What an uneven spread costs, by what is uneven: doors before fold sizes before variants."""
+"""The cost of an uneven spread by label: doors before fold sizes before variants."""
 LEAST_SOURCES = 2
 """So many sources are left to train on in every split: with one, all ratings of an attribute are equal."""
 MOST_NODES = 40
@@ -52,9 +52,16 @@ def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) ->
         raise ModelDataError(f"no split is called {kind!r}; {nearest(kind, KINDS)}")
     groups = source_groups(data)
     if kind == "leave_one_door_out":
-        folds = [_without(data, groups, door) for door in dict.fromkeys(sorted(data.doors))]
+        folds = []
+        for door in sorted(set(data.doors)):
+            test = np.array([name == door for name in data.doors])
+            folds.append(_fold(door, ~np.isin(groups, groups[test]), test))
     else:
-        parts = _dealt(data, np.arange(len(data)) if kind == "leaky" else groups, _even(k), seed)
+        if k < 2:
+            raise ModelDataError(
+                f"{count(k, 'fold')}: at least 2 are expected, one to test on and the others to train on"
+            )
+        parts = _assign_parts(data, np.arange(len(data)) if kind == "leaky" else groups, [1 / k] * k, seed)
         folds = [_fold(f"fold {place + 1}", parts != place, parts == place) for place in range(k)]
     for fold in folds:
         _demand_enough(fold, groups, kind)
@@ -71,22 +78,16 @@ def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Ind
         raise ModelDataError(f"a share of {share:g} cannot be held back: a number between 0 and 1 is expected")
     groups = source_groups(train)
     if len(set(groups.tolist())) <= LEAST_SOURCES:
-        raise ModelDataError(f"{_counted(groups)}: none can be held back; at least {LEAST_SOURCES + 1} are needed")
-    parts = _dealt(train, groups, [1 - share, share], seed)
+        raise ModelDataError(f"{_source_count(groups)}: none can be held back; at least {LEAST_SOURCES + 1} are needed")
+    parts = _assign_parts(train, groups, [1 - share, share], seed)
     fold = _fold("held", parts == 0, parts == 1)
     _demand_enough(fold, groups, "held back")
     return fold.train, fold.test
 
 
-def _even(k: int) -> list[float]:
-    if k < 2:
-        raise ModelDataError(f"{count(k, 'fold')}: at least 2 are expected, one to test on and the others to train on")
-    return [1 / k] * k
-
-
-def _dealt(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) -> Indices:
-    """The part of each row; the rows of a group share theirs. It depends on names and seed, not on the rows' order."""
-    members = _members(data, groups)
+def _assign_parts(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) -> Indices:
+    """Return the part of each row (n,), one for all rows of a group; it depends on names and seed, not on row order."""
+    members = {"\0".join(sorted(data.ids[row] for row in rows)): rows for rows in rows_by_label(groups).values()}
     order = shuffled(members, "folds", seed)
     labels = [f"{what}\0{name}" for what, names in _labels(data) for name in shuffled(set(names), "labels", seed, what)]
     place = {label: row for row, label in enumerate(labels)}
@@ -103,21 +104,8 @@ def _dealt(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) 
 
 
 def _labels(data: DoorData) -> tuple[tuple[str, Sequence[str]], ...]:
-    """Return what is spread evenly: doors, variants, and the rows themselves."""
+    """Return the labels that are spread evenly: doors, variants, and the rows themselves."""
     return ("door", data.doors), ("variant", data.variants), ("row", [""] * len(data))
-
-
-def _members(data: DoorData, groups: Indices) -> dict[str, list[int]]:
-    """Return the rows of each group, by a name that does not depend on their order."""
-    rows: dict[int, list[int]] = {}
-    for row, group in enumerate(groups.tolist()):
-        rows.setdefault(group, []).append(row)
-    return {"\0".join(sorted(data.ids[row] for row in own)): own for own in rows.values()}
-
-
-def _without(data: DoorData, groups: Indices, door: str) -> Fold:
-    test = np.array([name == door for name in data.doors])
-    return _fold(door, ~np.isin(groups, groups[test]), test)
 
 
 def _fold(name: str, train: NDArray[np.bool_], test: NDArray[np.bool_]) -> Fold:
@@ -128,12 +116,12 @@ def _demand_enough(fold: Fold, groups: Indices, kind: str) -> None:
     left = groups[fold.train]
     if len(set(left.tolist())) < LEAST_SOURCES:
         raise ModelDataError(
-            f"{kind}, {fold.name}: {_counted(left)} would be left to train on; at least {LEAST_SOURCES} are needed:"
-            " collect more stimuli, or ask for other folds"
+            f"{kind}, {fold.name}: {_source_count(left)} would be left to train on; at least {LEAST_SOURCES} are"
+            " needed: collect more stimuli, or ask for other folds"
         )
 
 
-def _counted(groups: Indices) -> str:
+def _source_count(groups: Indices) -> str:
     count = len(set(groups.tolist()))
     return f"{count} source" if count == 1 else f"{count} sources"
 

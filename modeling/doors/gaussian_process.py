@@ -45,13 +45,13 @@ class GaussianProcess:
     offset: Array
 
     def predict(self, given: Array) -> Array:
-        """(n, 621) newtons to (n, attributes) on 0..100, not clipped."""
+        """Return ratings (n, attributes) on 0..100, not clipped, of profiles (n, 621) in newtons."""
         process = self.process
         kernel = process.variance * _correlation(_squares(self.front(given), process.points), process.length)
         return kernel @ process.weights * self.gain + self.offset
 
     def deviation(self, given: Array) -> Array:
-        """(n, attributes): the SD of a new mean rating, noise included, on 0..100."""
+        """Return the SD of a new mean rating (n, attributes) on 0..100, noise included."""
         process = self.process
         like = _correlation(_squares(self.front(given), process.points), process.length)
         share = 1 + process.noise - np.einsum("ni,ij,nj->n", like, process.precision, like)
@@ -59,7 +59,7 @@ class GaussianProcess:
         return sd
 
     def exported(self) -> Exported:
-        """Features, standardising, one kernel step, and back to 0..100."""
+        """Return the steps: features, standardising, one kernel, and back to 0..100."""
         kernel = Kernel(
             points="points", weights="kernel_weights", length=self.process.length, variance=self.process.variance
         )
@@ -71,44 +71,45 @@ class GaussianProcess:
 
 @on_one_thread
 def fit(learning: Learning) -> GaussianProcess:
-    """Squared exponential kernel and white noise on standardised features and ratings."""
+    """Fit a squared exponential kernel with white noise to standardised features and ratings.
+
+    Raises ModelDataError for data that cannot be learned from.
+    """
     rows = rows_of(learning, least=2)
     front, z = featured(rows)
     standard = standard_of(rows.rating)
-    process = process_of(z, standard(rows.rating))
+    process = fit_process(z, standard(rows.rating))
     learning.report(f"gaussian_process: length {process.length:.3g}, noise {process.noise:.3g} of the variance")
     gain = np.where(standard.gain > 0, rows.rating.std(axis=0), 0.0)
     return GaussianProcess(front, process, gain, rows.rating.mean(axis=0))
 
 
-def process_of(z: Array, y: Array) -> Process:
-    """Length, variance and noise of greatest likelihood for z (n, features) and y (n, outputs) of mean 0.
+def fit_process(z: Array, y: Array) -> Process:
+    """Fit length, variance and noise of greatest likelihood to z (n, features) and y (n, outputs) of mean 0.
 
     For a given length, one eigendecomposition gives the likelihood for every share of noise, and the best variance
-    follows from both (Rasmussen and Williams 2006, equation 5.8). A grid finds the hill, a line search its top.
-    Outputs that do not vary have no say; where none does, the answer is the mean everywhere.
+    follows from both (Rasmussen and Williams 2006, equation 5.8). The maximum is sought on a grid, then by a bounded
+    line search around its best point. Constant outputs do not count; where all are constant, the process predicts the
+    mean everywhere.
     """
     square = _squares(z, z)
-    length = _best_length(square, y, z.shape[1])
-    values, vectors = np.linalg.eigh(_correlation(square, length))
-    values, turned = np.maximum(values, 0.0), vectors.T @ y
-    noise, variance, _ = _best_noise(values, turned)
-    weights = vectors @ (turned / (variance * (values + noise))[:, None])
-    precision = (vectors / (values + noise)) @ vectors.T
-    return Process(z, weights, precision, length, variance, noise)
 
-
-def _best_length(square: Array, y: Array, features: int) -> float:
     def badness(log_length: float) -> float:
         values, vectors = np.linalg.eigh(_correlation(square, float(np.exp(log_length))))
         return -_best_noise(np.maximum(values, 0.0), vectors.T @ y)[2]
 
-    return float(np.exp(_least(badness, np.log(LENGTHS * np.sqrt(features)))))
+    length = float(np.exp(_minimise(badness, np.log(LENGTHS * np.sqrt(z.shape[1])))))
+    values, vectors = np.linalg.eigh(_correlation(square, length))
+    values, rotated = np.maximum(values, 0.0), vectors.T @ y
+    noise, variance, _ = _best_noise(values, rotated)
+    weights = vectors @ (rotated / (variance * (values + noise))[:, None])
+    precision = (vectors / (values + noise)) @ vectors.T
+    return Process(z, weights, precision, length, variance, noise)
 
 
-def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
-    """Noise, variance and log likelihood (less a constant) for these eigenvalues and turned outputs."""
-    varying = turned[:, np.any(turned != 0, axis=0)]
+def _best_noise(values: Array, rotated: Array) -> tuple[float, float, float]:
+    """Return noise, variance and log likelihood (less a constant) for these eigenvalues and rotated outputs."""
+    varying = rotated[:, np.any(rotated != 0, axis=0)]
     if not varying.size:
         return 1.0, 1.0, 0.0
     power = np.sum(varying**2, axis=1)
@@ -118,13 +119,13 @@ def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
         variance = np.sum(power / spread) / varying.size
         return float(0.5 * (varying.size * np.log(variance) + varying.shape[1] * np.sum(np.log(spread))))
 
-    log_noise = _least(badness, np.log(NOISES))
+    log_noise = _minimise(badness, np.log(NOISES))
     noise = float(np.exp(log_noise))
     return noise, float(np.sum(power / (values + noise)) / varying.size), -badness(log_noise)
 
 
-def _least(badness: Callable[[float], float], grid: Array) -> float:
-    """Return where `badness` is least: the best of a grid, then between its neighbours."""
+def _minimise(badness: Callable[[float], float], grid: Array) -> float:
+    """Return the minimum of `badness`: the best of the grid, refined between its neighbours."""
     measures = [badness(float(one)) for one in grid]
     best = int(np.argmin(measures))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
@@ -133,7 +134,7 @@ def _least(badness: Callable[[float], float], grid: Array) -> float:
 
 
 def _squares(a: Array, b: Array) -> Array:
-    """(n, m): |a_i - b_j|^2, differences taken before they are squared."""
+    """Return |a_i - b_j|^2 (n, m), with differences taken before squaring, which loses no digits."""
     return np.array([np.sum((one - b) ** 2, axis=1) for one in a])
 
 

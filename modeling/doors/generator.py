@@ -1,10 +1,10 @@
-"""The inverse that is made for the loop: a wish to a profile that is felt as wished, or to the nearest one.
+"""The inverse that is trained in the loop: from wished ratings to a profile that is felt so, or to the nearest one.
 
-A forward model on engineered features has no usable gradient, and searching through it takes seconds. So the search is
-done beforehand. Plausible profiles are made from the measured ones and rated by the forward model; a small network, the
-student, learns these ratings from a short code of the profile; a second one, the generator, learns which code the
-student feels as wished, for wishes over the whole range. What the generator then makes is rated by the forward model
-and added to what the student learns from, a few times over, so that the student is right where the generator goes.
+A forward model on engineered features has no usable gradient, and searching through it takes seconds, so the search is
+done in training. Plausible profiles are varied from the measured ones and rated by the forward model (the teacher). A
+small network, the student, learns these ratings from a short code of the profile. A second one, the generator, learns
+the code that the student rates as wished, for wishes over the whole range. For a few rounds the generator's profiles
+are rated by the teacher and added to the student's training data, so that the student is accurate where they lie.
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ from typing import Any
 
 import numpy as np
 from numpy.random import PCG64, SeedSequence
-from numpy.random import Generator as Chance
+from numpy.random import Generator as Rng
 from numpy.typing import NDArray
 
 from palpate.modeling.doors import generator_networks as networks
 from palpate.modeling.doors.data import TOP, ModelDataError
-from palpate.modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
+from palpate.modeling.doors.generator_networks import Generator, Layers, Size, TrainingOptions
 from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
+from palpate.modeling.doors.training_variants import motion_end
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.regression import Standard, standard_of
+from palpate.modeling.training.seeding import seeded
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import bounded_profiles
@@ -41,11 +43,11 @@ SCALES = 5
 SCALED = 0.4
 """By how much at most, as a share."""
 SHRINK = 0.1
-"""Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""
+"""Added to the variance of every standardised feature, as 72 doors do not determine the covariance of forty."""
 MOST_FOREIGN = 6.0
-"""Beyond this, more foreign says nothing more: it keeps single odd profiles from ruling a student's training."""
+"""The upper bound of the distance, so that single odd profiles do not dominate a student's training."""
 STRAY = 0.3
-"""SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""
+"""SD by which half of the generator's own codes are moved before they are rated, to cover their neighbourhood."""
 
 
 @dataclass(frozen=True)
@@ -56,27 +58,42 @@ class Code:
     basis: Array
 
     def decoded(self, code: Array) -> Array:
-        """(n, components) to (n, 621) newtons, not bounded yet."""
+        """Return the profiles (n, 621) in newtons of codes (n, components), not bounded yet."""
         force: Array = self.mean + code @ self.basis
         return force
 
     def encoded(self, force_N: Array) -> Array:
-        """(n, 621) newtons to the nearest code (n, components); the rows of the basis are orthogonal."""
+        """Return the nearest codes (n, components) of profiles (n, 621) in newtons; the basis is orthogonal."""
         code: Array = (force_N - self.mean) @ self.basis.T / np.sum(self.basis**2, axis=1)
         return code
 
 
-def opened(force_N: Array) -> Array:
-    """Profiles (n, 621) as doors that open all the way, within the limits: the last force goes on to the end.
+def open_fully(force_N: Array) -> Array:
+    """Return profiles (n, 621) as doors that open all the way, within the limits: the last force lasts to the end.
 
     Zeros behind the end of a motion are padding; mixed with other doors they would become a step in the force.
     """
-    return bounded_profiles(np.array([_filled(profile) for profile in force_N]))
+    doors = [(profile, motion_end(profile) + 1) for profile in force_N]
+    return bounded_profiles(np.array([np.pad(door[:end], (0, POINTS - end), mode="edge") for door, end in doors]))
 
 
-def plausible(doors: Array, count: int, chance: Chance) -> Array:
-    """`count` profiles (count, 621) beside the measured (n, 621): mixed, their features moved, their force scaled."""
-    return np.array([_varied(_mixture(doors, chance), chance) for _ in range(count)])
+def plausible_profiles(doors: Array, count: int, rng: Rng) -> Array:
+    """Return random profiles (count, 621): mixtures of measured ones (n, 621), moved along the angle and scaled.
+
+    Features move piecewise linearly along the angle, and the force is scaled by a share that varies along it.
+    """
+    grid, end = np.arange(POINTS, dtype=np.float64), POINTS - 1
+    knots, scaled_at = np.linspace(0, end, KNOTS), np.linspace(0, end, SCALES)
+    profiles = np.empty((count, POINTS))
+    for row in range(count):
+        size = rng.integers(1, MIXED + 1)
+        mixture = rng.dirichlet(np.ones(size)) @ doors[rng.integers(0, len(doors), size)]
+        moved = knots + np.r_[0, rng.uniform(-MOVED_DEG, MOVED_DEG, KNOTS - 2) * POINTS_PER_DEG, 0]
+        shifted = np.interp(np.interp(grid, moved, knots), grid, mixture)
+        strength = rng.uniform(0, SCALED)
+        shares = 1 + strength * rng.uniform(-1, 1, SCALES)
+        profiles[row] = shifted * np.interp(grid, scaled_at, shares)
+    return profiles
 
 
 def code_of(profiles: Array, components: int) -> Code:
@@ -93,37 +110,12 @@ def code_of(profiles: Array, components: int) -> Code:
     return Code(mean, right * (singular[:kept, None] / np.sqrt(len(profiles))))
 
 
-def _filled(profile: Array) -> Array:
-    moving = np.flatnonzero(profile)
-    if not moving.size:
-        return profile
-    end = int(moving[-1])
-    return np.concatenate([profile[: end + 1], np.full(POINTS - end - 1, profile[end])])
-
-
-def _mixture(doors: Array, chance: Chance) -> Array:
-    count = chance.integers(1, MIXED + 1)
-    mixed: Array = chance.dirichlet(np.ones(count)) @ doors[chance.integers(0, len(doors), count)]
-    return mixed
-
-
-def _varied(profile: Array, chance: Chance) -> Array:
-    """Features moved along the angle, piecewise linear, and the force scaled by a share that varies along it."""
-    grid, end = np.arange(POINTS, dtype=np.float64), POINTS - 1
-    knots = np.linspace(0, end, KNOTS)
-    moved = knots + np.r_[0, chance.uniform(-MOVED_DEG, MOVED_DEG, KNOTS - 2) * POINTS_PER_DEG, 0]
-    shifted = np.interp(np.interp(grid, moved, knots), grid, profile)
-    strength = chance.uniform(0, SCALED)
-    shares = 1 + strength * chance.uniform(-1, 1, SCALES)
-    return np.asarray(shifted * np.interp(grid, np.linspace(0, end, SCALES), shares))
-
-
 @dataclass(frozen=True)
 class Foreign:
-    """How far a profile's features lie outside those of the measured ones: 1 is usual among the measured ones.
+    """The distance of a profile's features from those of the measured ones, in units of their median distance.
 
-    It is a Mahalanobis distance with a shrunk covariance: the square root of a ridge regression's leverage, which is
-    where a model of these features begins to guess (Hoaglin and Welsch 1978). `usual` is the median of the measured.
+    It is a Mahalanobis distance with a shrunk covariance: the square root of a ridge regression's leverage, which grows
+    where a model of these features extrapolates (Hoaglin and Welsch 1978). `usual` is the median of the measured ones.
     """
 
     standard: Standard
@@ -131,7 +123,7 @@ class Foreign:
     usual: float
 
     def __call__(self, force_N: Array) -> Array:
-        """(n, 621) newtons to (n,), at most MOST_FOREIGN."""
+        """Return the distances (n,) of profiles (n, 621) in newtons, at most MOST_FOREIGN."""
         distance = _distance(self.standard(features(force_N)), self.inverse)
         return np.minimum(distance / self.usual, MOST_FOREIGN)
 
@@ -155,11 +147,11 @@ class Teacher:
     code: Code
 
     def profiles(self, code: Array) -> Array:
-        """(n, components) to (n, 621) newtons within the limits."""
+        """Return the profiles (n, 621) in newtons, within the limits, of codes (n, components)."""
         return bounded_profiles(self.code.decoded(code))
 
-    def says(self, code: Array) -> Array:
-        """(n, components) to (n, attributes + 1): ratings on 0..100, and how foreign the profile is."""
+    def rate(self, code: Array) -> Array:
+        """Return ratings on 0..100 and the foreignness (n, attributes + 1) of codes (n, components)."""
         force = self.profiles(code)
         answer: Array = np.c_[self.forward.predict(force), self.foreign(force)]
         return answer
@@ -172,11 +164,11 @@ def _distance(z: Array, inverse: Array) -> Array:
 
 @dataclass(frozen=True)
 class Recipe:
-    """How much of everything; how the numbers were chosen stands in docs/explanation/making-a-door.md.
+    """The sizes of a generator's training; docs/explanation/making-a-door.md says how they were chosen.
 
-    `components` and `span` bound a code: so many numbers, each so many SD of the plausible profiles at most. `profiles`
-    are made beside the measured ones; in each of `rounds` rounds `own` of the generator's own join them. The prices of
-    a code far from the middle and of a foreign profile are in points of 100 (see `aim`).
+    A code has `components` numbers, each within `span` SD of the plausible profiles. `profiles` are varied from the
+    measured ones, and in each of `rounds` rounds `own` of the generator's own join them. The prices of a code far from
+    the mean and of a foreign profile are in points of 100 (see `train_generator`).
     """
 
     components: int = 12
@@ -193,18 +185,18 @@ QUICK = Recipe(
     profiles=600, own=200, rounds=1,
     size=Size(student=64, student_epochs=15, generator_epochs=15, wishes=2048),
 )  # fmt: skip
-"""A trial run: seconds, and a loop error that is nothing to go by."""
+"""A trial run that takes seconds; its loop error means nothing."""
 
 
 @dataclass(frozen=True)
 class Generated:
-    """A fitted generator: its layers, and what its codes mean."""
+    """A fitted generator: its layers, and the code that they answer in."""
 
     layers: Layers
     code: Code
 
     def predict(self, given: Array) -> Array:
-        """(n, attributes) on 0..100 to (n, 621) newtons within the limits; a wish beyond 0..100 counts as its end.
+        """Return profiles (n, 621) in newtons, within the limits, for wishes (n, attributes), clipped to 0..100.
 
         Raises ModelDataError for wishes that are not finite or far off the scale.
         """
@@ -212,7 +204,7 @@ class Generated:
         return bounded_profiles(self.code.decoded(self.layers.code(wish)))
 
     def exported(self) -> Exported:
-        """Clip, scale, three dense layers each with tanh, one more that decodes, and the limits."""
+        """Return the steps: clip, scale, three dense layers each with tanh, one more that decodes, and the limits."""
         steps: list[Any] = [Clip(low=0, high=TOP), Affine(gain=2 / TOP, offset=-1)]
         tensors: dict[str, NDArray[Any]] = {"decode": self.layers.span * self.code.basis.T, "mean": self.code.mean}
         for number, (weight, bias) in enumerate(self.layers.numbers, start=1):
@@ -223,7 +215,7 @@ class Generated:
 
 @on_one_thread
 def fit(learning: Learning) -> Generated:
-    """Train it with the full recipe, or with the setting `quick` a small one; `threads`, `checkpoint` are settings too.
+    """Train a generator by the full recipe. Settings: `quick` takes a small one; `threads`, `checkpoint`.
 
     Raises ModelDataError without a forward model, or with fewer than two stimuli.
     """
@@ -231,45 +223,50 @@ def fit(learning: Learning) -> Generated:
 
 
 def fit_by(recipe: Recipe, learning: Learning) -> Generated:
-    """Train it by a recipe. Raises as `fit`."""
+    """Train a generator by this recipe. Raises as `fit`."""
     if learning.forward is None:
         raise ModelDataError("the generator learns from a forward model; none was given (needs_forward).")
     rows = rows_of(learning, least=2)
-    doors = opened(rows.force_N)
-    profiles = np.r_[doors, plausible(doors, recipe.profiles, _chance(learning.seed, 1))]
+    doors = open_fully(rows.force_N)
+    profiles = np.r_[doors, plausible_profiles(doors, recipe.profiles, _rng(learning.seed, 1))]
     code = code_of(profiles, recipe.components)
     teacher = Teacher(learning.forward, foreign_to(rows.force_N), code)
     first = np.clip(code.encoded(profiles), -recipe.span, recipe.span)
     given = {name: value for name in ("threads", "checkpoint") if (value := learning.settings.get(name)) is not None}
-    how = How(learning.seed, **given, report=learning.report)
-    return Generated(_trained(recipe, teacher, first, rows.rating, how), code)
+    options = TrainingOptions(learning.seed, **given, report=learning.report)
+    return Generated(_train(recipe, teacher, first, rows.rating, options), code)
 
 
-def _trained(recipe: Recipe, teacher: Teacher, codes: Array, had: Array, how: How) -> Layers:
-    """Round by round: teach the student, aim the generator, rate what it makes."""
-    size, (components, attributes) = recipe.size, (codes.shape[1], had.shape[1])
-    student = fresh(lambda: networks.student_network(components, attributes, size.student), how.drawn("student", 99))
-    generator = fresh(lambda: Generator(attributes, components, size.generator, recipe.span), how.drawn("aim", 99))
-    ratings, prices = teacher.says(codes), (recipe.code_price, recipe.foreign_price)
+def _train(recipe: Recipe, teacher: Teacher, codes: Array, attained: Array, options: TrainingOptions) -> Layers:
+    """Train the student, then the generator, in each round, and add rated profiles of the generator's own."""
+    size, (components, attributes) = recipe.size, (codes.shape[1], attained.shape[1])
+    student = seeded(
+        lambda: networks.student_network(components, attributes, size.student), options.stage_seed("student", 99)
+    )
+    generator = seeded(
+        lambda: Generator(attributes, components, size.generator, recipe.span), options.stage_seed("aim", 99)
+    )
+    ratings, prices = teacher.rate(codes), (recipe.code_price, recipe.foreign_price)
     for number in range(recipe.rounds + 1):
         epochs = size.student_epochs if number == 0 else size.student_epochs // 2
-        networks.teach(student, codes, ratings, how.settings("student", number, epochs, size))
-        networks.aim(generator, student, had, prices, size, how.settings("aim", number, size.generator_epochs, size))
+        networks.train_student(student, codes, ratings, options.settings("student", number, epochs, size))
+        settings = options.settings("aim", number, size.generator_epochs, size)
+        networks.train_generator(generator, student, attained, prices, size, settings)
         layers = generator.numbers()
         if number < recipe.rounds:
-            wishes = networks.random_wishes(had, recipe.own, how.drawn("own", number))
-            own, chance = layers.code(wishes), _chance(how.seed, 2 + number)
-            moved = STRAY * chance.standard_normal(own.shape) * (chance.random((len(own), 1)) < 0.5)
+            wishes = networks.random_wishes(attained, recipe.own, options.stage_seed("own", number))
+            own, rng = layers.code(wishes), _rng(options.seed, 2 + number)
+            moved = STRAY * rng.standard_normal(own.shape) * (rng.random((len(own), 1)) < 0.5)
             own = np.clip(own + moved, -recipe.span, recipe.span)
-            codes, ratings = np.r_[codes, own], np.r_[ratings, teacher.says(own)]
-        # how far the forward model's ratings of what is made lie from wishes that measured profiles have
-        off = float(np.abs(teacher.says(layers.code(had))[:, :-1] - had).mean())
-        how.report(f"generator: round {number + 1} of {recipe.rounds + 1}, {off:.2f} of 100 off")
+            codes, ratings = np.r_[codes, own], np.r_[ratings, teacher.rate(own)]
+        # the distance of the forward model's ratings from wishes that measured profiles attain
+        off = float(np.abs(teacher.rate(layers.code(attained))[:, :-1] - attained).mean())
+        options.report(f"generator: round {number + 1} of {recipe.rounds + 1}, {off:.2f} of 100 off")
     return layers
 
 
-def _chance(seed: int, use: int) -> Chance:
-    return Chance(PCG64(SeedSequence([seed, use])))
+def _rng(seed: int, use: int) -> Rng:
+    return Rng(PCG64(SeedSequence([seed, use])))
 
 
 GENERATOR = Method(

@@ -1,4 +1,4 @@
-"""The two small networks behind the generator: one rates a code, one turns a wish into a code."""
+"""The two small networks of the generator: the student rates a code, the generator turns a wish into a code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import torch
@@ -14,7 +13,6 @@ from torch import Tensor, nn
 
 from palpate.modeling.doors.data import TOP
 from palpate.modeling.training.loop import train
-from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import GeneratedRows, Given, digest_of, pairs
 from palpate.signals.arrays import Array
@@ -22,18 +20,17 @@ from palpate.signals.arrays import Array
 MIDDLE, SPREAD = TOP / 2, TOP / 5
 """The student answers ratings in units of SPREAD around MIDDLE: about mean 0 and SD 1."""
 STUDENT_HUBER = 3.0
-"""Points of 100 beyond which the student's errors count linearly: single odd doors must not rule."""
+"""Points of 100 beyond which the student's errors count linearly, so that single odd doors do not dominate."""
 WISH_HUBER = 5.0
-"""The same for wishes that are missed: most of the whole range cannot be had."""
+"""The same for the generator's errors: most wishes of the whole range are not attainable."""
 JITTER = 6.0
-"""SD of what is added to ratings that measured profiles have, in points of 100."""
+"""SD of the noise on ratings of measured profiles, in points of 100."""
 Felt = tuple[Tensor, Tensor, Tensor]
-Net = TypeVar("Net", bound=nn.Module)
 
 
 @dataclass(frozen=True)
 class Size:
-    """How large the networks are, and how long they train."""
+    """TrainingOptions large the networks are, and how long they train."""
 
     student: int = 128
     generator: int = 64
@@ -45,8 +42,8 @@ class Size:
 
 
 @dataclass(frozen=True)
-class How:
-    """Seed and threads of a training, its checkpoint, and what reports its progress."""
+class TrainingOptions:
+    """Seed, threads, checkpoint and progress report of a generator's training."""
 
     seed: int
     threads: int = 1
@@ -54,15 +51,15 @@ class How:
     report: Callable[[str], None] = lambda _line: None
 
     def settings(self, stage: str, number: int, epochs: int, size: Size) -> Settings:
-        """Return the settings of one stage of a round; each has chance and a checkpoint of its own."""
+        """Return the settings of one stage of a round, with a seed and a checkpoint of its own."""
         folder = None if self.checkpoint is None else self.checkpoint / f"{stage}-{number}"
         return Settings(
             epochs=epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=3, plateau_factor=0.5,
-            seed=self.drawn(stage, number), threads=self.threads, checkpoint=folder, every_epochs=10,
+            seed=self.stage_seed(stage, number), threads=self.threads, checkpoint=folder, every_epochs=10,
         )  # fmt: skip
 
-    def drawn(self, stage: str, number: int) -> int:
-        """Return a seed that belongs to one stage of a round."""
+    def stage_seed(self, stage: str, number: int) -> int:
+        """Return the seed of one stage of a round."""
         return int(np.random.SeedSequence([self.seed, number, *stage.encode()]).generate_state(1)[0])
 
 
@@ -119,34 +116,30 @@ class InLoop(nn.Module):
 
 
 def student_network(components: int, attributes: int, width: int) -> nn.Sequential:
-    """Return a code to ratings and how foreign it is: it stands in for a teacher that has no gradient."""
+    """Return a network from codes to ratings and foreignness, which stands in for a teacher without gradient."""
     sizes = (components, width, width)
     hidden = [part for a, b in pairwise(sizes) for part in (nn.Linear(a, b), nn.SiLU())]
     return nn.Sequential(*hidden, nn.Linear(width, attributes + 1))
 
 
-def fresh(make: Callable[[], Net], seed: int) -> Net:
-    """Return a network with starting weights that the seed alone decides."""
-    return seeded(make, seed)
-
-
-def teach(student: nn.Sequential, code: Array, ratings: Array, settings: Settings) -> float:
-    """Train the student on what a teacher says of codes (n, components); returns the loss of its best epoch."""
+def train_student(student: nn.Sequential, code: Array, ratings: Array, settings: Settings) -> float:
+    """Train the student on a teacher's ratings of codes (n, components); return the loss of its best epoch."""
     student.requires_grad_(True)
     target = np.c_[(ratings[:, :-1] - MIDDLE) / SPREAD, ratings[:, -1]]
     return train(student, pairs(code, target), None, nn.HuberLoss(delta=STUDENT_HUBER / SPREAD), settings).best_loss
 
 
-def aim(
-    generator: Generator, student: nn.Sequential, had: Array, weights: tuple[float, float], size: Size, how: Settings
-) -> float:
-    """Train the generator so that the student feels what was wished; returns the loss of its best epoch.
+def train_generator(
+    generator: Generator, student: nn.Sequential, attained: Array, weights: tuple[float, float], size: Size,
+    settings: Settings,
+) -> float:  # fmt: skip
+    """Train the generator so that the student rates its codes as wished; return the loss of its best epoch.
 
-    `had` (n, attributes) are ratings that measured profiles have. `weights` are the price, in points of 100, of a code
-    that is one SD from the middle of the plausible ones (squared), and of a profile that is 1 more foreign than usual.
+    `attained` (n, attributes) are ratings of measured profiles. `weights` are the prices, in points of 100, of a code
+    one SD from the mean of the plausible ones (squared), and of a profile that is 1 more foreign than usual.
     """
     student.requires_grad_(False)
-    known = _known(had)
+    known = _known(attained)
     wishes = GeneratedRows(
         size.wishes, lambda rows, chance: _wishes(known, len(rows), chance), digest_of(iter([known]))
     )
@@ -158,21 +151,21 @@ def aim(
         result: Tensor = missed(felt, wish) / WISH_HUBER + price
         return result
 
-    return train(InLoop(generator, student), wishes, None, loss, how).best_loss
+    return train(InLoop(generator, student), wishes, None, loss, settings).best_loss
 
 
-def random_wishes(had: Array, count: int, seed: int) -> Array:
-    """Wishes (count, attributes) as `aim` draws them."""
-    wishes, _ = _wishes(_known(had), count, torch.Generator().manual_seed(seed))
+def random_wishes(attained: Array, count: int, seed: int) -> Array:
+    """Return random wishes (count, attributes) as `train_generator` draws them."""
+    wishes, _ = _wishes(_known(attained), count, torch.Generator().manual_seed(seed))
     return np.asarray(wishes, dtype=np.float64)
 
 
-def _known(had: Array) -> Tensor:
-    return torch.from_numpy(np.clip(had, 0, TOP).astype(np.float32))
+def _known(attained: Array) -> Tensor:
+    return torch.from_numpy(np.clip(attained, 0, TOP).astype(np.float32))
 
 
 def _wishes(known: Tensor, count: int, chance: torch.Generator) -> tuple[Given, Given]:
-    """Half lie about what measured profiles have; half anywhere, three in ten of these with sliders at their ends."""
+    """Return random wishes: half near those of measured profiles, half anywhere, 30 % of these with sliders at ends."""
 
     def random(columns: int) -> Tensor:
         return torch.rand((count, columns), generator=chance)

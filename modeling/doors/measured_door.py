@@ -1,4 +1,4 @@
-"""The measured door and its four edits: how they would feel, and whether that feeling leads back to itself."""
+"""Predicted ratings of the measured door and its four edits, and the profiles that the inverse makes of them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from palpate.modeling.doors.data import TOP, near_groups
-from palpate.modeling.doors.domain import DoorDomain, FoldJob, trained
+from palpate.modeling.doors.domain import DoorDomain, FoldJob, train_job
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import half_widths
 from palpate.modeling.doors.methods import Fitted
-from palpate.modeling.doors.plausibility import against
+from palpate.modeling.doors.plausibility import reason_unplayable
 from palpate.modeling.doors.profile_scores import perceivers_for
 from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.registry import Direction
@@ -32,9 +32,10 @@ SPLIT = "without the measured door"
 
 
 def measured_doors() -> dict[str, Array]:
-    """The forces (621,), in newtons, of the measured door (`actual`) and its four edits; the edits measure nothing.
+    """Return the forces (621,), in newtons, of the measured door (`actual`) and its four edits, which are not measured.
 
-    From files of studies/door_ratings, which `palpate doors normalise` made. Raises ModelDataError on a damaged one.
+    They are read from files of studies/door_ratings, which `palpate doors normalise` made. Raises ModelDataError on a
+    damaged file.
     """
     return {name: read_profile(STUDY / file) for name, file in FILES.items()}
 
@@ -43,10 +44,10 @@ def measured_doors() -> dict[str, Array]:
 class Recovered:
     """One measured profile, rows of ratings each (attributes,) on 0..100.
 
-    `rated` is its mean rating by people, None without any; `predicted` that by a model which never saw this
-    door, `half_width` its interval; `again` what that model says of the profile `made_N` (621,) that the inverse makes
-    of the predicted ratings, and `felt` what fresh simulated people say of it, None without such. `why` is why the door
-    would not play the made profile.
+    `rated` is its mean rating by people, None without any; `predicted` that of a model which never saw this door, with
+    the half width of its interval. `made_N` (621,) is the profile that the inverse makes of the predicted ratings;
+    `recovered` are the same model's ratings of it, `felt` those of fresh simulated people (None without any), and `why`
+    is the reason why the door would not play it, None where it would.
     """
 
     name: str
@@ -55,31 +56,36 @@ class Recovered:
     predicted: Array
     half_width: Array | None
     made_N: Array
-    again: Array
+    recovered: Array
     felt: Array | None
     why: str | None
 
 
-def measured(domain: DoorDomain, methods: Mapping[Direction, str], forward: MethodResults) -> tuple[Recovered, ...]:
+def recover_measured(
+    domain: DoorDomain, methods: Mapping[Direction, str], forward: MethodResults
+) -> tuple[Recovered, ...]:
     """Predict and recover the measured door and its edits by models of these methods, trained on the other doors.
 
-    `forward` are the out-of-fold predictions of that forward method, which calibrate the intervals. Empty where
-    the data holds fewer than two other doors.
+    `forward` are the out-of-fold predictions of the forward method, which calibrate the intervals. Returns nothing
+    where the data holds fewer than two other doors.
     """
     doors = measured_doors()
-    lone = _without(domain, np.array(list(doors.values())))
-    if lone is None:
+    others = _split_without(domain, np.array(list(doors.values())))
+    if others is None:
         return ()
-    models = {way: trained(FoldJob(way, name, SPLIT, 0), lone)[0] for way, name in methods.items()}
+    models = {way: train_job(FoldJob(way, name, SPLIT, 0), others)[0] for way, name in methods.items()}
     try:
         width = half_widths(forward.predicted - forward.actual)
     except ValueError:
         width = None
-    return tuple(_recovered(lone, name, force, models, width) for name, force in doors.items())
+    return tuple(_recover(others, name, force, models, width) for name, force in doors.items())
 
 
-def _without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
-    """Return the domain with one split: trained on the doors of which no stimulus is one of these profiles."""
+def _split_without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
+    """Return the domain with one split, which trains on the doors that have none of these profiles (n, 621).
+
+    None where fewer than two such doors are left.
+    """
     data = domain.data
     groups = near_groups(np.concatenate([data.force_N, force_N]))
     same = np.isin(groups[: len(data)], groups[len(data) :])
@@ -91,7 +97,7 @@ def _without(domain: DoorDomain, force_N: Array) -> DoorDomain | None:
     return replace(domain, splits={SPLIT: (fold,)})
 
 
-def _recovered(
+def _recover(
     domain: DoorDomain, name: str, force_N: Array, models: Mapping[Direction, Fitted], width: Array | None
 ) -> Recovered:
     predicted = models["forward"].predict(force_N[None])[0]
@@ -108,30 +114,32 @@ def _recovered(
         predicted=predicted,
         half_width=width,
         made_N=made_N,
-        again=models["forward"].predict(made_N[None])[0],
+        recovered=models["forward"].predict(made_N[None])[0],
         felt=felt,
-        why=against(made_N),
+        why=reason_unplayable(made_N),
     )
 
 
 def measured_rows(profiles: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:
     """Return a row for each measured profile and attribute."""
-    return [_row(profile, column, attribute) for profile in profiles for column, attribute in enumerate(attributes)]
-
-
-def _row(profile: Recovered, column: int, attribute: str) -> dict[str, Any]:
-    predicted = float(profile.predicted[column])
-    reach = None if profile.half_width is None else float(profile.half_width[column])
-    return {
-        "profile": profile.name,
-        "attribute": attribute,
-        "rated": _at(profile.rated, column),
-        "predicted": predicted,
-        "low": None if reach is None else predicted - reach,
-        "high": None if reach is None else predicted + reach,
-        "recovered": float(profile.again[column]),
-        "felt": _at(profile.felt, column),
-    }
+    rows = []
+    for profile in profiles:
+        for column, attribute in enumerate(attributes):
+            predicted = float(profile.predicted[column])
+            reach = _at(profile.half_width, column)
+            rows.append(
+                {
+                    "profile": profile.name,
+                    "attribute": attribute,
+                    "rated": _at(profile.rated, column),
+                    "predicted": predicted,
+                    "low": None if reach is None else predicted - reach,
+                    "high": None if reach is None else predicted + reach,
+                    "recovered": float(profile.recovered[column]),
+                    "felt": _at(profile.felt, column),
+                }
+            )
+    return rows
 
 
 def _at(values: Array | None, column: int) -> float | None:

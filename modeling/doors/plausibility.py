@@ -1,4 +1,4 @@
-"""Whether made profiles could be doors': work for a hand, distance to measured ones, limits of play, corners too."""
+"""Plausibility of made profiles: work of opening, distance to measured ones, limits, and extreme wishes."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ ROUNDING = 1e-9
 """How far beyond a limit a profile may lie by rounding, as a share of the limit."""
 MIDDLE = TOP / 2
 TOLERANCE = 10.0
-"""A wish can be had where every attribute comes within this of it: what people just notice (thesis 5.5.4.1)."""
+"""A wish is attained where every attribute comes within this of it: the JND (thesis 5.5.4.1)."""
 LOW, HIGH = 10.0, 90.0
 """Where thesis 5.7.1 sets one slider, the others in the middle."""
 
 
 @dataclass(frozen=True)
 class Plausibility:
-    """One profile's judgement.
+    """The plausibility of one made profile.
 
     `greatest_N` is its greatest force and `steepest_N_deg` its greatest change over angle, either way; `work_J_m` the
     work of opening in joules per metre of handle radius (the integral of the force over the angle in radians).
     `distance_N` is the mean absolute difference to the nearest measured profile; `beyond` the share of the measured
-    ones that have a nearer neighbour among themselves (1: it lies farther out than every measured one). `why` says what
-    speaks against playing it, None where nothing does.
+    ones that have a nearer neighbour among themselves (1: it lies farther out than every measured one). `why` is the
+    reason why it cannot be played, None where it can.
     """
 
     greatest_N: float
@@ -43,26 +43,34 @@ class Plausibility:
 
     @property
     def playable(self) -> bool:
-        """Within the limits of a made profile, and not refused by the door."""
+        """Whether it is within the limits of a made profile, and not refused by the door."""
         return self.why is None
 
 
-def judged(force_N: Array, measured_N: Array) -> Plausibility:
-    """The judgement of one profile (621,) in newtons beside measured ones (n, 621), at least two of them distinct.
+def assess_profiles(force_N: Array, measured_N: Array) -> tuple[Plausibility, ...]:
+    """Assess made profiles (n, 621) in newtons against measured ones (m, 621), at least two of them distinct.
 
-    Raises ModelDataError for a profile that is none.
+    Raises ModelDataError for rows that are no profiles.
     """
-    return judged_all(as_rows(force_N, POINTS, "made profile"), measured_N)[0]
-
-
-def judged_all(force_N: Array, measured_N: Array) -> tuple[Plausibility, ...]:
-    """As `judged`, for profiles (n, 621)."""
     made = as_rows(force_N, POINTS, "made profiles")
     measured = np.unique(as_rows(measured_N, POINTS, "measured profiles"), axis=0)
     if len(measured) < 2:
         raise ModelDataError(f"{len(measured)} distinct measured profile: distances among them need at least two.")
     among = np.array([np.delete(distances_N(profile, measured), at).min() for at, profile in enumerate(measured)])
-    return tuple(_judged(profile, measured, among) for profile in made)
+    assessed = []
+    for profile in made:
+        distance = float(distances_N(profile, measured).min())
+        assessed.append(
+            Plausibility(
+                greatest_N=_greatest(profile),
+                steepest_N_deg=_steepest(profile),
+                work_J_m=work_J_m(profile),
+                distance_N=distance,
+                beyond=float(np.mean(among < distance)),
+                why=reason_unplayable(profile),
+            )
+        )
+    return tuple(assessed)
 
 
 def distances_N(profile: Array, others: Array) -> Array:
@@ -76,26 +84,14 @@ def work_J_m(profile: Array) -> float:
     return float(np.trapezoid(profile, dx=np.radians(1 / POINTS_PER_DEG)))
 
 
-def against(profile: Array) -> str | None:
-    """What speaks against playing a profile (621,): a limit that it breaks, or why the door refuses it; else None."""
+def reason_unplayable(profile: Array) -> str | None:
+    """Return why a profile (621,) cannot be played: the limit that it breaks, or the door's refusal; else None."""
     force, slope = _greatest(profile), _steepest(profile)
     if force > LIMIT_N * (1 + ROUNDING):
         return f"a force of {force:.1f} N; at most {LIMIT_N:g} N may be made"
     if slope > STEEPEST_N_DEG * (1 + ROUNDING):
         return f"a change of {slope:.1f} N/deg; at most {STEEPEST_N_DEG:g} N/deg may be made"
     return refusal(profile)
-
-
-def _judged(profile: Array, measured: Array, among: Array) -> Plausibility:
-    distance = float(distances_N(profile, measured).min())
-    return Plausibility(
-        greatest_N=_greatest(profile),
-        steepest_N_deg=_steepest(profile),
-        work_J_m=work_J_m(profile),
-        distance_N=distance,
-        beyond=float(np.mean(among < distance)),
-        why=against(profile),
-    )
 
 
 def _greatest(profile: Array) -> float:
@@ -108,9 +104,9 @@ def _steepest(profile: Array) -> float:
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme wish (attributes,), what the forward model says of its profile, and the profile's plausibility.
+    """An extreme wish (attributes,), the forward model's ratings of its profile, and the profile's plausibility.
 
-    `nearest` are the ratings of the profile that was made instead, within 0..100: the nearest that the model found.
+    `nearest` are these ratings, clipped to 0..100: the nearest to the wish that the inverse reached.
     """
 
     wish: Array
@@ -118,7 +114,7 @@ class Extreme:
     plausibility: Plausibility
 
     @property
-    def had(self) -> bool:
+    def is_attained(self) -> bool:
         """Whether every attribute comes within TOLERANCE of the wish."""
         return bool(np.all(np.abs(self.nearest - self.wish) <= TOLERANCE))
 
@@ -129,7 +125,7 @@ def corners(attributes: int) -> Array:
 
 
 def singles(attributes: int, low: float = 0.0, high: float = TOP) -> Array:
-    """Return every slider alone at `low` and at `high`, the others in the middle, (2 attributes, attributes)."""
+    """Return wishes (2 attributes, attributes) with one slider at `low` or `high` and the others in the middle."""
     wishes = np.full((2 * attributes, attributes), MIDDLE)
     for slider in range(attributes):
         wishes[2 * slider : 2 * slider + 2, slider] = low, high
@@ -137,13 +133,13 @@ def singles(attributes: int, low: float = 0.0, high: float = TOP) -> Array:
 
 
 def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array) -> tuple[Extreme, ...]:
-    """Return what a model of the inverse makes of extreme wishes (n, attributes), judged beside measured profiles."""
+    """Make profiles for extreme wishes (n, attributes), and assess them against measured ones (m, 621)."""
     made = inverse.predict(wishes)
-    felt = np.clip(forward.predict(made), 0.0, TOP)
-    judgements = judged_all(made, measured_N)
-    return tuple(Extreme(*parts) for parts in zip(wishes, felt, judgements, strict=True))
+    ratings = np.clip(forward.predict(made), 0.0, TOP)
+    assessed = assess_profiles(made, measured_N)
+    return tuple(Extreme(*parts) for parts in zip(wishes, ratings, assessed, strict=True))
 
 
 def unplayable(extremes: Sequence[Extreme]) -> int:
-    """Return how many came to a profile that the door cannot play."""
+    """Return the number of profiles among these that the door cannot play."""
     return sum(not extreme.plausibility.playable for extreme in extremes)

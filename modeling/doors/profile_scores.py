@@ -1,6 +1,6 @@
 """Scores of made profiles: the loop back to ratings, plausibility, extreme wishes, one slider at a time.
 
-The loop is closed by simulated people who never met the training data, and by the forward model."""
+The loop is closed by simulated people who never saw the training data, and by the forward model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
 from palpate.modeling.doors.methods import Fitted, as_rows
-from palpate.modeling.doors.plausibility import HIGH, LOW, corners, extremes, judged_all, singles, unplayable
+from palpate.modeling.doors.plausibility import HIGH, LOW, assess_profiles, corners, extremes, singles, unplayable
 from palpate.protocols.keyed import Key
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
@@ -39,11 +39,11 @@ def door_ratings() -> Study:
 
 @dataclass(frozen=True)
 class Perceivers:
-    """`people` simulated raters of a study, each with own gain and bias, and noise for every answer.
+    """`people` simulated raters of a study, each with a gain and a bias of their own, and noise for every answer.
 
-    What they feel is z-scored against the study's own stimulus table, so a profile stands where it would stand among
-    the stimuli of the study. The draws are keyed by person and by the profile's forces: neither the order of the rows
-    nor what else is rated changes an answer.
+    Features are z-scored against the study's own stimulus table, so a profile is rated as it would be among the stimuli
+    of the study. The draws are keyed by person and by the profile's forces: neither the order of the rows nor the other
+    profiles change an answer.
     """
 
     people: int = PEOPLE
@@ -71,10 +71,16 @@ class Perceivers:
 
     def rate(self, force_N: Array) -> Array:
         """Return mean ratings (n, attributes) of all people on the study's scale, of profiles (n, 621) in newtons."""
-        return np.array([self._rated(profile) for profile in as_rows(force_N, POINTS, "force profiles")])
+        means: list[Array] = []
+        for profile in as_rows(force_N, POINTS, "force profiles"):
+            at: tuple[Key, ...] = ("profile", hashlib.sha256(profile.tobytes()).hexdigest())
+            latents = list(zip(self.study.attributes, self._latents(profile), strict=True))
+            answers = [[person.rating(latent, a, self.scale, at) for a, latent in latents] for person in self.persons]
+            means.append(np.mean(answers, axis=0))
+        return np.array(means)
 
     def felt(self, force_N: Array) -> Array:
-        """What a person without gain, bias, noise and steps would answer: (n, attributes) on the study's scale."""
+        """Return the ratings (n, attributes) of a person without gain, bias, noise and steps, on the study's scale."""
         scale = self.scale
         latent = np.array([self._latents(profile) for profile in as_rows(force_N, POINTS, "force profiles")])
         return np.clip((scale.low + scale.high) / 2 + latent, scale.low, scale.high)
@@ -86,20 +92,13 @@ class Perceivers:
             raise ModelDataError(f"{self.study.study} has no rating scale.")
         return self.study.scale
 
-    def _rated(self, profile: Array) -> Array:
-        at: tuple[Key, ...] = ("profile", hashlib.sha256(profile.tobytes()).hexdigest())
-        felt = list(zip(self.study.attributes, self._latents(profile), strict=True))
-        answers = [[person.rating(feeling, a, self.scale, at) for a, feeling in felt] for person in self.persons]
-        mean: Array = np.mean(answers, axis=0)
-        return mean
-
     def _latents(self, profile: Array) -> list[float]:
         columns = describe(as_profile(profile))
         return [self.persons[0].latent_of(attribute, columns) for attribute in self.attributes]
 
 
 def perceivers_for(data: DoorData) -> Perceivers | None:
-    """Simulated people who never saw the data; None where its ratings come from real people, or from another study."""
+    """Return simulated people who never saw the data; None for ratings of real people, or of another study."""
     if not data.simulated:
         return None
     people = Perceivers()
@@ -113,20 +112,17 @@ def profile_scores(scaling: Scaling, test: DoorData, made_N: Array, known_N: Arr
     `known_N` are the profiles of the training side, `judge` the forward model that was fitted to it.
     """
     wish = scaling.rating_up(test.rating)
-    scores: Arrays = {"wish": wish, **_loop(scaling, test, wish, made_N, judge)}
-    judgements = judged_all(made_N, known_N)
+    scores: Arrays = {"wish": wish}
+    if (people := perceivers_for(test)) is None:
+        scores["loop_judge"] = judge.predict(made_N)
+    else:
+        loop = loop_error(wish, made_N, judge, people, scaling)
+        scores |= {"loop_judge": loop.predicted, "loop_fresh": loop.perceived, "loop_felt": loop.felt}
+    assessed = assess_profiles(made_N, known_N)
     for name in PLAUSIBLE:
-        scores[name] = np.array([getattr(plausible, name) for plausible in judgements])
-    scores["playable"] = np.array([float(judgement.playable) for judgement in judgements])
+        scores[name] = np.array([getattr(plausible, name) for plausible in assessed])
+    scores["playable"] = np.array([float(plausible.playable) for plausible in assessed])
     return scores
-
-
-def _loop(scaling: Scaling, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
-    people = perceivers_for(test)
-    if people is None:
-        return {"loop_judge": judge.predict(made_N)}
-    loop = loop_error(wish, made_N, judge, people, scaling)
-    return {"loop_judge": loop.predicted, "loop_fresh": loop.perceived, "loop_felt": loop.felt}
 
 
 def corner_scores(
@@ -139,7 +135,7 @@ def corner_scores(
     numbers = {
         "corners": float(len(extreme)),
         "corners_unplayable": float(unplayable(extreme)),
-        "corners_had": float(sum(corner.had for corner in extreme)),
+        "corners_had": float(sum(corner.is_attained for corner in extreme)),
         "corners_off": float(np.mean(np.abs(nearest - wishes))),
         "corners_greatest_N": max(corner.plausibility.greatest_N for corner in extreme),
         "corners_steepest_N_deg": max(corner.plausibility.steepest_N_deg for corner in extreme),
@@ -152,11 +148,11 @@ def corner_scores(
 
 @dataclass(frozen=True)
 class Loop:
-    """Wishes and what became of them, each (n, attributes) in points of 0..100.
+    """Wishes and the ratings of their profiles, each (n, attributes) in points of 0..100.
 
-    `predicted` is what the forward model says of the made profiles, `perceived` the mean of simulated people who never
-    saw the training data, `felt` what these would answer without gain, bias, noise and steps. None is clipped to
-    0..100, which is the range of the mean ratings of the whole data set; the people's own scale reaches farther.
+    `predicted` are the ratings by the forward model, `perceived` the means of simulated people who never saw the
+    training data, `felt` those of the same people without gain, bias, noise and steps. None is clipped to 0..100, which
+    is the range of the mean ratings of the whole data set; the people's own scale reaches farther.
     """
 
     wish: Array
@@ -166,10 +162,10 @@ class Loop:
 
 
 def loop_error(wish: Array, made_N: Array, forward: Fitted, perceivers: Perceivers, scaling: Scaling) -> Loop:
-    """Hold the ratings of made profiles (n, 621) in newtons against the wishes (n, attributes) on 0..100.
+    """Rate made profiles (n, 621) in newtons, to be compared with their wishes (n, attributes) on 0..100.
 
     A fair judge saw neither the wishes' profiles nor the made ones: `forward` is fitted to the training side alone, and
-    the perceivers bear pseudonyms that the data does not have. Raises ModelDataError where the shapes do not fit.
+    the perceivers have pseudonyms that the data does not have. Raises ModelDataError where the shapes do not fit.
     """
     wishes = as_rows(wish, len(perceivers.attributes), "wishes")
     made = as_rows(made_N, POINTS, "made profiles")

@@ -11,16 +11,16 @@ import pandas as pd
 
 from palpate.modeling.doors.data import DoorData, ModelDataError, near_groups
 from palpate.protocols.wording import some
-from palpate.signals.arrays import Array, Indices, Mask
+from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS
 
 SHOWN = 5
-"""So many names are listed in a message."""
+"""The most names that a message lists."""
 
 
 @dataclass(frozen=True)
 class Individual:
-    """What each person answered: `value` is (people, stimuli, attributes) on the study's scale, NaN where not rated.
+    """The individual ratings: `value` is (people, stimuli, attributes) on the study's scale, NaN where not rated.
 
     The stimuli are the rows of the data beside it. `groups` names each person's group of raters ("" without groups).
     """
@@ -32,7 +32,7 @@ class Individual:
 
 @dataclass(frozen=True)
 class Rated:
-    """The data that models learn from, and the individual ratings that its means were made of."""
+    """The data that models learn from, and the individual ratings behind its means."""
 
     data: DoorData
     individual: Individual
@@ -61,7 +61,9 @@ def rated_of(
     shown: Sequence[StimulusProfile], questions: Questions, ratings: pd.DataFrame, *, simulated: bool,
     made_from: Sequence[str], rated_only: bool = False,
 ) -> Rated:  # fmt: skip
-    """The ratings of these stimuli, with their means; `ratings` has participant, group, stimulus, attribute, value.
+    """Return the ratings of these stimuli, and their means.
+
+    `ratings` has the columns participant, group, stimulus, attribute and value.
 
     A person who rated a stimulus more than once counts once, with the mean of those ratings. With `rated_only`,
     stimuli without a rating on every attribute are left out. Raises DataRefused on a rating off the scale,
@@ -74,12 +76,15 @@ def rated_of(
     demand_on_scale(given, *questions.scale)
     people = sorted(set(given["participant"]))
     group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
-    places = [_places(given["participant"], people), _places(given["stimulus"], [stimulus.id for stimulus in shown]),
-              _places(given["attribute"], questions.attributes)]  # fmt: skip
+    stimuli = [stimulus.id for stimulus in shown]
+    places = tuple(
+        _positions(given[column], names)
+        for column, names in (("participant", people), ("stimulus", stimuli), ("attribute", questions.attributes))
+    )
     shape = (len(people), len(shown), len(questions.attributes))
     total, count = np.zeros(shape), np.zeros(shape)
-    np.add.at(total, tuple(places), given["value"].to_numpy(dtype=np.float64))
-    np.add.at(count, tuple(places), 1.0)
+    np.add.at(total, places, given["value"].to_numpy(dtype=np.float64))
+    np.add.at(count, places, 1.0)
     value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
     individual = Individual(tuple(people), tuple(group[who] for who in people), value)
     rated = _answered(individual).any(axis=(0, 1))
@@ -88,7 +93,7 @@ def rated_of(
         raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
     is_rated = _answered(individual).any(axis=0).all(axis=-1)
     if not is_rated.all() and not rated_only:
-        names = [stimulus.id for stimulus, here in zip(shown, is_rated, strict=True) if not here]
+        names = [name for name, here in zip(stimuli, is_rated, strict=True) if not here]
         raise ModelDataError(
             f"no ratings of {some(names, SHOWN)} on every attribute; collect them, or leave such stimuli out"
             " (rated_only)"
@@ -99,13 +104,13 @@ def rated_of(
     here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
     groups = tuple(individual.groups[i] for i in here)
     individual = Individual(tuple(individual.people[i] for i in here), groups, value[here])
-    data = _means([shown[i] for i in chosen], questions, individual, simulated, tuple(made_from))
+    data = _mean_ratings([shown[i] for i in chosen], questions, individual, simulated, tuple(made_from))
     demand_learnable(data)
     return Rated(data, individual)
 
 
 def demand_learnable(data: DoorData) -> None:
-    """Raise ModelDataError unless there are two stimuli that differ by more than a hand can tell."""
+    """Raise ModelDataError unless two profiles differ by more than a hand can tell, and there are two sources."""
     if len(set(near_groups(data.force_N).tolist())) < 2:
         what = f"{len(data)} stimuli, of one force profile" if len(data) > 1 else f"{len(data)} stimulus"
         raise ModelDataError(f"{what}: nothing can be learned from that; at least two different profiles are needed")
@@ -117,17 +122,17 @@ def demand_learnable(data: DoorData) -> None:
 
 
 def merged_sources(ids: Sequence[str], force_N: Array) -> tuple[str, ...]:
-    """For each stimulus the name of the first one with (nearly) the same profile, in the order of the names."""
+    """Return for each stimulus the first name, in sorted order, among those with (nearly) the same profile."""
     groups = near_groups(force_N)
     return tuple(min(name for name, other in zip(ids, groups, strict=True) if other == group) for group in groups)
 
 
-def _places(column: pd.Series[str], names: Sequence[str]) -> Indices:
+def _positions(column: pd.Series[str], names: Sequence[str]) -> Indices:
     place = {name: i for i, name in enumerate(names)}
     return np.array([place[name] for name in column], dtype=np.int64)
 
 
-def _means(
+def _mean_ratings(
     shown: Sequence[StimulusProfile],
     questions: Questions,
     individual: Individual,
@@ -150,7 +155,10 @@ def _means(
         doors=tuple(stimulus.door for stimulus in shown),
         variants=tuple(stimulus.variant for stimulus in shown),
         source=merged_sources(ids, force),
-        groups=tuple(_whose(individual, is_rated[:, i].any(axis=1)) for i in range(len(ids))),
+        groups=tuple(
+            "+".join(sorted({group for group, here in zip(individual.groups, by_person, strict=True) if here}))
+            for by_person in is_rated.any(axis=2).T
+        ),
         force_N=force,
         rating=mean,
         sd=np.sqrt(variance),
@@ -161,9 +169,5 @@ def _means(
 
 
 def _answered(individual: Individual) -> Any:
-    """(people, stimuli, attributes): whether there is a rating."""
+    """Return a mask (people, stimuli, attributes) of the ratings that are there."""
     return ~np.isnan(individual.value)
-
-
-def _whose(individual: Individual, rated: Mask) -> str:
-    return "+".join(sorted({group for group, here in zip(individual.groups, rated, strict=True) if here}))

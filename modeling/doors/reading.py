@@ -1,7 +1,7 @@
 """Door profiles and ratings from a lab or from simulated people, and door profiles from files.
 
-From a lab comes what `palpate regenerate` would analyse, joined with the doors' profiles. Simulated people rate in
-memory and through the real runner: models are tried on them before people rate."""
+A lab's ratings are those that `palpate regenerate` analyses, joined with the doors' profiles. Simulated people rate in
+memory and through the real runner, so that models can be tried before people rate."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def read_lab(
 ) -> DoorData:  # fmt: skip
     """Return the mean ratings of a lab's study, or imported data set, and the profiles that they are of.
 
-    Read are the sessions that `palpate regenerate` analyses: of one version of the study (`digest`), all real or all
+    It reads the sessions that `palpate regenerate` analyses: of one version of the study (`digest`), all real or all
     `simulated`, complete, of nobody who withdrew, without what the study's analysis plan excludes. They come from the
     lab's session files, else from its collected database, or from `url`. A profile is the file in the column `file`
     and must be the very file that people felt. `rated_only` leaves out stimuli that lack ratings, which are else
@@ -67,7 +67,7 @@ def rated_in_lab(
     lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
     url: str | None = None, rated_only: bool = False,
 ) -> Rated:  # fmt: skip
-    """As `read_lab`, with each person's own ratings beside the means."""
+    """Return what `read_lab` returns, with each person's own ratings beside the means."""
     from palpate.modeling.lab_answers import lab_answers
 
     material, folder = lab_answers(lab, study, digest=digest, url=url, simulated=simulated)
@@ -77,28 +77,34 @@ def rated_in_lab(
 def rated_material(
     material: Material, folder: Path, *, made_from: Sequence[str] | None = None, rated_only: bool = False
 ) -> Rated:
-    """The ratings in a study's material, and the profiles in `folder`. Raises ModelDataError as `read_lab` does."""
-    from palpate.modeling.lab_answers import demand_scale
+    """Return the ratings in a study's material with the profiles in `folder`. Raises ModelDataError as `read_lab`."""
+    from palpate.modeling.lab_answers import demand_scale, left_out_lines
 
     ratings = material.ratings
     if ratings is None:
         raise ModelDataError(f"{material.name!r}: holds no ratings; a study that rates doors is expected")
     shown = (
-        [_shown(stimulus.id, stimulus.columns, folder, stimulus.sha256) for stimulus in material.study.stimuli]
+        [_profile_of(stimulus.id, stimulus.columns, folder, stimulus.sha256) for stimulus in material.study.stimuli]
         if material.study
-        else _of_table(ratings, folder)
+        else _stimuli_of_table(ratings, folder)
     )
     table = ratings.table if "group" in ratings.table.columns else ratings.table.assign(group="")
-    made_from = made_from if made_from is not None else _inputs(material)
+    if made_from is None:
+        left_out = (f"left out: {line}" for line in left_out_lines(material))
+        made_from = (*(f"{source.name} {source.sha256}" for source in material.inputs), *left_out)
+    digest = hashlib.sha256()
+    for profile in shown:
+        digest.update(profile.id.encode() + b"\0" + profile.force_N.astype("<f8").tobytes())
+    made_from = (*made_from, f"{len(shown)} door profiles {digest.hexdigest()}")
     scale = demand_scale(ratings)
     antonyms = tuple(ratings.antonyms.get(name, f"not {name}") for name in ratings.attributes)
     return rated_of(
         shown, Questions(ratings.attributes, antonyms, (scale.low, scale.high)), table, simulated=material.simulated,
-        made_from=(*made_from, _digest_line(shown)), rated_only=rated_only,
+        made_from=made_from, rated_only=rated_only,
     )  # fmt: skip
 
 
-def _of_table(ratings: Ratings, folder: Path) -> list[StimulusProfile]:
+def _stimuli_of_table(ratings: Ratings, folder: Path) -> list[StimulusProfile]:
     """Return the stimuli of an imported data set: its rows name each one and its file."""
     for column in ("stimulus", FILE):
         if column not in ratings.table.columns:
@@ -112,10 +118,10 @@ def _of_table(ratings: Ratings, folder: Path) -> list[StimulusProfile]:
     if len(twice):
         raise ModelDataError(f"{ratings.name!r}: {twice.iloc[0]!r} has more than one file, door or variant")
     records: list[dict[str, str]] = [dict(zip(names, row, strict=True)) for row in rows.itertuples(index=False)]
-    return [_shown(row["stimulus"], row, folder, None) for row in records]
+    return [_profile_of(row["stimulus"], row, folder, None) for row in records]
 
 
-def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | None) -> StimulusProfile:
+def _profile_of(name: str, columns: Mapping[str, str], folder: Path, sha256: str | None) -> StimulusProfile:
     file = columns.get(FILE)
     if not file:
         raise ModelDataError(f"stimulus {name!r}: no door profile (the column {FILE!r} of its table is empty)")
@@ -125,23 +131,8 @@ def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | No
     return StimulusProfile(name, door, columns.get(VARIANT) or name, read_profile(folder / file, sha256))
 
 
-def _inputs(material: Material) -> tuple[str, ...]:
-    """Return the study and the session files by their SHA-256, and what was left out."""
-    from palpate.modeling.lab_answers import left_out_lines
-
-    left_out = (f"left out: {line}" for line in left_out_lines(material))
-    return (*(f"{source.name} {source.sha256}" for source in material.inputs), *left_out)
-
-
-def _digest_line(shown: Sequence[StimulusProfile]) -> str:
-    digest = hashlib.sha256()
-    for profile in shown:
-        digest.update(profile.id.encode() + b"\0" + profile.force_N.astype("<f8").tobytes())
-    return f"{len(shown)} door profiles {digest.hexdigest()}"
-
-
 def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -> DoorData:
-    """Mean ratings by `people` simulated persons P001, P002, ... of the shipped door_ratings, or of a study file.
+    """Return mean ratings by `people` simulated persons P001, P002, ... of door_ratings, or of a study file.
 
     Each has a session of the real runner and a perceiver of the study's `simulation`; the same people and seed give
     the ratings that `palpate run --simulate` records. Raises ModelDataError where a stimulus is left without ratings.
@@ -150,7 +141,7 @@ def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -
 
 
 def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None) -> Rated:
-    """As `simulated_data`, with each person's own ratings beside the means."""
+    """Return what `simulated_data` returns, with each person's own ratings beside the means."""
     from palpate.analysis.power.simulated_studies import people as pseudonyms
     from palpate.analysis.power.simulated_studies import simulated_material
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study

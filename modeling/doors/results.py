@@ -23,15 +23,15 @@ from palpate.signals.arrays import Array, Indices
 
 FOLDS, QUICK_FOLDS = 5, 3
 QUICKLY: Mapping[str, Any] = {"quick": True}
-"""Each method knows what it does then: networks a few epochs of the stimuli alone, the generator a small recipe."""
+"""The settings of a quick evaluation: networks train a few epochs on the stimuli alone, the generator little."""
 NOT_QUICK = frozenset({("inverse", "search")})
-"""What a quick evaluation leaves out unless it is named: its every answer is a search."""
+"""Methods that a quick evaluation leaves out unless they are named: each of their answers is a search."""
 DIRECTIONS: tuple[Direction, ...] = ("forward", "inverse")
 
 
 @dataclass(frozen=True, kw_only=True)
 class DoorOptions(EvaluateOptions):
-    """What is evaluated: methods by direction (None: all), the split that counts, and how.
+    """The options of an evaluation: methods by direction (None: all), the split that counts, settings.
 
     With `beside` the methods that take seconds are evaluated on the other splits too, so that they can be compared.
     `work` is the folder of finished jobs, None to keep nothing; `files` one where exported models stay.
@@ -48,7 +48,7 @@ class DoorOptions(EvaluateOptions):
 
 @dataclass(frozen=True)
 class MethodResults:
-    """One method on one split, rows in the data's order.
+    """The results of one method on one split, rows in the data's order.
 
     Forward: `actual` and `predicted` (n, attributes) on 0..100, `sd` the SD between raters on the same. Inverse: both
     are (n, 621) in percent of the range of all forces, `made_N` the made profiles in newtons. `fold` (n,) says in which
@@ -66,19 +66,19 @@ class MethodResults:
     folds: tuple[Result[FoldJob], ...]
 
     def number(self, name: str) -> float | None:
-        """Return the number that the first fold which has it measured, None where none did."""
+        """Return the number from the first fold that has it, None where none has."""
         return next((_number(result, name) for result in self.folds if name in result.numbers), None)
 
     def total(self, name: str) -> float:
-        """Return the sum over the folds."""
+        """Return the sum of a number over the folds that have it."""
         return float(sum(_number(result, name) for result in self.folds if name in result.numbers))
 
     def array(self, name: str) -> Array | None:
         """Return an array with a row for each tested stimulus, in the data's order; None where the folds have none."""
         if not all(name in fold.arrays for fold in self.folds):
             return None
-        together = np.concatenate([result.arrays[name] for result in self.folds])
-        return np.asarray(together[np.argsort(_tested(self.folds), kind="stable")])
+        joined = np.concatenate([result.arrays[name] for result in self.folds])
+        return np.asarray(joined[np.argsort(_tested_rows(self.folds), kind="stable")])
 
 
 def _number(result: Result[FoldJob], name: str) -> float:
@@ -88,7 +88,7 @@ def _number(result: Result[FoldJob], name: str) -> float:
 
 @dataclass(frozen=True)
 class DoorResults:
-    """Every method's results on every split it was evaluated on, and how long all of it took this time."""
+    """The results of every method on every split that it was evaluated on, and the seconds of this run."""
 
     domain: DoorDomain
     options: DoorOptions
@@ -103,7 +103,7 @@ class DoorResults:
 
 
 def folds_for(quick: bool) -> int:
-    """Return how many folds an evaluation or a training has where nobody asks for a number."""
+    """Return the number of folds of an evaluation or a training without an option for it."""
     return QUICK_FOLDS if quick else FOLDS
 
 
@@ -111,12 +111,17 @@ def domain_for(
     data: DoorData, options: DoorOptions,
     methods: Mapping[Direction, Mapping[str, Method]] = ALL, clock: Clock = time.perf_counter,
 ) -> DoorDomain:  # fmt: skip
-    """Return what all jobs share. Raises ModelDataError for data that cannot be folded, or an unknown split."""
+    """Return the domain of all jobs. Raises ModelDataError for data that cannot be folded, or an unknown split."""
     kinds = KINDS if options.beside else (options.split,)
-    lone = () if len(set(data.doors)) > 1 else ("leave_one_door_out",)  # the split that was asked for says so itself
+    lone = () if len(set(data.doors)) > 1 else ("leave_one_door_out",)  # where it was requested, `folds` refuses it
+    splits: dict[str, tuple[Fold, ...]] = {
+        kind: folds(with_variants(data, options.seed) if kind == LEAKY else data, options.folds, kind, options.seed)
+        for kind in kinds
+        if kind == options.split or kind not in lone
+    }
     return DoorDomain(
         data=data,
-        splits={kind: _folds(data, kind, options) for kind in kinds if kind == options.split or kind not in lone},
+        splits=splits,
         scaling=scaling_of(data),
         seed=options.seed,
         judge=DEFAULT["forward"],
@@ -129,13 +134,8 @@ def domain_for(
     )
 
 
-def _folds(data: DoorData, kind: Kinds, options: DoorOptions) -> tuple[Fold, ...]:
-    over = with_variants(data, options.seed) if kind == LEAKY else data
-    return folds(over, options.folds, kind, options.seed)
-
-
 def waves(domain: DoorDomain, options: DoorOptions) -> tuple[list[FoldJob], list[FoldJob]]:
-    """Return all jobs in two waves: what is forward, and then what builds on it; the slow ones of each wave first."""
+    """Return the jobs in two waves, forward methods and then inverse ones, which build on them; slow ones first."""
     jobs = [job for direction in DIRECTIONS for job in _jobs(domain, options, direction)]
     by_speed = sorted(jobs, key=lambda job: (job.direction, job.method) not in SLOW)
     first = [job for job in by_speed if job.direction == "forward"]
@@ -152,14 +152,14 @@ def _jobs(domain: DoorDomain, options: DoorOptions, direction: Direction) -> Ite
     for name in names:
         for split, of_split in domain.splits.items():
             jobs = [FoldJob(direction, name, split, fold) for fold in range(len(of_split))]
-            if _worth(split, (direction, name) in SLOW, options) or all(map(domain.load, jobs)):
+            if _is_trained_on(split, (direction, name) in SLOW, options) or all(map(domain.load, jobs)):
                 yield from jobs
 
 
-def _worth(split: str, slow: bool, options: DoorOptions) -> bool:
-    """Return whether a method is trained on this split beside the others.
+def _is_trained_on(split: str, slow: bool, options: DoorOptions) -> bool:
+    """Return whether a method is trained on this split in the evaluation.
 
-    A model to be used is, only where that saves something: where it then comes from checkpoints.
+    On the split without a test, only slow methods with saved jobs are: the training of the model for use then loads it.
     """
     if split == WHOLE:
         return slow and not options.quick and options.work is not None
@@ -167,7 +167,7 @@ def _worth(split: str, slow: bool, options: DoorOptions) -> bool:
 
 
 def evaluate_methods(domain: DoorDomain, options: DoorOptions, report: Report = silent) -> DoorResults:
-    """Train and ask every method on every fold. Raises JobError for what a method raises, with the job's name.
+    """Train and test every method on every fold. Raises JobError, with the job's name, for what a method raises.
 
     A job that was finished in an earlier, equal evaluation is loaded from `options.work`.
     """
@@ -179,15 +179,15 @@ def evaluate_methods(domain: DoorDomain, options: DoorOptions, report: Report = 
         results.by_job, key=lambda job: (job.direction, rank[job.direction, job.method], job.split, job.fold)
     ):
         by_method.setdefault((job.direction, job.method, job.split), []).append(results[job])
-    together = {which: _together(domain, of_folds) for which, of_folds in by_method.items()}
-    return DoorResults(domain, options, results, together, domain.clock() - start)
+    joined = {which: _join_folds(domain, of_folds) for which, of_folds in by_method.items()}
+    return DoorResults(domain, options, results, joined, domain.clock() - start)
 
 
-def _together(domain: DoorDomain, of_folds: Iterable[Result[FoldJob]]) -> MethodResults:
-    """Return the folds of one method on one split together."""
+def _join_folds(domain: DoorDomain, of_folds: Iterable[Result[FoldJob]]) -> MethodResults:
+    """Join the folds of one method on one split, rows in the data's order."""
     results = tuple(of_folds)
     job = results[0].job
-    tested = _tested(results)
+    tested = _tested_rows(results)
     order = np.argsort(tested, kind="stable")
     data = domain.data_of(job.split).rows(tested[order])
     predicted = np.concatenate([result.predicted for result in results])[order]
@@ -201,5 +201,5 @@ def _together(domain: DoorDomain, of_folds: Iterable[Result[FoldJob]]) -> Method
     return MethodResults(job.direction, job.method, job.split, data, fold[order], actual, predicted, sd, results)
 
 
-def _tested(results: Iterable[Result[FoldJob]]) -> Indices:
+def _tested_rows(results: Iterable[Result[FoldJob]]) -> Indices:
     return np.concatenate([result.arrays["test"] for result in results])

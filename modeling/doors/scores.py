@@ -1,4 +1,4 @@
-"""How wrong predictions are: the measures of thesis 5.5.3, and shares within the JND and the raters' spread (5.5.4)."""
+"""Errors of predictions (thesis 5.5.3), and shares within the JND and within the raters' spread (5.5.4)."""
 
 from __future__ import annotations
 
@@ -32,14 +32,6 @@ def r2(actual: Array, predicted: Array) -> float | None:
     if total <= 1e-12 * actual.size:
         return None
     return 1.0 - float(np.sum((predicted - actual) ** 2)) / total
-
-
-def by_level(levels: tuple[str, ...]) -> dict[str, list[int]]:
-    """Return the rows of each level, in the order in which the levels first come."""
-    rows: dict[str, list[int]] = {}
-    for row, level in enumerate(levels):
-        rows.setdefault(level, []).append(row)
-    return rows
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from palpate.modeling.doors.data import DoorData
-from palpate.modeling.doors.domain import ALL, WHOLE, FoldJob, trained, with_below
+from palpate.modeling.doors.domain import ALL, WHOLE, FoldJob, train_job, with_prerequisite
 from palpate.modeling.doors.evaluation.method_rows import attainable, forward_row, inverse_row
 from palpate.modeling.doors.folding import Fold
 from palpate.modeling.doors.intervals import interval
@@ -62,9 +62,9 @@ def train_pair(data: DoorData, training: Training, report: Report) -> dict[Direc
     for job in (FoldJob(way, training.methods[way], WHOLE, 0) for way in DIRECTIONS if way in training.methods):
         report(f"training and writing {NAMES[job.direction]}")
         with limited(1):
-            model, numbers = models[job] = trained(job, domain, models)
+            model, numbers = models[job] = train_job(job, domain, models)
         written[job.direction] = _write(results, job.direction, model, numbers["train_s"], training.folder)
-    for used in {needed for job in models for needed in with_below(job, domain)}:
+    for used in {needed for job in models for needed in with_prerequisite(job, domain)}:
         domain.remove_checkpoint(used)
     return written
 

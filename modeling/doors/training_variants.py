@@ -32,7 +32,7 @@ MARK = "~"
 
 
 def noise(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
-    """White Gaussian noise of SD `amount`, in newtons, at every point."""
+    """Return the profile (621,) with white Gaussian noise of SD `amount` newtons at every point of the motion."""
     end = motion_end(force_N)
     changed = force_N.copy()
     changed[1 : end + 1] += amount * draw.standard_normal(end)
@@ -40,7 +40,7 @@ def noise(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
 
 
 def shift(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
-    """Everything `amount` degrees later (below 0: earlier), except the two ends of the motion, which stay."""
+    """Return the profile (621,) moved `amount` degrees later (below 0: earlier); the ends of the motion stay."""
     end = motion_end(force_N)
     place = np.arange(end + 1) / POINTS_PER_DEG
     ramp = min(RAMP_DEG, place[-1] / 2)
@@ -55,7 +55,7 @@ def shift(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
 
 
 def smoothing(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
-    """Return a moving average of `amount` degrees along a stretch of 20 degrees that is drawn."""
+    """Return the profile (621,) smoothed by a moving average of `amount` degrees along a random stretch of 20."""
     end = motion_end(force_N)
     points = 2 * round(amount * POINTS_PER_DEG / 2) + 1
     moving = force_N[: end + 1]
@@ -71,12 +71,12 @@ def smoothing(force_N: Array, amount: float, draw: np.random.Generator) -> Array
 
 
 def amplitude(force_N: Array, amount: float, _draw: np.random.Generator) -> Array:
-    """Return every force `amount` percent greater."""
+    """Return the profile (621,) with every force `amount` percent greater."""
     return force_N * (1 + amount / 100)
 
 
 def spike(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
-    """Return a bump of `amount` newtons and 1 degree (a raised cosine), at an angle that is drawn."""
+    """Return the profile (621,) with a raised cosine of `amount` newtons and 1 degree at a random angle."""
     end = motion_end(force_N)
     reach = SPIKE_DEG / 2
     middle = draw.uniform(reach, max(reach, end / POINTS_PER_DEG - reach))
@@ -87,7 +87,7 @@ def spike(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
 
 
 def motion_end(force_N: Array) -> int:
-    """The last point before the zeros of a door that opens less than 62 degrees; the last of all where all are 0."""
+    """Return the index of the last force before the zeros behind the motion; the last of all where all are 0."""
     moving = np.flatnonzero(force_N)
     return int(moving[-1]) if moving.size else len(force_N) - 1
 
@@ -129,16 +129,24 @@ def with_variants(data: DoorData, seed: int = 0) -> DoorData:
     What is drawn depends on the seed, the stimulus' name and the change alone. Ratings stay on the study's scale.
     Raises ModelDataError on data that holds training variants already.
     """
-    if made := next((name for name in data.ids if is_variant(name)), None):
-        raise ModelDataError(f"{made} is a training variant already: give the stimuli as they were rated")
+    if variant := next((name for name in data.ids if is_variant(name)), None):
+        raise ModelDataError(f"{variant} is a training variant already: give the stimuli as they were rated")
     count = len(data)
     every = data.rows(np.concatenate([np.arange(count), np.repeat(np.arange(count), len(KINDS))]))
-    made_rows = [_variant(data, row, kind, seed) for row in range(count) for kind in KINDS]
+    low, high = data.scale
+    forces, ratings = [], []
+    for row in range(count):
+        for kind in KINDS:
+            draw = np.random.Generator(np.random.PCG64(keyed_bits("training variant", seed, data.ids[row], kind.name)))
+            amount = float(draw.uniform(kind.least, kind.most))
+            effect = np.array([kind.effect.get(name, 0.0) for name in data.attributes])
+            forces.append(kind.change(data.force_N[row], amount, draw))
+            ratings.append(np.clip(data.rating[row] + effect * amount / 100 * (high - low), low, high))
     return replace(
         every,
         ids=(*data.ids, *(f"{name}{MARK}{kind.name}" for name in data.ids for kind in KINDS)),
-        force_N=np.concatenate([data.force_N, *(force[None] for force, _ in made_rows)]),
-        rating=np.concatenate([data.rating, *(rating[None] for _, rating in made_rows)]),
+        force_N=np.concatenate([data.force_N, forces]),
+        rating=np.concatenate([data.rating, ratings]),
         made_from=(*data.made_from, f"{len(KINDS)} training variants of each stimulus, seed {seed}"),
     )
 
@@ -147,13 +155,3 @@ def is_variant(name: str) -> bool:
     """Return whether this is the name of a training variant."""
     stimulus, mark, kind = name.rpartition(MARK)
     return bool(stimulus and mark) and kind in {variant.name for variant in KINDS}
-
-
-def _variant(data: DoorData, row: int, kind: Kind, seed: int) -> tuple[Array, Array]:
-    """Return the changed profile, and the ratings that it is taken to get."""
-    draw = np.random.Generator(np.random.PCG64(keyed_bits("training variant", seed, data.ids[row], kind.name)))
-    amount = float(draw.uniform(kind.least, kind.most))
-    force = kind.change(data.force_N[row], amount, draw)
-    low, high = data.scale
-    effect = np.array([kind.effect.get(name, 0.0) for name in data.attributes])
-    return force, np.clip(data.rating[row] + effect * amount / 100 * (high - low), low, high)

@@ -1,4 +1,4 @@
-"""An evaluation as a whole: every method's results, the ceiling and the floors beside them, the default and why."""
+"""The evaluation of door models: all results, noise ceilings and floors, and the choice of the default methods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
 from palpate.modeling.doors.data import DoorData, ModelDataError
 from palpate.modeling.doors.domain import DoorDomain
 from palpate.modeling.doors.evaluation.method_rows import method_rows
-from palpate.modeling.doors.measured_door import Recovered, measured
+from palpate.modeling.doors.measured_door import Recovered, recover_measured
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import NO_FILE, THESIS, Direction
 from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
@@ -22,53 +22,53 @@ from palpate.signals.arrays import Array
 
 Row = dict[str, Any]
 ALLOWED = 0.05
-"""The network may be this much worse than the best baseline before the report says so."""
+"""The share by which the network may be worse than the best baseline before the report says so."""
 MethodRow = Mapping[str, Any]
 
 
 def floors(domain: DoorDomain) -> list[Row]:
-    """For each split the waveform's mean absolute error in percent, mean over profiles and its SD, of
+    """Return two lower bounds of the waveform's mean absolute error in percent: mean over profiles and SD, by split.
 
-    - the oracle: of the training side's profiles the one that is nearest to the very waveform that is looked for;
-    - the code: the held-out waveform itself, put through as many principal components of the training side's profiles
-      as there are attributes, and back: what as many numbers can say of it when they are chosen for that alone.
+    - oracle: the training profile that is nearest to the held-out waveform itself;
+    - code: the held-out waveform projected on as many principal components of the training profiles as there are
+      attributes: the best that so many numbers can do.
     """
-    return [row for split in domain.splits for row in _of_split(domain, split)]
-
-
-def _of_split(domain: DoorDomain, split: str) -> list[Row]:
-    forces = domain.scaling.force_up(domain.data_of(split).force_N)
     size = len(domain.data.attributes)
-    errors: dict[str, list[Array]] = {"oracle": [], "code": []}
-    for fold in domain.splits[split]:
-        known, tested = forces[fold.train], forces[fold.test]
-        errors["oracle"].append(np.array([np.abs(known - profile).mean(axis=1).min() for profile in tested]))
-        # the tested profiles as the first components of the known ones reproduce them
-        mean = known.mean(axis=0)
-        _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
-        leading = axes[:size]
-        back: Array = mean + (tested - mean) @ leading.T @ leading
-        errors["code"].append(np.abs(back - tested).mean(axis=1))
     meanings = {"oracle": "nearest known profile, found by the waveform itself",
-            "code": f"the waveform through {size} principal components"}  # fmt: skip
-    return [
-        {"split": split, "floor": name, "what": meanings[name], "mae": float(every.mean()),
-         "mae_sd": float(every.std(ddof=1)) if len(every) > 1 else None, "n": len(every)}
-        for name, every in ((name, np.concatenate(of_fold)) for name, of_fold in errors.items())
-    ]  # fmt: skip
+                "code": f"the waveform through {size} principal components"}  # fmt: skip
+    rows: list[Row] = []
+    for split, folds in domain.splits.items():
+        forces = domain.scaling.force_up(domain.data_of(split).force_N)
+        errors: dict[str, list[Array]] = {"oracle": [], "code": []}
+        for fold in folds:
+            known, tested = forces[fold.train], forces[fold.test]
+            errors["oracle"].append(np.array([np.abs(known - profile).mean(axis=1).min() for profile in tested]))
+            # the tested profiles as the first components of the known ones reproduce them
+            mean = known.mean(axis=0)
+            _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
+            leading = axes[:size]
+            back: Array = mean + (tested - mean) @ leading.T @ leading
+            errors["code"].append(np.abs(back - tested).mean(axis=1))
+        for name, by_fold in errors.items():
+            mae = np.concatenate(by_fold)
+            sd = float(mae.std(ddof=1)) if len(mae) > 1 else None
+            rows.append({"split": split, "floor": name, "what": meanings[name], "mae": float(mae.mean()), "mae_sd": sd,
+                         "n": len(mae)})  # fmt: skip
+    return rows
 
 
 def forward_choice(rows: Sequence[MethodRow]) -> Choice:
-    """Return the method with the least MAE; of equals the first. `rows` are those of the table of all methods."""
+    """Return the method with the least MAE, the first of equals; `rows` are those of the table of all methods."""
     best = min(rows, key=lambda row: row["mae"])
     why = f"{best['title']} has the least MAE: {best['mae']:.2f}, all methods on the same folds."
-    return Choice(best["method"], why, _network(rows, "mae", "MAE"))
+    return Choice(best["method"], why, _compare_network(rows, "mae", "MAE"))
 
 
 def inverse_choice(rows: Sequence[MethodRow]) -> Choice:
-    """Of the methods that a rig can be given and whose profiles it plays, corners too, the one of least loop error.
+    """Return the method of least loop error among those with a model file whose profiles all stay within the limits.
 
-    The loop is closed by perceivers who never saw the training data where there are any, else by the forward model.
+    The profiles at the corners of the sliders count too. The loop is closed by simulated people who never saw the
+    training data where there are any, else by the forward model.
     """
     fresh = any(row["loop_fresh"] is not None for row in rows)
     by, whose = ("loop_fresh", "fresh perceivers") if fresh else ("loop_judge", "by the forward model")
@@ -86,11 +86,11 @@ def inverse_choice(rows: Sequence[MethodRow]) -> Choice:
         f"{best['title']} has the least loop error ({whose}): {best[by]:.2f}, among methods whose every made profile "
         "is within the limits, at the corners too."
     )
-    return Choice(best["method"], why, _network(rows, by, "loop error"))
+    return Choice(best["method"], why, _compare_network(rows, by, "loop error"))
 
 
-def _network(rows: Sequence[MethodRow], name: str, what: str) -> tuple[str, ...]:
-    """Return how the thesis' network stands against the best of the others; empty where either is missing."""
+def _compare_network(rows: Sequence[MethodRow], name: str, what: str) -> tuple[str, ...]:
+    """Compare the thesis' network with the best other method in one sentence; empty where either is missing."""
     network = next((row for row in rows if row["method"] == THESIS and row[name] is not None), None)
     known = [row for row in rows if row["method"] != THESIS and row[name] is not None]
     if network is None or not known:
@@ -109,10 +109,10 @@ def _network(rows: Sequence[MethodRow], name: str, what: str) -> tuple[str, ...]
 
 @dataclass(frozen=True)
 class DoorEvaluation:
-    """All that tables, figures and the report are made of.
+    """The content of tables, figures and the report.
 
-    `forward` and `inverse` are the rows of the two tables of all methods; `choices` the default of each direction that
-    was evaluated; `ceilings` the noise ceilings, or `no_ceiling` why there are none.
+    `forward` and `inverse` are the rows of the two tables of all methods; `choices` holds the default of each evaluated
+    direction; `ceilings` the noise ceilings, and `no_ceiling` the reason where there are none.
     """
 
     results: DoorResults
@@ -142,17 +142,17 @@ def evaluate_doors(
         choices["forward"] = forward_choice(forward)
     if inverse:
         choices["inverse"] = inverse_choice(inverse)
-    ceilings, why = _ceilings(data, individual, options.seed)
+    ceilings, why = _noise_ceilings(data, individual, options.seed)
     report("the measured door")
     recovered: tuple[Recovered, ...] = ()
     if len(choices) == 2:  # by the default methods: nothing else is trained for it
         methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
         default = next(method for method in results.methods("forward") if method.method == methods["forward"])
-        recovered = measured(results.domain, methods, default)
+        recovered = recover_measured(results.domain, methods, default)
     return DoorEvaluation(results, forward, inverse, choices, ceilings, why, tuple(floors(domain)), recovered)
 
 
-def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple[tuple[Ceiling, ...], str]:
+def _noise_ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple[tuple[Ceiling, ...], str]:
     if individual is None:
         return (), "A table of means holds no single ratings: their noise is unknown."
     try:

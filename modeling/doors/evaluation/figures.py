@@ -1,4 +1,4 @@
-"""Figures 5.12 to 5.14 of the thesis, work-precision plots, learning curves, made profiles beside measured ones."""
+"""Figures 5.12 to 5.14 of the thesis, work-precision plots, learning curves, made and measured profiles."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
+from palpate.modeling.doors.data import rows_by_label
 from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
 from palpate.modeling.doors.evaluation.method_rows import widths
 from palpate.modeling.doors.evaluation.result_tables import curve_rows
@@ -18,16 +19,12 @@ from palpate.modeling.doors.evaluation.tables import prediction_rows, waveform_e
 from palpate.modeling.doors.evaluation.words import CURVES, PROFILES, WORK_PRECISION
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults
-from palpate.modeling.doors.scores import by_level
 from palpate.protocols.undefined import nan_to_none
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from palpate.modeling.training.history import Epoch
 
 
 ANGLE = np.arange(POINTS) / POINTS_PER_DEG
@@ -39,10 +36,10 @@ UNIT = "0 to 100"
 
 
 def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path) -> DrawnFigure:
-    """For each door the stimulus that was made with the median error: held out, and as two methods made it."""
+    """Draw for each door the stimulus of median waveform error: the held-out profile, and those of two methods."""
     network = next((m for m in evaluation.results.methods("inverse") if m.method == THESIS != ours.method), None)
     shown = [method for method in (ours, network) if method is not None]
-    panels = [_panel(evaluation, shown, rows) for rows in by_level(ours.data.doors).values()]
+    panels = [_panel(evaluation, shown, rows) for rows in rows_by_label(ours.data.doors).values()]
     judge = "fresh simulated people" if ours.array("loop_fresh") is not None else "the forward model's ratings"
     beside = "" if network is None else ", orange what the thesis' network makes"
     caption = PROFILES.format(ours=ours.method, network=beside, judge=judge)
@@ -51,27 +48,24 @@ def made_profiles(evaluation: DoorEvaluation, ours: MethodResults, folder: Path)
 
 
 def _panel(evaluation: DoorEvaluation, shown: Sequence[MethodResults], rows: Sequence[int]) -> tuple[str, list[Line]]:
-    """Return one door's middle stimulus: its title, and the lines to draw."""
+    """Return the title and the lines of one door's stimulus of median error."""
     ours = shown[0]
     errors = waveform_errors(ours)[0]
     row = sorted(rows, key=lambda i: errors[i])[len(rows) // 2]
     lines: list[Line] = [("held out", HELD, ours.data.force_N[row], 2.6)]
     for method, colour in zip(shown, (OURS, THEIRS), strict=False):
         made_N = evaluation.results.domain.scaling.force_down(method.predicted[row])
-        lines.append((f"{method.method} ({_legend(method, row)})", colour, made_N, 1.2))
+        # the legend: the waveform's MAE, and how far the ratings of the made profile lie from the wish
+        felt, wish = method.array("loop_fresh"), method.array("wish")
+        felt = method.array("loop_judge") if felt is None else felt
+        off = "" if felt is None or wish is None else f", {float(np.abs(felt[row] - wish[row]).mean()):.1f} off"
+        label = f"{method.method} ({waveform_errors(method)[0][row]:.1f} %{off})"
+        lines.append((label, colour, made_N, 1.2))
     return ours.data.ids[row], lines
 
 
-def _legend(method: MethodResults, row: int) -> str:
-    """Return the waveform's MAE, and how far the ratings of the made profile lie from the wish."""
-    felt, wish = method.array("loop_fresh"), method.array("wish")
-    felt = method.array("loop_judge") if felt is None else felt
-    off = "" if felt is None or wish is None else f", {float(np.abs(felt[row] - wish[row]).mean()):.1f} off"
-    return f"{waveform_errors(method)[0][row]:.1f} %{off}"
-
-
 def measured_door(evaluation: DoorEvaluation, folder: Path) -> DrawnFigure:
-    """Return the measured door and its edits, each beside the profile that its predicted ratings come back to."""
+    """Draw the measured door and its edits, each with the profile that the inverse makes of its predicted ratings."""
     from palpate.modeling.doors.evaluation.report import profile_name
 
     panels: list[tuple[str, list[Line]]] = [
@@ -95,7 +89,14 @@ def _figure(panels: Sequence[tuple[str, list[Line]]]) -> Figure:
     figure = Figure(figsize=(10.2, 2.75 * lines), layout="constrained")
     grid = figure.subplots(lines, ACROSS, squeeze=False, sharex=True, sharey=True).ravel()
     for axes, (title, shown) in zip(grid, panels, strict=False):
-        _draw(axes, title, shown)
+        axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0.5)
+        for name, colour, force_N, width in shown:
+            axes.plot(ANGLE, force_N, color=colour, linewidth=width, label=name, solid_capstyle="round")
+        axes.set_title(title, color=INK)
+        axes.set_xlim(0, ANGLE[-1])
+        axes.legend(fontsize=7, frameon=False, loc="upper left", handlelength=1.2, labelspacing=0.2,
+                    borderaxespad=0.1)  # fmt: skip
+        quiet_axes(axes)
     for axes in grid[len(panels) :]:
         axes.set_axis_off()
     for axes in grid[::ACROSS]:
@@ -106,17 +107,6 @@ def _figure(panels: Sequence[tuple[str, list[Line]]]) -> Figure:
     low, high = grid[0].get_ylim()
     grid[0].set_ylim(low, high + 0.24 * (high - low))
     return figure
-
-
-def _draw(axes: Axes, title: str, shown: Sequence[Line]) -> None:
-    axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0.5)
-    for name, colour, force_N, width in shown:
-        axes.plot(ANGLE, force_N, color=colour, linewidth=width, label=name, solid_capstyle="round")
-    axes.set_title(title, color=INK)
-    axes.set_xlim(0, ANGLE[-1])
-    axes.legend(fontsize=7, frameon=False, loc="upper left", handlelength=1.2, labelspacing=0.2,
-                borderaxespad=0.1)  # fmt: skip
-    quiet_axes(axes)
 
 
 def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
@@ -155,7 +145,7 @@ def _of(methods: Sequence[MethodResults], name: str) -> MethodResults | None:
 
 
 def _violins(results: MethodResults, folder: Path) -> DrawnFigure:
-    """Figure 5.14: the waveform's MAE by door."""
+    """Draw figure 5.14: the waveform's MAE by door."""
     from palpate.analysis.figures.violins import VIOLINS
 
     title = "Waveform error of made profiles by door"
@@ -193,7 +183,7 @@ def _planned_figure(
 
 
 def _work_precision(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Error against the time of training and of an answer, a figure for each direction."""
+    """Yield error against the time of training and of an answer, a figure for each direction."""
     from palpate.analysis.measuring.work_precision_plot import work_precision_figure
 
     panels = {
@@ -226,23 +216,18 @@ def _timed_rows(
 
 def _curves(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Yield the learning curves of every method that is trained in epochs, a line for each fold."""
+    from palpate.modeling.training.history import Epoch
     from palpate.modeling.training.trained_files import learning_curve
 
     for method in (*evaluation.results.methods("forward"), *evaluation.results.methods("inverse")):
-        if histories := _histories(method):
+        histories: dict[str, list[Epoch]] = {}
+        for row in curve_rows(method):
+            held = nan_to_none(row["held_loss"])
+            epoch = Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held)
+            histories.setdefault(f"fold {row['fold']}", []).append(epoch)
+        if histories:
             name = f"learning_{method.direction}_{method.method}"
             title = f"Learning curves: {evaluation.results.domain.methods[method.direction][method.method].title}"
             with drawing(name):
                 last = method.method == "network_thesis"
                 yield drawn_figure(name, title, CURVES, learning_curve(histories, last), folder)
-
-
-def _histories(results: MethodResults) -> dict[str, list[Epoch]]:
-    from palpate.modeling.training.history import Epoch
-
-    histories: dict[str, list[Epoch]] = {}
-    for row in curve_rows(results):
-        held = nan_to_none(row["held_loss"])
-        epoch = Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held)
-        histories.setdefault(f"fold {row['fold']}", []).append(epoch)
-    return histories

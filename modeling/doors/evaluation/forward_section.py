@@ -47,7 +47,7 @@ KNOWS = {"other_people": "everybody who could be asked", "same_people": "these p
 
 
 def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
-    """Everything about this direction; None where nothing of it was evaluated."""
+    """Return the section of the forward methods; None where none was evaluated."""
     if not evaluation.forward:
         return None
     ours = evaluation.choices["forward"].method
@@ -83,7 +83,7 @@ def forward_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
 
 
 def with_refusals(note: str, rows: Sequence[Row]) -> str:
-    """Return the note, and why a method has no file."""
+    """Return the note, followed by the reason of each method that has no file."""
     return " ".join([note, *(f"No file: {row['note']}" for row in rows if row["note"])])
 
 
@@ -102,7 +102,7 @@ def _ceilings(evaluation: DoorEvaluation) -> list[Block]:
 
 
 def _cells(evaluation: DoorEvaluation, ours: str) -> list[Block]:
-    """Tables 5.3 to 5.5 for the default and the thesis' network, the other methods folded."""
+    """Return tables 5.3 to 5.5 for the default and the thesis' network; those of other methods are folded."""
     blocks: list[Block] = [Heading("By attribute and door", "cells")]
     methods = sorted(
         evaluation.results.methods("forward"), key=lambda results: (results.method != ours, results.method != THESIS)
@@ -122,15 +122,13 @@ def _cells(evaluation: DoorEvaluation, ours: str) -> list[Block]:
             ]
             note = "" if folded else "* The thesis' average: private data, other people."
             blocks.append(table(title, rows, columns, folded=folded, note=note, theirs=("thesis",)))
-        blocks += _printed(f"Table {number} as the thesis printed it", methods[0], measure, digits)
+        data = methods[0].data
+        if thesis := thesis_rows(measure, data.attributes, list(dict.fromkeys(data.doors))):
+            columns = _door_columns(methods[0], digits)
+            theirs_only = [column.name for column in columns[1:]]
+            title = f"Table {number} as the thesis printed it"
+            blocks.append(table(title, thesis, columns, folded=True, note=words.PRIVATE, theirs=theirs_only))
     return blocks
-
-
-def _printed(title: str, method: MethodResults, measure: str, digits: str) -> list[Block]:
-    rows = thesis_rows(measure, method.data.attributes, list(dict.fromkeys(method.data.doors)))
-    columns = _door_columns(method, digits)
-    theirs = [column.name for column in columns[1:]]
-    return [table(title, rows, columns, folded=True, note=words.PRIVATE, theirs=theirs)] if rows else []
 
 
 def _door_columns(method: MethodResults, digits: str) -> list[Column]:

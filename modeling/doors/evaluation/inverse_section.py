@@ -84,11 +84,19 @@ JUDGES = {
 
 
 def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
-    """Everything about this direction; None where nothing of it was evaluated."""
+    """Return the section of the inverse methods; None where none was evaluated."""
     if not evaluation.inverse:
         return None
     ours = evaluation.choices["inverse"].method
     rows = list(evaluation.inverse)
+    timed = [
+        {
+            **row,
+            "loop": row["loop_judge"] if row["loop_fresh"] is None else row["loop_fresh"],
+            "without_file_ms": row["trained_ms"] if row["file_ms"] is None else None,
+        }
+        for row in rows
+    ]
     blocks: list[Block] = [
         Words(words.WISHES),
         table(
@@ -98,7 +106,7 @@ def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
             ours=ours,
             note=words.LIMITS.format(force=LIMIT_N, slope=STEEPEST_N_DEG),
         ),
-        table("Error and time", [_timed(row) for row in rows], TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
+        table("Error and time", timed, TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
         *(figure_block(figure) for figure in chosen(pictured, "work_precision_inverse", "made_profiles")),
         *_loop(evaluation),
         *_sliders(evaluation, ours),
@@ -111,37 +119,29 @@ def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
     return Section("inverse", "From feeling to force", tuple(blocks))
 
 
-def _timed(row: Row) -> Row:
-    """Return the row with the loop error that counts, and the time of an answer where no file has it."""
-    loop = row["loop_judge"] if row["loop_fresh"] is None else row["loop_fresh"]
-    return {**row, "loop": loop, "without_file_ms": row["trained_ms"] if row["file_ms"] is None else None}
-
-
 def _title(evaluation: DoorEvaluation, method: str) -> str:
     return evaluation.results.domain.methods["inverse"][method].title
 
 
 def _loop(evaluation: DoorEvaluation) -> list[Block]:
-    """Return the loop's error by attribute, a column for each method, as each judge finds it."""
+    """Return the loop's error by attribute: a table for each judge, a column for each method."""
     methods = evaluation.results.methods("inverse")
-    tables = [_judged_table(evaluation, methods, name) for name in JUDGES]
-    return [Heading("The loop, by attribute", "loop"), *(block for block in tables if block is not None)]
-
-
-def _judged_table(evaluation: DoorEvaluation, methods: Sequence[MethodResults], name: str) -> TableBlock | None:
-    rows: list[Row] = [{"attribute": attribute} for attribute in (*evaluation.data.attributes, "mean")]
     within = attainable(methods)
-    for method in methods:
-        values = [row[name] for row in loop_rows(method, within)]
-        if any(value is None for value in values):
-            continue
-        for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):
-            row[method.method] = value
-    if not any(len(row) > 1 for row in rows):
-        return None
+    notes = {"loop_fresh": words.FRESH, "loop_attainable": words.ATTAINABLE, "loop_judge": words.JUDGE}
     columns = [Column("attribute", "attribute"), *(Column(results.method, results.method, "2") for results in methods)]
-    note = {"loop_fresh": words.FRESH, "loop_attainable": words.ATTAINABLE, "loop_judge": words.JUDGE}.get(name, "")
-    return table(JUDGES[name], rows, columns, folded=name == "loop_felt", note=note)
+    blocks: list[Block] = [Heading("The loop, by attribute", "loop")]
+    for name, title in JUDGES.items():
+        rows: list[Row] = [{"attribute": attribute} for attribute in (*evaluation.data.attributes, "mean")]
+        for method in methods:
+            values = [row[name] for row in loop_rows(method, within)]
+            if any(value is None for value in values):
+                continue
+            for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):
+                row[method.method] = value
+        if any(len(row) > 1 for row in rows):
+            folded = name == "loop_felt"
+            blocks.append(table(title, rows, columns, folded=folded, note=notes.get(name, "")))
+    return blocks
 
 
 def _sliders(evaluation: DoorEvaluation, ours: str) -> list[Block]:
@@ -157,18 +157,26 @@ def _in_full(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:
 
 
 def _waveforms(evaluation: DoorEvaluation, ours: str) -> list[Block]:
-    """Table 5.6 for the default and the thesis' network, the others folded; the thesis' own beside."""
+    """Return table 5.6 for the default and the thesis' network, those of other methods folded, with the thesis' own."""
     shown = _in_full(evaluation, ours)
     others = [method for method in evaluation.results.methods("inverse") if method.method not in (ours, THESIS)]
     blocks: list[Block] = [Heading("The waveform, by door", "waveforms")]
     blocks += [_by_door(evaluation, results, folded=False) for results in shown]
     blocks += [_by_door(evaluation, results, folded=True) for results in others]
-    return [*blocks, *(_by_variant(evaluation, results) for results in shown)]
+    columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
+               Column("n", "profiles", "int")]  # fmt: skip
+    for results in shown:
+        rows = [_spreads(row) for row in waveform_rows(results, "variants") if row["variant"] != OVERALL]
+        blocks.append(table(f"By variant: {_title(evaluation, results.method)}", rows, columns, folded=True))
+    return blocks
 
 
 def _by_door(evaluation: DoorEvaluation, method: MethodResults, folded: bool) -> TableBlock:
     theirs = printed_waveforms().by_door
-    rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(method)]
+    rows = [_spreads(row) for row in waveform_rows(method)]
+    for row in rows:
+        if printed := theirs.get(row["door"]):
+            row |= {f"thesis_{name}": _pm(printed[name], printed[f"{name}_sd"], 3) for name in ("mae", "rmse")}
     rows[-1]["door"] = "all" if rows[-1]["door"] == OVERALL else rows[-1]["door"]
     columns = [
         *(Column("door", "door"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD")),
@@ -179,22 +187,9 @@ def _by_door(evaluation: DoorEvaluation, method: MethodResults, folded: bool) ->
     return table(title, rows, columns, folded=folded, note=note, theirs=("thesis_mae", "thesis_rmse"))
 
 
-def _by_variant(evaluation: DoorEvaluation, method: MethodResults) -> TableBlock:
-    rows = [_spreads(row) for row in waveform_rows(method, "variants") if row["variant"] != OVERALL]
-    columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
-               Column("n", "profiles", "int")]  # fmt: skip
-    return table(f"By variant: {_title(evaluation, method.method)}", rows, columns, folded=True)
-
-
 def _spreads(row: Row) -> Row:
     """Return the row with its means and SDs as one text each."""
     return {**row, **{f"{name}_sd": _pm(row[name], row[f"{name}_sd"], 2) for name in ("mae", "rmse")}}
-
-
-def _beside(theirs: object) -> Row:
-    if not isinstance(theirs, dict):
-        return {}
-    return {f"thesis_{name}": _pm(theirs[name], theirs[f"{name}_sd"], 3) for name in ("mae", "rmse")}
 
 
 def _pm(mean: float, sd: float | None, digits: int) -> str:
@@ -202,7 +197,7 @@ def _pm(mean: float, sd: float | None, digits: int) -> str:
 
 
 def _floors(evaluation: DoorEvaluation) -> list[Block]:
-    """Return why 0.6 %: the leaky split, and what no method can undercut."""
+    """Return the waveform's error by split beside its floors, which explain the thesis' 0.6 %."""
     wide: dict[str, Row] = {}
     for row in splits_inverse(evaluation):
         wide.setdefault(row["method"], {"title": _title(evaluation, row["method"])})[row["split"]] = row["mae"]

@@ -32,7 +32,7 @@ def method_rows(results: DoorResults, way: Direction) -> tuple[Row, ...]:
 
 
 def forward_row(results: MethodResults, method: Method) -> Row:
-    """Return a method's errors of ratings, on 0..100, over every stimulus once, by models that had not seen it.
+    """Return a method's errors of ratings on 0..100 over all stimuli, each predicted by a model that had not seen it.
 
     `mae_of_folds_sd` is the SD of the folds' MAE; `coverage` and `half_width` are of nested conformal intervals that
     should hold 90 %; `scaled_coverage` of those scaled by the model's own SD, where it has one.
@@ -58,7 +58,7 @@ def forward_row(results: MethodResults, method: Method) -> Row:
 def inverse_row(results: MethodResults, method: Method, within: Mask | None = None) -> Row:
     """Return a method's errors of made profiles: waveform in percent of the range of forces, loop on 0..100.
 
-    `within` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
+    `within` (n,) marks the attainable wishes (see `attainable`), None where that is not known.
     """
     errors = waveform_errors(results)
     return {
@@ -80,9 +80,9 @@ def inverse_row(results: MethodResults, method: Method, within: Mask | None = No
 
 
 def files(results: MethodResults) -> Row:
-    """Return what was measured of the exported file: an answer's time, bytes, the difference from the trained model.
+    """Return the numbers of the exported file: time of an answer, bytes, difference from the trained model.
 
-    `trained_ms` is one answer's share of the time that the trained model itself took, asked for all at once.
+    `trained_ms` is one answer's share of the time that the trained model itself took for all rows at once.
     """
     notes = dict.fromkeys(note for result in results.folds for note in result.notes)
     trained = {"trained_ms": 1e3 * results.total("asked_s") / len(results.data)}
@@ -90,12 +90,16 @@ def files(results: MethodResults) -> Row:
 
 
 def attainable(methods: Iterable[MethodResults]) -> Mask | None:
-    """Return which wishes (n,) can be had: some method's profile comes within TOLERANCE of it in every attribute.
+    """Return which wishes (n,) are attainable: some method's profile comes within TOLERANCE in every attribute.
 
-    The forward model of the training side says so, as it does to a designer; it saw neither the wish's door nor what
-    anybody says of the made one. None where nothing was made.
+    The ratings are those of the forward model of the training side, which saw neither the wish's door nor any rating of
+    the made profile. None where no profile was made.
     """
-    masks = [mask for method in methods if (mask := _had(method)) is not None]
+    masks: list[Mask] = []
+    for method in methods:
+        wish, rated = method.array("wish"), method.array("loop_judge")
+        if wish is not None and rated is not None:
+            masks.append(np.all(np.abs(np.clip(rated, 0.0, TOP) - wish) <= TOLERANCE, axis=1))
     return np.any(masks, axis=0) if masks else None
 
 
@@ -105,14 +109,15 @@ def loop_numbers(results: MethodResults, within: Mask | None = None) -> Row:
     Also over the wishes `within` alone, by fresh people where there are any and else by the forward model.
     """
     numbers: Row = {
-        name: None if values is None else float(np.mean(values)) for name, values in _all_off(results, within).items()
+        name: None if values is None else float(np.mean(values))
+        for name, values in _loop_errors(results, within).items()
     }
     return numbers | {"attainable": None if within is None else int(within.sum())}
 
 
 def loop_rows(results: MethodResults, within: Mask | None = None) -> list[Row]:
-    """`loop_numbers` by attribute."""
-    off = _all_off(results, within)
+    """Return `loop_numbers` by attribute, a row each."""
+    off = _loop_errors(results, within)
     return [
         {"method": results.method, "attribute": attribute}
         | {name: None if values is None else float(np.mean(values[:, column])) for name, values in off.items()}
@@ -120,22 +125,25 @@ def loop_rows(results: MethodResults, within: Mask | None = None) -> list[Row]:
     ]
 
 
-def _all_off(results: MethodResults, within: Mask | None) -> dict[str, Array | None]:
-    """Return the errors of the loop by judge, and those that count over the wishes `within`."""
-    off = {f"loop_{by}": _off(results, by) for by in BY}
+def _loop_errors(results: MethodResults, within: Mask | None) -> dict[str, Array | None]:
+    """Return |rating - wish| (n, attributes) by judge, None where it did not rate, also for the wishes `within`."""
+    wish, off = results.array("wish"), dict[str, Array | None]()
+    for judge in BY:
+        rated = results.array(f"loop_{judge}")
+        off[f"loop_{judge}"] = None if wish is None or rated is None else np.abs(rated - wish)
     counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
     off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
     return off
 
 
 def unplayable(results: MethodResults) -> int | None:
-    """Return how many of the made profiles the door would refuse."""
+    """Return the number of made profiles that the door would refuse; None where none was scored."""
     playable = results.array("playable")
     return None if playable is None else int(np.sum(playable == 0))
 
 
 def widths(results: MethodResults, coverage: float = COVERAGE) -> Array | None:
-    """(n, attributes): each prediction's half width, calibrated on the other folds; None for too few stimuli."""
+    """Return half widths (n, attributes), calibrated on the other folds; None where there are too few stimuli."""
     residual, width = results.predicted - results.actual, np.empty_like(results.actual)
     try:
         for fold in np.unique(results.fold):
@@ -147,7 +155,7 @@ def widths(results: MethodResults, coverage: float = COVERAGE) -> Array | None:
 
 
 def _calibration(results: MethodResults) -> Row:
-    """Coverage and mean half width of nested intervals; None where there are too few stimuli to calibrate any."""
+    """Return coverage and mean half width of nested intervals; None where there are too few stimuli."""
     residual, folds = results.predicted - results.actual, results.fold.tolist()
     numbers: Row = {"coverage": None, "half_width": None, "scaled_coverage": None}
     with suppress(ModelDataError):
@@ -156,20 +164,6 @@ def _calibration(results: MethodResults) -> Row:
         if (sd := results.array("deviation")) is not None:
             numbers["scaled_coverage"] = nested_coverage(residual, folds, sd=sd).overall
     return numbers
-
-
-def _off(results: MethodResults, by: str) -> Array | None:
-    """Return how far from the wish each attribute is (n, attributes), by this judge; None where it did not rate."""
-    wish, felt = results.array("wish"), results.array(f"loop_{by}")
-    return None if wish is None or felt is None else np.abs(felt - wish)
-
-
-def _had(results: MethodResults) -> Mask | None:
-    wish, rated = results.array("wish"), results.array("loop_judge")
-    if wish is None or rated is None:
-        return None
-    near: Mask = np.all(np.abs(np.clip(rated, 0.0, TOP) - wish) <= TOLERANCE, axis=1)
-    return near
 
 
 def _has(results: MethodResults, name: str) -> bool:

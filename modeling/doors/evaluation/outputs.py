@@ -1,4 +1,4 @@
-"""An evaluation as files: tables, one JSON with every number, figures and the report."""
+"""The files of an evaluation: tables, one JSON with every number, figures and the report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NAME = "doors"
 
 
 def folder_for(lab: Path, split: Kinds) -> Path:
-    """Return where a lab's evaluation lies: the one on grouped folds counts, another split's stands beside it."""
+    """Return the folder of a lab's evaluation; splits other than grouped folds have a folder of their own beside it."""
     return evaluation_folder(lab, NAME if split == "grouped" else f"{NAME}-{split.replace('_', '-')}")
 
 
@@ -33,9 +33,9 @@ def write_all(evaluation: DoorEvaluation, folder: Path, report: Report = silent,
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
-    """Return the method that a lab's own evaluation of the very same data chose, else the shipped default.
+    """Return the method that a lab's own evaluation of the same data chose, else the shipped default.
 
-    An evaluation without the shipped default among its methods says nothing against it.
+    The shipped default also stays where the evaluation was quick or did not include it.
     """
     results = read_results(folder_for(lab, "grouped"))
     try:

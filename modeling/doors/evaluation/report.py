@@ -12,7 +12,6 @@ from palpate.analysis.reports.page import (
     Page,
     Points,
     Section,
-    TableBlock,
     Words,
     page_html,
     table,
@@ -24,12 +23,12 @@ from palpate.modeling.doors.evaluation.forward_section import forward_section
 from palpate.modeling.doors.evaluation.inverse_section import inverse_section
 from palpate.modeling.doors.evaluation.tables import Row
 from palpate.modeling.doors.evaluation.words import LEAD
-from palpate.modeling.doors.measured_door import Recovered
+from palpate.modeling.doors.measured_door import measured_rows
 from palpate.modeling.evaluate.outputs import software_table
 
 TITLE = "Car doors: how well feelings are predicted, and profiles made"
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
-"""What the project set out to reach, on 0..100 and percent."""
+"""The project's targets, on 0..100 and in percent."""
 MEASURED = (
     Column("attribute", "attribute"),
     Column("rated", "rated", "1", "People's ratings of this profile, 0 to 100"),
@@ -51,14 +50,14 @@ def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()
 
 
 def banners(evaluation: DoorEvaluation) -> list[str]:
-    """Return what has to be known before any number is read."""
+    """Return the warnings at the head of the page."""
     known = [words.LINEAR] if evaluation.data.simulated else []
     known += [words.QUICK] if evaluation.results.options.quick else []
     return [*known, words.LEAKY] if evaluation.results.options.split == "leaky" else known
 
 
 def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """Return what stands at the head of the page."""
+    """Return the facts at the head of the page, each with its name."""
     data, results = evaluation.data, evaluation.results
     raters = sorted({int(count) for count in data.raters})
     people = "not known" if raters[0] == 0 else f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
@@ -73,7 +72,7 @@ def facts(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
 
 
 def in_short(evaluation: DoorEvaluation) -> Section:
-    """Return the default methods and why, and what was set out to be reached."""
+    """Return the section with the default methods, the reasons, and the targets."""
     points: list[tuple[str, str]] = []
     named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
     for way, choice in evaluation.choices.items():
@@ -84,7 +83,7 @@ def in_short(evaluation: DoorEvaluation) -> Section:
 
 
 def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """Return the targets beside what was reached, each with its name."""
+    """Return the results beside their targets, each with its name."""
     points: list[tuple[str, str]] = []
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)
@@ -98,37 +97,37 @@ def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
         ratings = (
             f"Of unseen stimuli: MAE {row['mae']:.2f} (aim: at most {TARGETS['mae']:g}), RMSE "
             f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
-            f"{_reached_or_not(is_reached)}.{ceiling}"
+            f"{_verdict(is_reached)}.{ceiling}"
         )
         points.append(("Ratings", ratings))
     if "inverse" in evaluation.choices:
         row = _row(evaluation.inverse, evaluation.choices["inverse"].method)
-        points += [("The loop", text) for text in _loop_reached(row)]
-        points += [("Waveform", _waveform_reached(evaluation, row))]
+        points += [("The loop", text) for text in _loop_result(row)]
+        points += [("Waveform", _waveform_result(evaluation, row))]
         if row["corners"] is not None:
             of = f"Of the {row['corners']:.0f} wishes with every slider at an end"
             points.append(("Corners", f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."))
     return points
 
 
-def _reached_or_not(is_reached: bool) -> str:
+def _verdict(is_reached: bool) -> str:
     return "reached" if is_reached else "not reached"
 
 
-def _loop_reached(row: Row) -> list[str]:
+def _loop_result(row: Row) -> list[str]:
     for name, whose in (
         ("loop_fresh", "simulated people who saw no training data find"),
         ("loop_judge", "the forward model judges"),
     ):
         if row[name] is not None:
             counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
-            verdict, off = _reached_or_not(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
+            verdict, off = _verdict(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
             some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
             return [f"As {whose} it: {off}{some} (aim: at most {TARGETS['loop']:g}): {verdict}."]
     return []
 
 
-def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
+def _waveform_result(evaluation: DoorEvaluation, row: Row) -> str:
     oracle = next(
         (r for r in evaluation.floors if r["floor"] == "oracle" and r["split"] == evaluation.results.options.split),
         None,
@@ -137,7 +136,7 @@ def _waveform_reached(evaluation: DoorEvaluation, row: Row) -> str:
         "" if oracle is None
         else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
     )  # fmt: skip
-    verdict = _reached_or_not(row["waveform_mae"] <= TARGETS["waveform"])
+    verdict = _verdict(row["waveform_mae"] <= TARGETS["waveform"])
     return f"Error {row['waveform_mae']:.2f} % (aim: at most {TARGETS['waveform']:g} %): {verdict}.{floor}"
 
 
@@ -146,36 +145,24 @@ def _row(rows: Sequence[Row], method: str) -> Row:
 
 
 def measured_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]) -> Section | None:
-    """Return the measured door and its edits: predicted, and recovered."""
+    """Return the section of the measured door and its edits: predicted and recovered ratings."""
     if not evaluation.measured:
         return None
     blocks: list[Block] = [
         Words(words.MEASURED),
         *(figure_block(figure) for figure in chosen(pictured, "measured_door")),
     ]
-    blocks += [_measured_table(evaluation, profile) for profile in evaluation.measured]
+    data = evaluation.data
+    for profile in evaluation.measured:
+        rows = measured_rows((profile,), data.attributes)
+        for row, antonym in zip(rows, data.antonyms, strict=True):
+            interval = NONE if row["low"] is None else f"{row['low']:.1f} to {row['high']:.1f}".replace("-", "−")
+            row |= {"attribute": f"{row['attribute']} – {antonym}", "interval": interval}
+        off = float(abs(profile.recovered - profile.predicted).mean())
+        why = f" The door would refuse the made profile: {profile.why}." if profile.why else ""
+        note = f"Recovered within {off:.1f} an attribute on average.{why}"
+        blocks.append(table(profile_name(profile.name), rows, MEASURED, note=note))
     return Section("measured", "The measured door", tuple(blocks))
-
-
-def _measured_table(evaluation: DoorEvaluation, profile: Recovered) -> TableBlock:
-    rows = [_measured_row(evaluation, profile, i) for i in range(len(evaluation.data.attributes))]
-    off = float(abs(profile.again - profile.predicted).mean())
-    why = f" The door would refuse the made profile: {profile.why}." if profile.why else ""
-    note = f"Recovered within {off:.1f} an attribute on average.{why}"
-    return table(profile_name(profile.name), rows, MEASURED, note=note)
-
-
-def _measured_row(evaluation: DoorEvaluation, profile: Recovered, i: int) -> Row:
-    reach = None if profile.half_width is None else float(profile.half_width[i])
-    p = float(profile.predicted[i])
-    return {
-        "attribute": f"{evaluation.data.attributes[i]} – {evaluation.data.antonyms[i]}",
-        "rated": None if profile.rated is None else float(profile.rated[i]),
-        "predicted": p,
-        "interval": NONE if reach is None else f"{p - reach:.1f} to {p + reach:.1f}".replace("-", "−"),
-        "recovered": float(profile.again[i]),
-        "felt": None if profile.felt is None else float(profile.felt[i]),
-    }
 
 
 def profile_name(name: str) -> str:

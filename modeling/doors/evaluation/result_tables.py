@@ -1,4 +1,4 @@
-"""An evaluation as tables by name, and as one JSON with every number."""
+"""The tables of an evaluation by name, and its JSON with every number."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
 
 
 def splits_forward(evaluation: DoorEvaluation) -> list[Row]:
-    """MAE, RMSE and R2 of every forward method on every split that it was evaluated on."""
+    """Return MAE, RMSE and R2 of every forward method on every split that it was evaluated on."""
     return [
         {"method": method.method, "split": method.split, "mae": mae(method.actual, method.predicted),
          "rmse": rmse(method.actual, method.predicted), "r2": r2(method.actual, method.predicted),
@@ -127,7 +127,7 @@ def slider_rows(results: MethodResults) -> list[Row]:
 
 
 def plausible_row(results: MethodResults) -> Row:
-    """Return what a method's made profiles ask of a hand, and how far they lie from measured ones."""
+    """Return the forces, slopes and work of a method's made profiles, and their distance to measured ones."""
     row: Row = {"method": results.method, "made": len(results.data)}
     for name in PLAUSIBLE:
         values = results.array(name)
@@ -151,7 +151,7 @@ def curve_rows(results: MethodResults) -> list[Row]:
 
 
 def as_json(evaluation: DoorEvaluation) -> dict[str, Any]:
-    """Return every number with what it rests on; what is no number is null."""
+    """Return every number with its inputs, settings and software; NaN and infinity become null."""
     results, domain = evaluation.results, evaluation.results.domain
     return {
         "data": {"digest": domain.data.digest, "simulated": domain.data.simulated, "stimuli": len(domain.data),

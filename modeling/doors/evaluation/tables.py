@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from palpate.modeling.doors.data import rows_by_label
 from palpate.modeling.doors.results import MethodResults
-from palpate.modeling.doors.scores import by_level, mae, r2, rmse
+from palpate.modeling.doors.scores import mae, r2, rmse
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.signals.arrays import Array
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
-SAID = "thesis (private data, other people)"
+THESIS = "thesis (private data, other people)"
 Cells = Mapping[tuple[str, str], float]
 Row = dict[str, Any]
 Measure = Callable[[Array, Array], float | None]
@@ -58,7 +59,7 @@ def _read() -> Mapping[str, Any]:
 
 
 def printed(measure: str) -> Printed:
-    """Table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2")."""
+    """Return table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2") as the thesis printed it."""
     numbers, attributes, doors = _read()["forward"][measure], _read()["attributes"], _read()["doors"]
     cells = {
         (attribute, door): value
@@ -70,7 +71,7 @@ def printed(measure: str) -> Printed:
 
 
 def printed_waveforms() -> PrintedWaveforms:
-    """Table 5.6."""
+    """Return table 5.6 as the thesis printed it."""
     numbers, doors = _read()["inverse"], _read()["doors"]
     measures = ("mae", "mae_sd", "rmse", "rmse_sd")
     by_door = {door: {name: float(numbers[name][i]) for name in measures} for i, door in enumerate(doors)}
@@ -89,38 +90,36 @@ def mean_of(values: Iterable[float | None]) -> float | None:
 
 def cell_rows(results: MethodResults, measure: str) -> list[Row]:
     """Return a row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
-    doors = by_level(results.data.doors)
-    rows = [_attribute_row(results, column, doors, MEASURES[measure]) for column in range(results.actual.shape[1])]
+    doors = rows_by_label(results.data.doors)
+    error = MEASURES[measure]
+    rows: list[Row] = []
+    for column, attribute in enumerate(results.data.attributes):
+        cells = {
+            door: error(results.actual[members][:, [column]], results.predicted[members][:, [column]])
+            for door, members in doors.items()
+        }
+        rows.append({"method": results.method, "attribute": attribute, **cells, AVERAGE: mean_of(cells.values())})
     last: Row = {"method": results.method, "attribute": AVERAGE}
     last |= {door: mean_of(row[door] for row in rows) for door in doors}
     last[AVERAGE] = mean_of(row[AVERAGE] for row in rows)
     return [*rows, last]
 
 
-def _attribute_row(results: MethodResults, column: int, doors: dict[str, list[int]], measure: Measure) -> Row:
-    cells = {
-        door: measure(results.actual[rows][:, [column]], results.predicted[rows][:, [column]])
-        for door, rows in doors.items()
-    }
-    attribute = results.data.attributes[column]
-    return {"method": results.method, "attribute": attribute, **cells, AVERAGE: mean_of(cells.values())}
-
-
 def thesis_rows(measure: str, attributes: Sequence[str], doors: Sequence[str]) -> list[Row]:
-    """Return the thesis' table in the same form; empty where neither its attributes nor its doors' labels are ours."""
+    """Return the thesis' table in the form of `cell_rows`; empty where it has none of these attributes."""
     theirs = printed(measure)
     rows: list[Row] = []
     for attribute in (name for name in attributes if name in theirs.by_attribute):
         cells = {door: theirs.cells.get((attribute, door)) for door in doors}
-        rows.append({"method": SAID, "attribute": attribute, **cells, AVERAGE: theirs.by_attribute[attribute]})
+        rows.append({"method": THESIS, "attribute": attribute, **cells, AVERAGE: theirs.by_attribute[attribute]})
     if rows:
         last = {door: theirs.by_door.get(door) for door in doors}
-        rows.append({"method": SAID, "attribute": AVERAGE, **last, AVERAGE: theirs.overall})
+        rows.append({"method": THESIS, "attribute": AVERAGE, **last, AVERAGE: theirs.overall})
     return rows
 
 
 def cells_table(methods: Sequence[MethodResults], measure: str) -> list[Row]:
-    """Table 5.3, 5.4 or 5.5 for each method, and the thesis' own below."""
+    """Return table 5.3, 5.4 or 5.5 for each method, and the thesis' own below."""
     rows = [row for results in methods for row in cell_rows(results, measure)]
     if methods:
         data = methods[0].data
@@ -135,8 +134,8 @@ def waveform_errors(results: MethodResults) -> tuple[Array, Array]:
 
 
 def waveform_rows(results: MethodResults, by: str = "doors") -> list[Row]:
-    """Table 5.6: the mean and SD of the waveform's MAE and RMSE by door (or `by` "variants"), and over all."""
-    levels: dict[str, list[int]] = by_level(getattr(results.data, by))
+    """Return table 5.6: mean and SD of the waveform's MAE and RMSE by door (or `by` "variants"), and over all."""
+    levels: dict[str, list[int]] = rows_by_label(getattr(results.data, by))
     errors = waveform_errors(results)
     every = list(range(len(results.data)))
     return [
@@ -147,12 +146,12 @@ def waveform_rows(results: MethodResults, by: str = "doors") -> list[Row]:
 
 
 def waveform_table(methods: Sequence[MethodResults]) -> list[Row]:
-    """Table 5.6 for each method, and the thesis' own below."""
+    """Return table 5.6 for each method, and the thesis' own below."""
     rows = [row for results in methods for row in waveform_rows(results)]
     if methods:
         theirs = printed_waveforms()
         doors = [door for door in dict.fromkeys(methods[0].data.doors) if door in theirs.by_door]
-        rows += [{"method": SAID, "door": door, **theirs.by_door[door], "n": None} for door in doors]
+        rows += [{"method": THESIS, "door": door, **theirs.by_door[door], "n": None} for door in doors]
     return rows
 
 
@@ -162,9 +161,9 @@ def _spread(name: str, values: Array) -> Row:
 
 
 def variant_rows(results: MethodResults) -> list[Row]:
-    """Thesis 5.5.4, by profile type g0 to g14: MAE, RMSE and R2 over all attributes."""
+    """Return MAE, RMSE and R2 over all attributes, by profile type g0 to g14 (thesis 5.5.4)."""
     rows = []
-    for variant, which in by_level(results.data.variants).items():
+    for variant, which in rows_by_label(results.data.variants).items():
         actual, predicted = results.actual[which], results.predicted[which]
         scores = {name: measure(actual, predicted) for name, measure in MEASURES.items()}
         rows.append({"method": results.method, "variant": variant, **scores, "n": len(which)})

@@ -15,11 +15,12 @@ from palpate.modeling.doors.generator import (
     code_of,
     fit_by,
     foreign_to,
-    opened,
-    plausible,
+    open_fully,
+    plausible_profiles,
 )
-from palpate.modeling.doors.generator_networks import Generator, Size, fresh, random_wishes
+from palpate.modeling.doors.generator_networks import Generator, Size, random_wishes
 from palpate.modeling.doors.plausibility import corners, extremes, singles, unplayable
+from palpate.modeling.training.seeding import seeded
 from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")
@@ -141,8 +142,8 @@ def test_two_doors_are_enough_to_make_playable_ones(learned):
 
 
 def test_plausible_doors_are_like_measured_ones_and_the_code_holds_them():
-    doors = opened(data_of(SEEN).force_N)
-    generated = plausible(doors, 80, np.random.default_rng(3))
+    doors = open_fully(data_of(SEEN).force_N)
+    generated = plausible_profiles(doors, 80, np.random.default_rng(3))
     assert (
         generated.shape == (80, 621) and generated.max() <= 1.4 * doors.max() and generated.min() >= 1.4 * doors.min()
     )
@@ -156,7 +157,7 @@ def test_plausible_doors_are_like_measured_ones_and_the_code_holds_them():
 
 def test_zeros_behind_a_motion_that_ended_do_not_become_a_step():
     short = np.r_[np.full(500, 20.0), np.zeros(121)]
-    smooth = opened(np.array([short, np.zeros(621)]))
+    smooth = open_fully(np.array([short, np.zeros(621)]))
     assert np.array_equal(smooth, [np.full(621, 20.0), np.zeros(621)])
 
 
@@ -166,8 +167,8 @@ def test_what_lies_outside_the_measured_doors_is_foreign():
     assert np.median(foreign(doors)) == pytest.approx(1)
     saw = 8 * (np.arange(621) % 20 < 10) + doors[0]
     assert foreign(np.array([saw]))[0] > 2 * foreign(doors).max() or foreign(np.array([saw]))[0] == MOST_FOREIGN
-    code = code_of(opened(doors), 3)
-    ratings = Teacher(Knows(given().scaling), foreign, code).says(np.zeros((2, 3)))
+    code = code_of(open_fully(doors), 3)
+    ratings = Teacher(Knows(given().scaling), foreign, code).rate(np.zeros((2, 3)))
     assert ratings.shape == (2, 8) and np.array_equal(ratings[0], ratings[1])
 
 
@@ -180,7 +181,7 @@ def test_the_random_wishes_fill_the_range_and_its_corners():
 
 
 def test_torch_and_the_numbers_taken_out_of_it_agree():
-    network = fresh(lambda: Generator(7, 5, 8, 2.0), 3)
+    network = seeded(lambda: Generator(7, 5, 8, 2.0), 3)
     wish = np.random.default_rng(0).uniform(0, 100, (4, 7))
     with torch.no_grad():
         expected = network(torch.from_numpy(wish.astype(np.float32))).numpy()

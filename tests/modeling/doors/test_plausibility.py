@@ -1,4 +1,4 @@
-"""What a made profile is judged by."""
+"""The plausibility of made profiles."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import pytest
 
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.plausibility import (
+    assess_profiles,
     corners,
     distances_N,
     extremes,
-    judged,
-    judged_all,
     singles,
     unplayable,
     work_J_m,
@@ -28,26 +27,30 @@ def line(level, slope=0.0):
 MEASURED = np.array([line(10), line(12), line(16), line(10)])
 
 
+def assess(profile, measured):
+    return assess_profiles(profile, measured)[0]
+
+
 def test_force_slope_and_work_of_a_straight_line():
     """The work of 20 N over 62 degrees is 20 x 62 pi / 180 J for each metre of handle radius; 0..62 N is half of 62."""
-    plausibility = judged(line(20), MEASURED)
+    plausibility = assess(line(20), MEASURED)
     assert (plausibility.greatest_N, plausibility.steepest_N_deg) == (20, 0)
     assert plausibility.work_J_m == pytest.approx(20 * np.radians(62))
-    ramp = judged(line(0, -0.5), MEASURED)
+    ramp = assess(line(0, -0.5), MEASURED)
     assert ramp.greatest_N == pytest.approx(31) and ramp.steepest_N_deg == pytest.approx(0.5)
     assert work_J_m(line(0, -0.5)) == pytest.approx(-15.5 * np.radians(62))
 
 
 def test_the_distance_is_to_the_nearest_and_is_held_against_those_among_the_measured():
     """Among 10, 12, 16 N (10 counts once) the nearest neighbours lie 2, 2 and 4 N away."""
-    assert [round(judged(line(level), MEASURED).distance_N, 9) for level in (10, 13, 19, 21)] == [0, 1, 3, 5]
-    plausibilities = judged_all(np.array([line(10), line(13), line(19), line(21)]), MEASURED)
+    assert [round(assess(line(level), MEASURED).distance_N, 9) for level in (10, 13, 19, 21)] == [0, 1, 3, 5]
+    plausibilities = assess_profiles(np.array([line(10), line(13), line(19), line(21)]), MEASURED)
     assert [plausibility.beyond for plausibility in plausibilities] == pytest.approx([0, 0, 2 / 3, 1])
     assert distances_N(line(11), MEASURED) == pytest.approx([1, 1, 5, 1])
 
 
 def test_the_hardest_profile_that_may_be_made_is_playable():
-    plausibility = judged(np.array(hardest()), MEASURED)
+    plausibility = assess(np.array(hardest()), MEASURED)
     assert (
         plausibility.playable
         and plausibility.greatest_N == LIMIT_N
@@ -60,29 +63,29 @@ def test_the_hardest_profile_that_may_be_made_is_playable():
     [(line(61), "a force of 61.0 N; at most 60 N"), (np.where(ANGLE > 30, 7.0, 0.0), "a change of 70.0 N/deg")],
 )
 def test_a_limit_that_is_broken_is_named(profile, why):
-    plausibility = judged(profile, MEASURED)
+    plausibility = assess(profile, MEASURED)
     assert not plausibility.playable and why in plausibility.why
 
 
 def test_what_the_door_refuses_is_not_playable():
-    plausibility = judged(line(0), MEASURED)
+    plausibility = assess(line(0), MEASURED)
     assert (
         not plausibility.playable
         and plausibility.why == "the profile: no force beyond 0 degrees: a door that does not open"
     )
 
 
-def test_extreme_input_is_refused_or_judged_but_never_nan():
+def test_extreme_input_is_refused_or_assessed_but_never_nan():
     spike = line(5)
     spike[300] = 1e6
-    assert "a force of 1000000.0 N" in judged(spike, MEASURED).why
-    assert np.isfinite(judged(line(1e300), MEASURED).work_J_m)
-    assert judged(line(5).astype(np.float16), MEASURED).playable
+    assert "a force of 1000000.0 N" in assess(spike, MEASURED).why
+    assert np.isfinite(assess(line(1e300), MEASURED).work_J_m)
+    assert assess(line(5).astype(np.float16), MEASURED).playable
     for bad in (np.full(621, np.nan), np.zeros(620), np.zeros(622)):
         with pytest.raises(ModelDataError):
-            judged(bad, MEASURED)
+            assess(bad, MEASURED)
     with pytest.raises(ModelDataError, match="at least two"):
-        judged(line(5), MEASURED[[0, 3]])
+        assess(line(5), MEASURED[[0, 3]])
 
 
 MEASURED_corners = np.array([np.full(621, 10.0), np.full(621, 14.0)])
@@ -118,7 +121,7 @@ def test_a_single_slider_leaves_the_others_in_the_middle():
 def test_a_wish_that_cannot_be_had_comes_with_the_nearest_door_found():
     wishes = np.array([[10.0, 50.0], [100.0, 50.0], [100.0, 0.0]])
     answers_at_ends = extremes(Lines(0.5), wishes, Reads(), MEASURED_corners)
-    assert [end.had for end in answers_at_ends] == [True, True, False] and unplayable(answers_at_ends) == 0
+    assert [end.is_attained for end in answers_at_ends] == [True, True, False] and unplayable(answers_at_ends) == 0
     assert answers_at_ends[2].nearest.tolist() == [100, 45]
     assert answers_at_ends[2].plausibility.distance_N == pytest.approx(36)
 

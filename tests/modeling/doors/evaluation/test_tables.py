@@ -7,7 +7,7 @@ from palpate.modeling.doors.evaluation.evaluate import forward_choice, inverse_c
 from palpate.modeling.doors.evaluation.tables import (
     AVERAGE,
     OVERALL,
-    SAID,
+    THESIS,
     cell_rows,
     cells_table,
     prediction_rows,
@@ -63,8 +63,8 @@ def test_a_constant_shift_is_every_cell_and_every_margin():
 
 def test_the_thesis_own_table_stands_below_with_its_provenance():
     rows = cells_table([gathered(off=1.0)], "mae")
-    theirs = [row for row in rows if row["method"] == SAID]
-    assert "private data, other people" in SAID
+    theirs = [row for row in rows if row["method"] == THESIS]
+    assert "private data, other people" in THESIS
     assert theirs[0]["BC3"] == 5.0
     assert theirs[-1]["FORD"] == 2.81
     assert "G90" not in theirs[0]
@@ -73,7 +73,7 @@ def test_the_thesis_own_table_stands_below_with_its_provenance():
 def test_other_attributes_get_no_numbers_of_the_thesis():
     gathered_results = gathered()
     other = replace(gathered_results, data=replace(gathered_results.data, attributes=tuple("abcdefg")))
-    assert not [row for row in cells_table([other], "mae") if row["method"] == SAID]
+    assert not [row for row in cells_table([other], "mae") if row["method"] == THESIS]
 
 
 def test_waveforms_by_door_by_variant_and_over_all():
@@ -83,7 +83,11 @@ def test_waveforms_by_door_by_variant_and_over_all():
     assert rows["FORD"]["mae_sd"] == pytest.approx(0.0, abs=1e-9)
     assert rows[OVERALL]["mae"] == pytest.approx(2.0)
     assert [row["mae"] for row in waveform_rows(gathered_results, "variants")] == pytest.approx([2.0] * 6)
-    assert [row["door"] for row in waveform_table([gathered_results]) if row["method"] == SAID] == ["BC3", "FORD", "K8"]
+    assert [row["door"] for row in waveform_table([gathered_results]) if row["method"] == THESIS] == [
+        "BC3",
+        "FORD",
+        "K8",
+    ]
 
 
 def test_variants_and_predictions_name_every_stimulus():
