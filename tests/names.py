@@ -125,11 +125,11 @@ def _strings(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict):
-        for each in value.values():
-            yield from _strings(each)
+        for item in value.values():
+            yield from _strings(item)
     elif isinstance(value, list):
-        for each in value:
-            yield from _strings(each)
+        for item in value:
+            yield from _strings(item)
 
 
 def names_in_documents() -> Iterator[Named]:
@@ -140,7 +140,7 @@ def names_in_documents() -> Iterator[Named]:
         if not file.startswith("docs/decisions/"):
             text = path.read_text(encoding="utf-8")
             for kind in (STARTED, IN_QUOTES):
-                yield from (Named(found[1], file) for found in kind.finditer(text) if found[1] not in NO_NAMES)
+                yield from (Named(match[1], file) for match in kind.finditer(text) if match[1] not in NO_NAMES)
 
 
 def exists(name: str) -> bool:
@@ -179,7 +179,7 @@ def _bound(statements: list[ast.stmt]) -> Iterator[str]:
         if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield statement.name
         elif isinstance(statement, ast.Import | ast.ImportFrom):
-            yield from (each.asname or each.name for each in statement.names)
+            yield from (alias.asname or alias.name for alias in statement.names)
         elif isinstance(statement, ast.Assign | ast.AnnAssign):
             targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
             yield from (node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name))

@@ -86,8 +86,8 @@ def test_without_extras_a_command_runs_or_says_which_one_it_needs(lab, bare, tmp
     before = {path for path in work.rglob("*") if path.is_file()}
     code = command_line._status((DRIVEN[name] or " ".join(arguments(name))).split())
     out, error = capsys.readouterr()
-    said = re.findall(r"needs [\w, ]+ (?:is|are) not installed: pip install 'palpate\[([\w,]+)\]'", out + error)
-    assert said[:1] == ([NEEDS[name]] if name in NEEDS else []), out + error
+    named = re.findall(r"needs [\w, ]+ (?:is|are) not installed: pip install 'palpate\[([\w,]+)\]'", out + error)
+    assert named[:1] == ([NEEDS[name]] if name in NEEDS else []), out + error
     if name in NEEDS:
         assert "calibrated" not in error
         assert code in {1, 2} and {path for path in work.rglob("*") if path.is_file()} == before

@@ -133,16 +133,16 @@ def eager_imports_of_simulated(modules: Iterable[str], known: Collection[str]) -
 
 def eager_imports(source: str) -> set[str]:
     """Return the names that are imported as soon as the source is: not within functions, nor for types."""
-    statements, found = list(ast.parse(source).body), set[str]()
+    statements, imported = list(ast.parse(source).body), set[str]()
     for statement in statements:
         if isinstance(statement, ast.Import):
-            found |= {alias.name for alias in statement.names}
+            imported |= {alias.name for alias in statement.names}
         elif isinstance(statement, ast.ImportFrom):
-            found |= {str(statement.module), *(f"{statement.module}.{alias.name}" for alias in statement.names)}
+            imported |= {str(statement.module), *(f"{statement.module}.{alias.name}" for alias in statement.names)}
         elif not isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef) and not is_for_types(statement):
             for part in ("body", "orelse", "finalbody"):
                 statements += getattr(statement, part, [])
-    return found
+    return imported
 
 
 def is_for_types(statement: ast.stmt) -> bool:

@@ -37,17 +37,17 @@ def product():
 
 
 def missing(named):
-    return sorted({str(each) for each in named if not exists(each.name)})
+    return sorted({str(name) for name in named if not exists(name.name)})
 
 
 def test_every_name_in_a_string_of_the_product_is_there(product):
     assert missing(product) == []
-    assert len({each.name for each in product if OBJECT.fullmatch(each.name)}) > 120
+    assert len({name.name for name in product if OBJECT.fullmatch(name.name)}) > 120
 
 
 def test_every_name_in_the_settings_is_there():
     named = list(names_in_settings())
-    assert missing(named) == [] and {"palpate.__main__:main", "palpate.modeling"} <= {each.name for each in named}
+    assert missing(named) == [] and {"palpate.__main__:main", "palpate.modeling"} <= {name.name for name in named}
 
 
 def test_every_name_in_the_documents_is_there():
@@ -61,7 +61,7 @@ def test_a_module_that_is_started_by_name_can_be(name):
 
 
 def test_the_modules_started_by_name_are_known_here(product):
-    named = {each.name for each in product}
+    named = {name.name for name in product}
     assert [name for name in STARTED if name not in named] == []
 
 
@@ -92,13 +92,13 @@ def test_what_was_renamed_is_missed(source):
 
 
 def test_no_exception_is_left_that_nothing_needs():
-    kept = [name for name in NO_NAMES if exists(name) and name != KERNEL]
-    assert kept == [] and all(exists(name) for names in PUT_TOGETHER.values() for name in names)
+    unneeded = [name for name in NO_NAMES if exists(name) and name != KERNEL]
+    assert unneeded == [] and all(exists(name) for names in PUT_TOGETHER.values() for name in names)
 
 
 @pytest.mark.long
 @pytest.mark.needs("torch", "librosa", "flask")
 def test_every_object_that_is_named_can_be_imported(product):
-    for name in sorted({each.name for each in product if OBJECT.fullmatch(each.name)}):
+    for name in sorted({known.name for known in product if OBJECT.fullmatch(known.name)}):
         module, _, attribute = name.partition(":")
         assert hasattr(import_module(module), attribute), name

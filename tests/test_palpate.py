@@ -37,8 +37,8 @@ def test_the_help_of_every_verb_is_light_and_helpful(verb, capsys):
 
 
 def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
-    found = imported_by("run", "door_ratings", "--participant", "P001", "--simulate", "--lab", str(tmp_path))
-    assert found == ["sqlalchemy"]
+    imported = imported_by("run", "door_ratings", "--participant", "P001", "--simulate", "--lab", str(tmp_path))
+    assert imported == ["sqlalchemy"]
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["bench", "statistics", "--quick"], ["bench", "--help"]])

@@ -29,7 +29,7 @@ def ledger(participant):
 @pytest.fixture(scope="module")
 def database():
     engine = open_database("sqlite://")
-    assert [each.what for each in collect(LEDGERS, engine)] == ["new"] * 12
+    assert [result.what for result in collect(LEDGERS, engine)] == ["new"] * 12
     yield engine
     engine.dispose()
 
@@ -37,8 +37,8 @@ def database():
 @pytest.mark.parametrize("path", LEDGERS, ids=lambda path: path.stem)
 def test_a_recorded_session_repeats_event_by_event(path):
     before = path.read_bytes()
-    found = replay(path)
-    assert found.complete and found.events == len(read(path).events)
+    result = replay(path)
+    assert result.complete and result.events == len(read(path).events)
     assert path.read_bytes() == before
 
 
@@ -68,27 +68,27 @@ def test_the_tables_are_exactly_the_expected(database):
         header, *expected = list(csv.reader(file))
     with database.connect() as connection:
         query = f"SELECT {', '.join(header)} FROM ratings ORDER BY session, trial, attribute"
-        found = [["" if cell is None else str(cell) for cell in row] for row in connection.execute(text(query))]
-    assert found == expected
-    assert len(found) == 12 * 7 * 3
+        rows = [["" if cell is None else str(cell) for cell in row] for row in connection.execute(text(query))]
+    assert rows == expected
+    assert len(rows) == 12 * 7 * 3
 
 
 @pytest.mark.parametrize("attribute", sorted(STATISTICS))
 def test_the_statistics_are_the_expected(database, attribute):
     """Expected: pingouin 0.7.0 rm_anova; F also statsmodels 0.15.0 AnovaRM."""
     ratings = read_ratings(database, "doors_small").only(attribute)
-    found = rm_anova(ratings.table, dv="value", within=["car", "variant"], subject="participant").set_index("Source")
+    table = rm_anova(ratings.table, dv="value", within=["car", "variant"], subject="participant").set_index("Source")
     for source in ("car", "variant", "car:variant"):
         for name, expected in STATISTICS[attribute][source].items():
-            assert found.loc[source, name] == pytest.approx(expected, rel=1e-9), (source, name)
+            assert table.loc[source, name] == pytest.approx(expected, rel=1e-9), (source, name)
 
 
 @pytest.mark.parametrize("attribute", sorted(STATISTICS))
 def test_means_and_sds_are_the_expected(database, attribute):
     """Expected: pandas 3.1 mean and std."""
     table = describe(read_ratings(database, "doors_small").only(attribute), ["attribute", "variant"])
-    found = {row.variant: {"mean": row.mean_, "sd": row.sd, "n": row.n} for row in renamed(table)}
-    assert found == {level: pytest.approx(values, rel=1e-9) for level, values in STATISTICS[attribute]["means"].items()}
+    means = {row.variant: {"mean": row.mean_, "sd": row.sd, "n": row.n} for row in renamed(table)}
+    assert means == {level: pytest.approx(values, rel=1e-9) for level, values in STATISTICS[attribute]["means"].items()}
 
 
 def renamed(table):
@@ -104,6 +104,6 @@ def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
 
     monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": Task("", hasty)})
     assert _status(["replay", str(ledger("P001"))]) == 1
-    said = capsys.readouterr().out
-    assert "DIFFERS" in said
-    assert "event 4 (request, trial 1): $.back: not recorded, now false" in said
+    output = capsys.readouterr().out
+    assert "DIFFERS" in output
+    assert "event 4 (request, trial 1): $.back: not recorded, now false" in output

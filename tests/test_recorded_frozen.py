@@ -85,7 +85,7 @@ def test_every_study_is_there_complete_and_killed_in_mid_trial(lab):
     for name in (*HEADS, LIVE):
         last = records[name].events[-1]
         assert (last.kind, last.trial is None) == ("request", False), name
-        assert [sitting.kind for sitting in records[name].sittings] == ["created", "opened"], name
+        assert [entry.kind for entry in records[name].sittings] == ["created", "opened"], name
 
 
 @pytest.mark.parametrize("name", LEDGERS)

@@ -24,19 +24,19 @@ def test_all_sessions_are_there_and_none_is_large():
 
 @pytest.mark.parametrize("path", LEDGERS, ids=lambda path: path.stem)
 def test_a_recorded_session_repeats_event_by_event(path):
-    found = replay(path)
-    assert found.complete and found.events == len(read(path).events)
+    result = replay(path)
+    assert result.complete and result.events == len(read(path).events)
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_what_is_regenerated_is_what_was_committed(name):
-    assert [each.text() for each in differences(texts_of(name), EXPECTED / name)] == []
+    assert [difference.text() for difference in differences(texts_of(name), EXPECTED / name)] == []
 
 
 def test_statistics_say_what_the_ends_of_an_outcome_mean_whatever_it_is_called():
     ends = {"low": "Completely different", "high": "Completely the same", "from": 0, "to": 100}
-    told = json.loads(texts_of("texture_similarity")["statistics.json"])["outcomes"]
-    assert told == [{"name": "Completely different", **ends}], "recorded before it was called Similarity"
+    outcomes = json.loads(texts_of("texture_similarity")["statistics.json"])["outcomes"]
+    assert outcomes == [{"name": "Completely different", **ends}], "recorded before it was called Similarity"
     [declared] = read_study(SHIPPED / "texture_similarity" / "study.yaml").study.attributes
     assert (declared.name, declared.low, declared.high) == ("Similarity", ends["low"], ends["high"])
 

@@ -27,24 +27,24 @@ def test_nothing_else_lies_there_and_all_is_small():
 @pytest.mark.parametrize("who", LEDGERS)
 def test_a_recorded_session_repeats_event_by_event(who):
     before = LEDGERS[who].read_bytes()
-    found, record = replay(LEDGERS[who]), read(LEDGERS[who])
-    assert found.complete and found.events == len(record.events)
+    result, record = replay(LEDGERS[who]), read(LEDGERS[who])
+    assert result.complete and result.events == len(record.events)
     assert LEDGERS[who].read_bytes() == before
-    because = [sitting.value.get("because") for sitting in record.sittings if sitting.kind == "closed"]
+    because = [entry.value.get("because") for entry in record.sittings if entry.kind == "closed"]
     assert because == (["complete"] if STOPPED[who] is None else ["interrupted by SIGTERM", "complete"])
 
 
 @pytest.mark.parametrize("who", LEDGERS)
 def test_every_texture_is_on_record_with_its_model_seed_and_digests(who):
     record = read(LEDGERS[who])
-    stimuli = {each["id"]: each["columns"] for each in record.header["study"]["stimuli"]}
-    found = pairs(record)
-    assert sorted(name for name, _, _ in found) == sorted(stimuli) and len(found) == 24
-    for name, told, _ in found:
-        assert told["model"] == f"texture-{stimuli[name]['texture']}-{stimuli[name]['model']}"
-        assert len(told["sha256"]) == len(told["weights_sha256"]) == 64 and told["runtime"]
-        assert told["seed"] == SEED and set(told["met"]) == set(MET) and told["met"]["sounding"] > 1000
-        assert told["deadlines"]["steps"] == 4000
+    stimuli = {stimulus["id"]: stimulus["columns"] for stimulus in record.header["study"]["stimuli"]}
+    rendered = pairs(record)
+    assert sorted(name for name, _, _ in rendered) == sorted(stimuli) and len(rendered) == 24
+    for name, metadata, _ in rendered:
+        assert metadata["model"] == f"texture-{stimuli[name]['texture']}-{stimuli[name]['model']}"
+        assert len(metadata["sha256"]) == len(metadata["weights_sha256"]) == 64 and metadata["runtime"]
+        assert metadata["seed"] == SEED and set(metadata["met"]) == set(MET) and metadata["met"]["sounding"] > 1000
+        assert metadata["deadlines"]["steps"] == 4000
 
 
 def rated(plan, feels):
@@ -56,7 +56,7 @@ def rated(plan, feels):
 @pytest.mark.parametrize("who", LEDGERS)
 def test_the_ratings_follow_from_what_is_on_record_as_rendered(who):
     record = read(LEDGERS[who])
-    plan, compared = recompiled(record), {name: told["compared"] for name, told, _ in pairs(record)}
+    plan, compared = recompiled(record), {name: metadata["compared"] for name, metadata, _ in pairs(record)}
     answers = {name: answered for name, _, answered in pairs(record)}
     assert rated(plan, lambda stimulus: compared[stimulus.id]) == answers
     assert (rated(plan, None) != answers) == (who == OWN), "the shipped models alone are felt as the table says"

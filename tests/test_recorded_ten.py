@@ -18,7 +18,7 @@ LEDGERS = {name: HERE / "ten" / f"{name}_P001_s1.sqlite" for name in TEN}
 @pytest.fixture(scope="module")
 def database():
     engine = open_database("sqlite://")
-    assert [each.what for each in collect(list(LEDGERS.values()), engine)] == ["new"] * len(TEN)
+    assert [result.what for result in collect(list(LEDGERS.values()), engine)] == ["new"] * len(TEN)
     yield engine
     engine.dispose()
 
@@ -31,8 +31,8 @@ def test_every_study_has_a_recorded_session_and_nothing_else_lies_there():
 @pytest.mark.parametrize("name", TEN)
 def test_a_recorded_session_repeats_event_by_event(name):
     before = LEDGERS[name].read_bytes()
-    found = replay(LEDGERS[name])
-    assert found.complete and found.events == len(read(LEDGERS[name]).events)
+    result = replay(LEDGERS[name])
+    assert result.complete and result.events == len(read(LEDGERS[name]).events)
     assert LEDGERS[name].read_bytes() == before
 
 
@@ -45,8 +45,8 @@ def test_the_tables_are_exactly_the_expected(database, table):
              "answers": "item", "streams": "block"}[table]  # fmt: skip
     with database.connect() as connection:
         query = f"SELECT {', '.join(header)} FROM {table} ORDER BY session, {order}"
-        found = [["" if cell is None else str(cell) for cell in row] for row in connection.execute(text(query))]
-    assert found == rows and len(rows) > 10
+        collected = [["" if cell is None else str(cell) for cell in row] for row in connection.execute(text(query))]
+    assert collected == rows and len(rows) > 10
 
 
 def kinds(name, kind):
@@ -57,10 +57,10 @@ def test_what_can_happen_to_a_session_is_among_them():
     for name in INTERRUPTED:
         because = [s.value.get("because") for s in read(LEDGERS[name]).sittings if s.kind == "closed"]
         assert because == ["interrupted by SIGTERM", "complete"]
-    assert [each["do"] for each in kinds("texture_similarity", "experimenter")] == ["pause", "note", "go_on"]
-    assert [each["as"] for each in kinds("texture_adjectives", "trial_ended")].count("repeated") == 1
+    assert [event["do"] for event in kinds("texture_similarity", "experimenter")] == ["pause", "note", "go_on"]
+    assert [event["as"] for event in kinds("texture_adjectives", "trial_ended")].count("repeated") == 1
     assert kinds("door_matching", "experimenter") == [{"do": "repeat", "which": "this"}]
-    assert [each["as"] for each in kinds("door_ratings", "trial_ended")].count("left") == 1
+    assert [event["as"] for event in kinds("door_ratings", "trial_ended")].count("left") == 1
 
 
 @pytest.mark.parametrize("name", TEN)
@@ -84,5 +84,5 @@ def test_a_repeated_trial_counts_once():
         attempts[row["trial"]].add(row["attempt"])
         if row["counts"] == "1":
             counted[row["trial"]].add(row["attempt"])
-    assert len(counted) == 50 and {len(each) for each in counted.values()} == {1}
-    assert sum(len(each) > 1 for each in attempts.values()) == 1
+    assert len(counted) == 50 and {len(attempt) for attempt in counted.values()} == {1}
+    assert sum(len(attempt) > 1 for attempt in attempts.values()) == 1

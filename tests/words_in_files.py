@@ -124,50 +124,50 @@ def of_ledgers(copies: Path) -> dict[str, Words]:
 
     A ledger that was killed is copied to `copies` first, for SQLite writes into one that it opens.
     """
-    found: dict[str, Words] = {"keys": defaultdict(set), "values": defaultdict(set), "tables": defaultdict(set)}
+    words: dict[str, Words] = {"keys": defaultdict(set), "values": defaultdict(set), "tables": defaultdict(set)}
     for path in sorted(RECORDED.rglob("*_s[0-9].sqlite")):
         with closing(_opened(path, copies)) as file:
             for (table,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'"):
-                found["tables"][table] |= {row[1] for row in file.execute(f"PRAGMA table_info({table})")}
+                words["tables"][table] |= {row[1] for row in file.execute(f"PRAGMA table_info({table})")}
             for kind, body in file.execute("SELECT DISTINCT kind, body FROM events"):
-                found["values"]["events.kind"].add(kind)
-                _add_body(found, kind, json.loads(body))
+                words["values"]["events.kind"].add(kind)
+                _add_body(words, kind, json.loads(body))
             for kind, body in file.execute("SELECT DISTINCT kind, body FROM sittings"):
-                found["values"]["sittings.kind"].add(kind)
-                _add_body(found, kind, json.loads(body))
+                words["values"]["sittings.kind"].add(kind)
+                _add_body(words, kind, json.loads(body))
             for stream, form in file.execute("SELECT DISTINCT stream, form FROM samples"):
-                told = json.loads(form)
-                found["keys"]["samples.form"] |= set(told)
-                found["values"][f"channels of {stream}"] |= set(told["channels"])
-                found["values"]["units"] |= {unit.replace(" ", "*") for unit in told["units"]}
-    return found
+                stream_form = json.loads(form)
+                words["keys"]["samples.form"] |= set(stream_form)
+                words["values"][f"channels of {stream}"] |= set(stream_form["channels"])
+                words["values"]["units"] |= {unit.replace(" ", "*") for unit in stream_form["units"]}
+    return words
 
 
 def _opened(path: Path, copies: Path) -> sqlite3.Connection:
     log = path.with_name(f"{path.name}-wal")
     if not log.exists():
         return sqlite3.connect(f"file:{path}?mode=ro&immutable=1", uri=True)
-    for each in (path, log):
-        shutil.copy(each, copies)
+    for file in (path, log):
+        shutil.copy(file, copies)
     return sqlite3.connect(copies / path.name)
 
 
-def _add_body(found: dict[str, Words], kind: str, body: Any) -> None:
+def _add_body(words: dict[str, Words], kind: str, body: Any) -> None:
     if kind in {"request", "experimenter"}:
         kind = f"{kind} {body['do']}"
-        found["values"]["ask.form"] |= {body["form"]} if "form" in body else set()
-    _add_keys(found, kind, body)
+        words["values"]["ask.form"] |= {body["form"]} if "form" in body else set()
+    _add_keys(words, kind, body)
 
 
-def _add_keys(found: dict[str, Words], place: str, value: Any) -> None:
+def _add_keys(words: dict[str, Words], place: str, value: Any) -> None:
     for part in value if isinstance(value, list) else [value]:
         if isinstance(part, dict):
-            found["keys"][place] |= set(part)
+            words["keys"][place] |= set(part)
             for key, inner in part.items():
                 if key in CLOSED and isinstance(inner, str) and " " not in inner:
-                    found["values"][f"{place.split(' ', maxsplit=1)[0]}.{key}"].add(inner)
+                    words["values"][f"{place.split(' ', maxsplit=1)[0]}.{key}"].add(inner)
                 if key not in NAMES_OF_A_STUDY | ELSEWHERE and isinstance(inner, dict | list):
-                    _add_keys(found, f"{place}.{key}", inner)
+                    _add_keys(words, f"{place}.{key}", inner)
 
 
 def of_events(copies: Path) -> Words:
@@ -179,8 +179,8 @@ def of_events(copies: Path) -> Words:
         words[f"request {do}"] |= set(needed)
     for request in (events.Confirm("setup 1", "text"), events.Rest(1, 2), events.Instruct("instructions")):
         words[f"request {request.body()['do']}"] |= set(request.body())
-    for place, found in of_ledgers(copies)["keys"].items():
-        words[place] |= found
+    for place, keys in of_ledgers(copies)["keys"].items():
+        words[place] |= keys
     return words
 
 
@@ -209,7 +209,7 @@ def of_participants() -> Words:
     sidecar = json.loads((TEMPLATE / "participants.json").read_text(encoding="utf-8"))
     return {
         "participants.tsv": set(header.split("\t")),
-        "participants.json": set(sidecar) | {key for told in sidecar.values() for key in told},
+        "participants.json": set(sidecar) | {key for column in sidecar.values() for key in column},
         "lab.yaml": set(lab._KEYS),
         **of_tables(registry.metadata),
         identities.table.name: {column.name for column in identities.table.columns},
@@ -257,8 +257,8 @@ def words_in_code() -> frozenset[str]:
     quoted = re.compile(r"""["'](\w+)["']|\b(\w+)(?:=|: )""")
     folders = [TEMPLATE.parent / name for name in ("protocols", "signals", "devices", "studies")]
     paths = [path for folder in folders for path in folder.rglob("*.py")]
-    found = (quoted.findall(path.read_text(encoding="utf-8")) for path in paths)
-    return frozenset(word for pairs in found for pair in pairs for word in pair if word)
+    matches = (quoted.findall(path.read_text(encoding="utf-8")) for path in paths)
+    return frozenset(word for pairs in matches for pair in pairs for word in pair if word)
 
 
 def words_in(text: str) -> Words:

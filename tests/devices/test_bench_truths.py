@@ -21,17 +21,19 @@ def quick_cases(room):
 
 def of(room, case, method, given=""):
     """The case of a room's quick bench whose names hold these words."""
-    (found,) = [
-        each for each in quick_cases(room) if case in each.case and method in each.method and given in each.input
+    (match,) = [
+        quick_case
+        for quick_case in quick_cases(room)
+        if case in quick_case.case and method in quick_case.method and given in quick_case.input
     ]
-    return found.error(found.run())
+    return match.error(match.run())
 
 
 @pytest.mark.parametrize("room", BENCHES)
 def test_every_case_is_named_once(room):
-    names = [(each.case, each.input, each.method) for each in quick_cases(room)]
+    names = [(case.case, case.input, case.method) for case in quick_cases(room)]
     assert len(set(names)) == len(names)
-    assert {each.area for each in quick_cases(room)} == {room.AREA}
+    assert {case.area for case in quick_cases(room)} == {room.AREA}
 
 
 def test_the_coil_plays_what_is_commanded_with_its_filter_and_not_without():
@@ -64,7 +66,7 @@ def test_the_exact_rule_gives_a_straight_line_back():
     angle = np.linspace(0, 62.4, 900)
     exact = profiles.exact_N(angle, 3 * angle)
     assert float(exact[100]) == pytest.approx(30, abs=1e-9) and exact[0] == 0
-    assert len(exact) == 621 and all(isinstance(each, Fraction) for each in exact[1:])
+    assert len(exact) == 621 and all(isinstance(value, Fraction) for value in exact[1:])
 
 
 def test_the_noise_has_the_level_and_the_spectrum_that_it_declares():
@@ -84,7 +86,9 @@ def test_pictures_are_judged_as_they_are():
 
 
 def test_flags_that_are_not_true_are_counted():
-    (case,) = [each for each in quick_cases(camera) if "flags" in each.case and "jpeg" in each.input]
-    found = case.run()
-    assert case.error(found) == 0
-    assert camera.flags_error(found[::-1]) > 0.3
+    (case,) = [
+        quick_case for quick_case in quick_cases(camera) if "flags" in quick_case.case and "jpeg" in quick_case.input
+    ]
+    result = case.run()
+    assert case.error(result) == 0
+    assert camera.flags_error(result[::-1]) > 0.3

@@ -99,14 +99,16 @@ def commands() -> dict[str, click.Command]:
     """Return every command of the command table by its whole name."""
     context = click.Context(command_line.cli)
     return dict(
-        found for verb in command_line.VERBS for found in _walk(verb, command_line.cli.get_command(context, verb))
+        described
+        for verb in command_line.VERBS
+        for described in _walk(verb, command_line.cli.get_command(context, verb))
     )
 
 
 def _walk(name: str, command: click.Command | None) -> Iterator[tuple[str, click.Command]]:
     if isinstance(command, click.Group):
-        for inner, found in command.commands.items():
-            yield from _walk(f"{name} {inner}", found)
+        for inner, subcommand in command.commands.items():
+            yield from _walk(f"{name} {inner}", subcommand)
     elif command is not None:
         yield name, command
 

@@ -40,7 +40,7 @@ _PATHS = {
 }  # fmt: skip
 """Which arguments of a call name a path: (the handle of its folder, its text)."""
 _WITH_PATHS = ("truncate", "symlink", "symlinkat", "renameat2")
-ASKED = (
+INTERCEPTED = (
     "open", "openat", "creat", "write", "pwrite64", "writev", "pwritev", "ftruncate", "truncate", "fallocate", "fsync",
     "fdatasync", "rename", "renameat", "renameat2", "link", "linkat", "symlink", "symlinkat", "unlink", "unlinkat",
     "mkdir", "mkdirat", "rmdir", "sendfile", "copy_file_range", "sync_file_range", "mmap",
@@ -153,10 +153,10 @@ def _demand_true(folder: Path, recording: Recording) -> None:
         disk.do(step)
     disk.flush()
     files = {path: data for path, data in disk.files() if not path.endswith(MAPPED)}
-    found = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    found = {path: data for path, data in found.items() if not path.endswith(MAPPED)}
-    if files != found:
-        wrong = [path for path in files.keys() | found.keys() if files.get(path) != found.get(path)]
+    actual = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    actual = {path: data for path, data in actual.items() if not path.endswith(MAPPED)}
+    if files != actual:
+        wrong = [path for path in files.keys() | actual.keys() if files.get(path) != actual.get(path)]
         raise AssertionError(f"the recording misses something: {sorted(wrong)}")
 
 
@@ -287,11 +287,11 @@ def _be_child(channel: socket.socket, other: socket.socket, act: Callable[[Calla
     code = 99
     try:
         other.close()
-        said = os.memfd_create("said")
-        listener = install(filtering(ASKED, _ASK), flags=_WITH_LISTENER)
+        output = os.memfd_create("said")
+        listener = install(filtering(INTERCEPTED, _ASK), flags=_WITH_LISTENER)
         socket.send_fds(channel, [b"x"], [listener])
         os.close(listener)
-        act(lambda text: os.write(said, text.encode()))
+        act(lambda text: os.write(output, text.encode()))
         code = 0
     except BaseException:
         os.write(2, traceback.format_exc().encode())
@@ -320,7 +320,7 @@ def _listen(handle: int, recorder: _Recorder) -> None:
             fcntl.ioctl(handle, _SEND, bytearray(_ANSWER.pack(number, 0, 0, _GOES_ON)))
 
 
-_NAMES = {CALLS[name]: name for name in ASKED}
+_NAMES = {CALLS[name]: name for name in INTERCEPTED}
 
 
 class _Recorder:
@@ -353,8 +353,8 @@ class _Recorder:
             case "mkdir" | "mkdirat":
                 self._named(*paths, Folder)
             case "unlink" | "rmdir" | "unlinkat":
-                if (found := self._find(*paths)) is not None and found[1] in found[0].names:
-                    self._change((*found, None))
+                if (place := self._find(*paths)) is not None and place[1] in place[0].names:
+                    self._change((*place, None))
             case "rename" | "renameat" | "renameat2" if call != "renameat2" or not args[4]:
                 self._renamed(*paths)
             case "link" | "linkat":
@@ -375,8 +375,8 @@ class _Recorder:
         if opened.startswith("/memfd:said") and call == "write":
             self.steps.append(Mark(_memory(process, args[1], args[2]).decode()))
             return
-        found = self._find(opened)
-        node = self.top if opened == self.place else None if found is None else found[0].names.get(found[1])
+        place = self._find(opened)
+        node = self.top if opened == self.place else None if place is None else place[0].names.get(place[1])
         if node is None:  # elsewhere, or deleted
             return
         if call in {"fsync", "fdatasync"}:
@@ -390,18 +390,18 @@ class _Recorder:
             self.steps.append(Write(node, at, _memory(process, args[1], args[2])))
 
     def _opened(self, path: str, flags: int) -> None:
-        found = self._find(path)
-        if found is None:
+        place = self._find(path)
+        if place is None:
             return
-        node = found[0].names.get(found[1])
+        node = place[0].names.get(place[1])
         if node is None and flags & _CREATES:
             self._named(path, File)
         elif isinstance(node, File) and flags & _TRUNCATES:
             self.steps.append(Truncate(node, 0))
 
     def _named(self, path: str, make: Callable[[str], Node]) -> None:
-        if (found := self._find(path)) is not None and found[1] not in found[0].names:
-            self._change((*found, make(found[1])))
+        if (place := self._find(path)) is not None and place[1] not in place[0].names:
+            self._change((*place, make(place[1])))
 
     def _renamed(self, old: str, new: str) -> None:
         source, target = self._find(old), self._find(new)

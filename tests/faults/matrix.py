@@ -88,26 +88,26 @@ class Outcome:
 
     command: str
     fault: str
-    said: str
+    verdict: str
     problems: tuple[str, ...]
 
 
 def tree_of(folder: Path) -> Tree:
     """Return the contents of every file, and None for every folder; a database by its rows."""
-    found: Tree = {}
+    tree: Tree = {}
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path.name.endswith(BESIDE) or ".locks" in path.parts:
             continue
-        found[name] = None if path.is_dir() else _rows(path) if path.suffix == ".sqlite" else path.read_bytes()
-    return found
+        tree[name] = None if path.is_dir() else _rows(path) if path.suffix == ".sqlite" else path.read_bytes()
+    return tree
 
 
 def _rows(path: Path) -> bytes:
     """Return a database as SQL, read from a copy: opening it folds the -wal file in. Raises sqlite3.DatabaseError."""
     with TemporaryDirectory() as place:
-        for each in path.parent.glob(f"{path.name}*"):
-            shutil.copy(each, place)
+        for file in path.parent.glob(f"{path.name}*"):
+            shutil.copy(file, place)
         with closing(sqlite3.connect(Path(place, path.name))) as connection:
             return "\n".join(connection.iterdump()).encode()
 
@@ -129,10 +129,10 @@ def _outcomes_in(
 ) -> Iterator[Outcome]:
     base = place / "base"
     base.mkdir()
-    made = run_with(None, place, partial(_make, make, base))  # in a child, so that this process starts no threads
-    if made.code != 0:
-        raise AssertionError(made.err)
-    _import(made.modules)
+    built = run_with(None, place, partial(_make, make, base))  # in a child, so that this process starts no threads
+    if built.code != 0:
+        raise AssertionError(built.err)
+    _import(built.modules)
     before = tree_of(base)
     for name in names:
         whole = _drive(name, None, base, place / "whole")
@@ -142,14 +142,14 @@ def _outcomes_in(
         _import(whole[0].modules)
         for fault in faults:
             turns = _spread(whole[0].changes, instants) if fault == INTERRUPT else FREE if fault == FULL else [0]
-            found = [_judge(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
+            judged = [_judge(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
                      for turn in turns]  # fmt: skip
-            said = dict.fromkeys(each.said for each in found)
-            if STOPPED in said:  # the last instant may fall before or after the end, as signals come
-                said.pop(DONE, None)
-            if REFUSED in said and fault == FULL:  # what is small may fit
-                said.pop(UNTOUCHED, None)
-            yield Outcome(name, fault, " or ".join(said), tuple(p for each in found for p in each.problems))
+            verdicts = dict.fromkeys(outcome.verdict for outcome in judged)
+            if STOPPED in verdicts:  # the last instant may fall before or after the end, as signals come
+                verdicts.pop(DONE, None)
+            if REFUSED in verdicts and fault == FULL:  # what is small may fit
+                verdicts.pop(UNTOUCHED, None)
+            yield Outcome(name, fault, " or ".join(verdicts), tuple(p for outcome in judged for p in outcome.problems))
 
 
 def _make(make: Callable[[Path], None], base: Path) -> int:
@@ -191,9 +191,9 @@ def _run_in(name: str, fault: str | None, place: Path, turn: int) -> tuple[Ended
     return ended, tree_of(place)
 
 
-def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole: Tree) -> Outcome:
+def _judge(name: str, fault: str, after: tuple[Ended, Tree], before: Tree, whole: Tree) -> Outcome:
     """Compare a case with what is expected: a message, exit 2 or 130, old files whole, nothing left over."""
-    ended, tree = came
+    ended, tree = after
     problems = []
     if "Traceback" in ended.err:
         problems.append("a traceback: " + ended.err.strip().splitlines()[-1])
@@ -201,21 +201,21 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
         problems.append(f"left over: {left[0]}")
     changed, grows = _changed(before, tree), GROWS.get(name, ())
     is_done = set(changed) == set(_changed(before, whole))
-    said = f"exit {ended.code}"
+    verdict = f"exit {ended.code}"
     if ended.code == 0 and is_done:
-        said = DONE if fault == INTERRUPT else UNTOUCHED
+        verdict = DONE if fault == INTERRUPT else UNTOUCHED
     elif fault == INTERRUPT and ended.code == 130 and STOP.search(ended.out + ended.err):
-        said = STOPPED
+        verdict = STOPPED
     elif fault != INTERRUPT and ended.code == 2 and REFUSAL.search(ended.err):
-        said = REFUSED
+        verdict = REFUSED
     else:
-        problems.append(f"{said}: {ended.err.strip()[-200:]}")
+        problems.append(f"{verdict}: {ended.err.strip()[-200:]}")
     others = [path for path in changed if not path.endswith(grows)]
-    if others and (said == REFUSED or not is_done) and not _is_begun(name, changed):
-        problems.append(f"{said}, and changed: {', '.join(others[:3])}")
+    if others and (verdict == REFUSED or not is_done) and not _is_started(name, changed):
+        problems.append(f"{verdict}, and changed: {', '.join(others[:3])}")
     short = [path for path in others if len(tree.get(path) or b"") < SHORTEST * len(whole.get(path) or b"")]
     problems += [f"cut short: {path}" for path in short]
-    return Outcome(name, fault, said, tuple(f"{name}, {fault}: {problem}" for problem in problems))
+    return Outcome(name, fault, verdict, tuple(f"{name}, {fault}: {problem}" for problem in problems))
 
 
 def _changed(before: Tree, after: Tree) -> list[str]:
@@ -223,15 +223,15 @@ def _changed(before: Tree, after: Tree) -> list[str]:
     return [path for path in {**before, **after} if after.get(path, b"gone") != before.get(path, b"not there")]
 
 
-def _is_begun(name: str, changed: Sequence[str]) -> bool:
+def _is_started(name: str, changed: Sequence[str]) -> bool:
     """Whether it is a new lab, of which every whole file is kept."""
     return name == "textures simulate" and all(path.startswith("new") for path in changed)
 
 
-def row(name: str, found: Sequence[Outcome]) -> str:
+def row(name: str, results: Sequence[Outcome]) -> str:
     """Return the row of a command in the matrix."""
-    said = {each.fault: each.said for each in found if each.command == name}
-    return f"| `{name}` | {' | '.join(said.get(fault, '') for fault in COLUMNS)} |"
+    by_fault = {outcome.fault: outcome.verdict for outcome in results if outcome.command == name}
+    return f"| `{name}` | {' | '.join(by_fault.get(fault, '') for fault in COLUMNS)} |"
 
 
 def cells(line: str) -> dict[str, str]:
@@ -250,9 +250,9 @@ def page(rows: Sequence[str]) -> str:
 
 
 if __name__ == "__main__":
-    all_found = []
+    all_outcomes = []
     for outcome in outcomes(sys.argv[1:] or list(DRIVEN)):
-        all_found.append(outcome)
-        sys.stderr.write(f"{outcome.command}: {outcome.fault}: {outcome.said} {' / '.join(outcome.problems)}\n")
+        all_outcomes.append(outcome)
+        sys.stderr.write(f"{outcome.command}: {outcome.fault}: {outcome.verdict} {' / '.join(outcome.problems)}\n")
     if not sys.argv[1:]:
-        PAGE.write_text(page([row(name, all_found) for name in DRIVEN]), encoding="utf-8")
+        PAGE.write_text(page([row(name, all_outcomes) for name in DRIVEN]), encoding="utf-8")

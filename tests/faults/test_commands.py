@@ -19,10 +19,10 @@ README = ("init", "run", "collect", "report")
 
 def drive(names, capfd, faults=TESTED, instants=2):
     """Return what the commands came to; none leaves a file broken or left over."""
-    found = list(outcomes(names, faults, instants))
+    results = list(outcomes(names, faults, instants))
     capfd.readouterr()
-    assert [problem for each in found for problem in each.problems] == []
-    return found
+    assert [problem for result in results for problem in result.problems] == []
+    return results
 
 
 def rows_on_the_page():
@@ -31,7 +31,7 @@ def rows_on_the_page():
 
 def demand_on_the_page(outcomes):
     page = {line.split("`")[1]: cells(line) for line in rows_on_the_page()}
-    wrong = [outcome for outcome in outcomes if page[outcome.command][outcome.fault] != outcome.said]
+    wrong = [outcome for outcome in outcomes if page[outcome.command][outcome.fault] != outcome.verdict]
     assert wrong == [], "python -m tests.faults.matrix writes the page anew"
 
 
@@ -53,8 +53,8 @@ def test_a_few_commands_leave_whole_files_whatever_the_machine_does(capfd):
 
 @pytest.mark.needs("tmpfs")
 def test_commands_of_the_readme_leave_whole_files_on_a_full_file_system(capfd):
-    found = drive([*README, "predict", "export", "samples"], capfd, [FULL])
-    assert {each.said for each in found} == {"message, 2"}
+    results = drive([*README, "predict", "export", "samples"], capfd, [FULL])
+    assert {result.verdict for result in results} == {"message, 2"}
 
 
 @filters
@@ -111,5 +111,5 @@ def test_an_interrupt_at_any_instant_of_the_start_is_one_word():
     instants = [str(k) for k in (1, 2, 5, 10, 30, 70, 150, 300, 450, 600, 800)]
     words = [sys.executable, "-c", STARTS, *instants]
     ended = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
-    came = [line.split(maxsplit=1)[1].replace("|", "") for line in ended.stdout.splitlines()]
-    assert len(came) == len(instants) and set(came) <= {"130 stopped", "0"} and came.count("130 stopped") >= 6
+    lines = [line.split(maxsplit=1)[1].replace("|", "") for line in ended.stdout.splitlines()]
+    assert len(lines) == len(instants) and set(lines) <= {"130 stopped", "0"} and lines.count("130 stopped") >= 6

@@ -34,8 +34,8 @@ def test_what_is_no_password_is_left(plain):
 
 
 def test_a_part_of_a_password_that_a_driver_reports_is_hidden_too():
-    said = 'could not translate host name "cret@h" and s3'
-    assert "cret" not in hide_passwords(said, "postgresql://joe:s3@cret@h/x")
+    message = 'could not translate host name "cret@h" and s3'
+    assert "cret" not in hide_passwords(message, "postgresql://joe:s3@cret@h/x")
 
 
 def error_of(call):

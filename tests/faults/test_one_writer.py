@@ -95,20 +95,20 @@ def every_call():
 
 
 def test_json_with_numbers_that_are_not_finite_is_refused_by_one_function():
-    found = {file for file, _, name, node in every_call()
+    files = {file for file, _, name, node in every_call()
              if name in {"dump", "dumps"} and ast.unparse(node.func).startswith("json.")}  # fmt: skip
-    assert found == set(JSON_ELSEWHERE), "use palpate.protocols.canonical.json_text, or list it with the reason"
+    assert files == set(JSON_ELSEWHERE), "use palpate.protocols.canonical.json_text, or list it with the reason"
 
 
 def test_every_file_is_written_by_the_one_writer():
-    used, found = set(), []
+    used, files = set(), []
     for file, line, name, node in every_call():
         excepted = next((key for key in EXCEPTIONS if file.startswith(key)), None)
         if file != WRITER and (writes(name, node) or saves_a_picture(name, node)):
             used.add(excepted)
             if excepted is None:
-                found.append(f"{file}:{line}: {name}")
-    assert found == [], "write it with palpate.protocols.files, or list it in EXCEPTIONS with the reason"
+                files.append(f"{file}:{line}: {name}")
+    assert files == [], "write it with palpate.protocols.files, or list it in EXCEPTIONS with the reason"
     assert used - {None} == set(EXCEPTIONS), "an exception that is no longer needed"
 
 

@@ -9,7 +9,7 @@ from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import Recorded
 from tests.protocols.every_task import plan_of
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 HEADER = {"calibration": {"px_per_mm": 3.6}}
 ONE_WAY = ("authoring", "capture")
@@ -34,8 +34,8 @@ class Chance:
 
     def perform(self, request):
         chance = random.Random(f"{self.seed} {len(self.log.events)}")
-        if self.rough and (came := self.rough_turn(request)) is not None:
-            return came
+        if self.rough and (outcome := self.rough_turn(request)) is not None:
+            return outcome
         if chance.random() < 0.25:
             inside = self.log.events[-1].trial is not None
             return Aside(ABORT if chance.random() < 0.02 else chance.choice(ASIDES + REPEATS * inside))
@@ -72,7 +72,7 @@ def plan_for(task, seed, **changes):
 
 def go_on(plan, events, world_of):
     """Take a session up from these events in the world that `world_of` makes for its log; what it becomes."""
-    log = Kept(list(events))
+    log = MemoryLog(list(events))
     tape = Recorded(events, world_of(log), log)
     run(plan, tape, tape, HEADER)
     tape.demand_end()
@@ -83,7 +83,7 @@ def rough_session(plan, seed):
     """A session with everything in it, taken up again after each kill."""
     events, kills = [], 0
     while True:
-        log = Kept(list(events))
+        log = MemoryLog(list(events))
         tape = Recorded(events, Chance(plan, log, f"{seed} {kills}", rough=True), log)
         try:
             run(plan, tape, tape, HEADER)

@@ -16,7 +16,7 @@ from palpate.protocols.worlds import Recorded, Simulated, VirtualClock
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import device, ran, simulated
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 SOFT = {"id": "A", "label": "This is 0 of Soft.", "attribute": "Soft", "value": 0}
 HARD = {"id": "D", "label": "This is 100 of Soft.", "attribute": "Soft", "value": 100}
@@ -56,10 +56,10 @@ def test_a_session_with_references_replays_and_goes_on_from_any_cut(task, cut):
     stands = {} if task in ("adjective_selection", "authoring") else {"attribute": "Soft", "value": 0}
     plan = anchored(task, [{"id": "A", "label": "Soft as can be.", **stands, **wish}])
     whole = ran(plan)
-    kept = Kept(list(whole[:cut]))
-    tape = Recorded(whole[:cut], simulated(plan, whole[cut - 1].t_ns), kept)
+    log = MemoryLog(list(whole[:cut]))
+    tape = Recorded(whole[:cut], simulated(plan, whole[cut - 1].t_ns), log)
     run(plan, tape, tape, {"study": "toy"})
-    assert kept.events == whole
+    assert log.events == whole
 
 
 def test_what_was_felt_of_references_stands_in_a_table_of_its_own():
@@ -82,7 +82,7 @@ def test_what_was_felt_of_references_stands_in_a_table_of_its_own():
 def test_a_reference_is_felt_anew_after_a_fault_and_goes_on_only_once_felt():
     plan, log, faults = (
         anchored(simulation=None),
-        Kept(),
+        MemoryLog(),
         [Fault({"device": "door", "what": "lost", "message": "gone"})],
     )
 
@@ -99,8 +99,12 @@ def test_a_reference_is_felt_anew_after_a_fault_and_goes_on_only_once_felt():
     anchor = plan.anchors[0][0]
     ask = Ask(anchor.form, anchor, {"felt": 0})
     ask.demand_answer(Reply({"go": "try", "answers": {"felt": 0}}))
-    for answers, said in (({"felt": 0}, "not felt yet"), ({"felt": "once"}, "a whole number"), ({}, "a whole number")):
-        with pytest.raises(ReplyError, match=f"anchor: .*{said}"):
+    for answers, message in (
+        ({"felt": 0}, "not felt yet"),
+        ({"felt": "once"}, "a whole number"),
+        ({}, "a whole number"),
+    ):
+        with pytest.raises(ReplyError, match=f"anchor: .*{message}"):
             ask.demand_answer(Reply({"answers": answers}))
 
 
@@ -131,7 +135,7 @@ def test_references_take_away_what_they_anchor_of_a_person_s_own_bias():
 
 
 @pytest.mark.parametrize(
-    ("task", "anchor", "more", "said"),
+    ("task", "anchor", "more", "message"),
     [
         ("matching", {"id": "E"}, {}, "expected a stimulus id"),
         ("matching", {"attribute": "Sof", "value": 1}, {}, "did you mean 'Soft'?"),
@@ -144,9 +148,9 @@ def test_references_take_away_what_they_anchor_of_a_person_s_own_bias():
         ("capture", {}, {}, "nothing to anchor"),
     ],
 )
-def test_references_that_do_not_fit_are_named(task, anchor, more, said):
+def test_references_that_do_not_fit_are_named(task, anchor, more, message):
     study = study_of(task, anchors={"stimuli": [{"id": "A", "label": "So.", **anchor}], **more})
-    assert any(said in problem.message for problem in inconsistencies(study))
+    assert any(message in problem.message for problem in inconsistencies(study))
 
 
 def test_something_is_left_for_trials_and_half_a_value_is_refused():

@@ -6,7 +6,7 @@ from palpate.protocols.events import Aside, Ask, Present, ReplyError
 from palpate.protocols.runner import run
 from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Interrupting, Kept
+from tests.protocols.worlds_for_tests import Interrupting, MemoryLog
 
 PLAN = toy_plan(order={"design": "as_listed"})
 NOTE = {"do": "note", "text": "sneezed"}
@@ -19,7 +19,7 @@ def desk_with(**asides):
 
 
 def ran(**asides):
-    log, desk = Kept(), desk_with(**asides)
+    log, desk = MemoryLog(), desk_with(**asides)
     run(PLAN, desk, log, {})
     return log, desk
 
@@ -32,7 +32,7 @@ def replayed(events):
 
 def test_a_note_stands_between_a_request_and_its_reply():
     log, _ = ran(n2=[NOTE, {"do": "pause"}, {"do": "go_on"}])
-    assert log.told()[4:9] == ["ask", "experimenter", "experimenter", "experimenter", "answer"]
+    assert log.words()[4:9] == ["ask", "experimenter", "experimenter", "experimenter", "answer"]
     assert log.events[5].value == NOTE and log.events[5].trial == 1
     replayed(log.events)
 
@@ -48,7 +48,7 @@ def test_a_rest_of_the_participants_is_on_record_and_replays():
 
 
 def test_a_note_is_kept_before_the_answer_comes():
-    log, desk = Kept(), desk_with(n2=[NOTE])
+    log, desk = MemoryLog(), desk_with(n2=[NOTE])
     seen = []
     log.on_append = lambda event: seen.append((event.kind, len(desk.script[2])))
     run(PLAN, desk, log, {})
@@ -57,13 +57,13 @@ def test_a_note_is_kept_before_the_answer_comes():
 
 def test_a_trial_that_is_repeated_is_felt_again():
     log, _ = ran(n2=[REPEAT])
-    assert " ".join(log.told()[1:12]) == ("A1( present . ask experimenter )repeated A2( present . ask answer")
+    assert " ".join(log.words()[1:12]) == ("A1( present . ask experimenter )repeated A2( present . ask answer")
     replayed(log.events)
 
 
 def test_the_last_trial_is_repeated_and_its_answer_is_forgotten():
     log, desk = ran(n4=[LAST])
-    assert " ".join(log.told()[7:21]) == (
+    assert " ".join(log.words()[7:21]) == (
         "B1( present . ask experimenter )repeated A2( present . ask answer )answered B2( present"
     )
     again = [request for request in desk.requests if isinstance(request, Ask)][2]
@@ -73,12 +73,12 @@ def test_the_last_trial_is_repeated_and_its_answer_is_forgotten():
 
 def test_the_first_trial_has_none_before_it():
     log, _ = ran(n1=[LAST])
-    assert " ".join(log.told()[1:7]) == "A1( present experimenter )repeated A2( present"
+    assert " ".join(log.words()[1:7]) == "A1( present experimenter )repeated A2( present"
 
 
 def test_a_session_that_is_aborted_is_over():
     log, desk = ran(n3=[NOTE, {"do": "abort", "text": "felt unwell"}])
-    assert log.told()[-3:] == ["experimenter", "experimenter", "session_ended"]
+    assert log.words()[-3:] == ["experimenter", "experimenter", "session_ended"]
     assert log.events[-1].value == {"trials": 4, "as": "aborted"} and log.events[-1].trial is None
     assert isinstance(desk.requests[-1], Present)
     replayed(log.events)
@@ -91,12 +91,12 @@ def test_a_record_with_asides_cut_anywhere_goes_on(cut):
     with pytest.raises(EndOfRecord):
         tape = Recorded(events)
         run(PLAN, tape, tape, {})
-    kept = Kept(list(events))
+    log = MemoryLog(list(events))
     desk = desk_with()
     desk.t_ns = 1000
-    tape = Recorded(events, desk, kept)
+    tape = Recorded(events, desk, log)
     run(PLAN, tape, tape, {})
-    assert kept.events[:cut] == events and kept.events[-1].value == {"trials": 4}
+    assert log.events[:cut] == events and log.events[-1].value == {"trials": 4}
 
 
 def test_a_rest_cannot_be_repeated():
@@ -112,6 +112,6 @@ def test_an_unknown_act_is_refused():
 
 
 def test_the_calibration_is_confirmed_where_there_is_one():
-    log, desk = Kept(), desk_with()
+    log, desk = MemoryLog(), desk_with()
     run(PLAN, desk, log, {"calibration": {"px_per_mm": 3.6}})
     assert log.events[1].value == {"do": "confirm", "what": "calibration"} and log.events[3].kind == "trial_started"

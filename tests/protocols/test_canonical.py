@@ -72,7 +72,7 @@ def test_a_difference_is_found_exactly_where_texts_differ(one, other):
 
 
 @pytest.mark.parametrize(
-    ("recorded", "now", "said"),
+    ("recorded", "now", "message"),
     [
         ({"a": [1, 2]}, {"a": [1, 3]}, "$.a[1]: recorded 2, now 3"),
         ({"a": 1}, {}, "$.a: recorded 1, now missing"),
@@ -82,5 +82,5 @@ def test_a_difference_is_found_exactly_where_texts_differ(one, other):
         ("x" * 100, "y", f'$: recorded "{"x" * 76}..., now "y"'),
     ],
 )
-def test_a_difference_says_where_and_how(recorded, now, said):
-    assert difference(recorded, now) == said
+def test_a_difference_says_where_and_how(recorded, now, message):
+    assert difference(recorded, now) == message

@@ -15,11 +15,11 @@ from tests.examples import examples
 
 def arrivals(rate_hz, drift_ppm, seconds, block, delay, t0_s=5.0):
     """(n, t_s) of blocks of a clock that runs drift_ppm fast, each late by delay()."""
-    true_hz, came, found = rate_hz * (1 + drift_ppm * 1e-6), -math.inf, []
+    true_hz, arrival_s, blocks = rate_hz * (1 + drift_ppm * 1e-6), -math.inf, []
     for n in range(block - 1, int(rate_hz * seconds), block):
-        came = max(came, t0_s + n / true_hz + delay())
-        found.append((n, came))
-    return found
+        arrival_s = max(arrival_s, t0_s + n / true_hz + delay())
+        blocks.append((n, arrival_s))
+    return blocks
 
 
 @given(st.floats(-500, 500), st.sampled_from([80.0, 3000.0, 8000.0]), st.floats(0, 0.05), st.integers(0, 10**6))
@@ -52,13 +52,13 @@ def test_the_error_it_tells_is_the_error_it_has(rate_hz, block, seconds, shape):
         middle = rate_hz * seconds / 2
         off_s = clock.time_s(middle) - (5 + middle / (rate_hz * (1 + 50e-6)))
         assert abs(off_s) < 5 * clock.offset_error_s + 1e-9
-    assert math.sqrt(sum(each**2 for each in ratios) / 40) < 1.3
+    assert math.sqrt(sum(ratio**2 for ratio in ratios) / 40) < 1.3
 
 
 def test_a_stall_of_seconds_and_a_slow_start_do_not_move_the_clock():
     rng = random.Random(3)
-    came = arrivals(1000, 30, 60, 10, lambda: rng.expovariate(2000))
-    stalled = [(n, t + 3.0 if 20 < t < 23 else t + max(0.0, 6 - t)) for n, t in came]
+    blocks = arrivals(1000, 30, 60, 10, lambda: rng.expovariate(2000))
+    stalled = [(n, t + 3.0 if 20 < t < 23 else t + max(0.0, 6 - t)) for n, t in blocks]
     latest = [(n, max(t for _, t in stalled[: place + 1])) for place, (n, _) in enumerate(stalled)]
     clock = fit_clock(latest, 1000)
     assert clock.drift_ppm == pytest.approx(30, abs=3 * clock.drift_error_ppm)
@@ -91,7 +91,7 @@ def test_one_arrival_places_the_nominal_clock_and_tells_no_error():
 
 
 @pytest.mark.parametrize(
-    ("came", "rate_hz", "says"),
+    ("blocks", "rate_hz", "says"),
     [
         ([], 100, "no arrivals"),
         ([(0, 1.0), (0, 1.1)], 100, "sample 0, after sample 0: they must rise"),
@@ -104,6 +104,6 @@ def test_one_arrival_places_the_nominal_clock_and_tells_no_error():
         ([(0, 1.0)], math.nan, "the nominal rate is nan Hz"),
     ],
 )
-def test_arrivals_that_no_clock_can_have_made_are_refused(came, rate_hz, says):
+def test_arrivals_that_no_clock_can_have_made_are_refused(blocks, rate_hz, says):
     with pytest.raises(ClockError, match=says):
-        fit_clock(came, rate_hz)
+        fit_clock(blocks, rate_hz)

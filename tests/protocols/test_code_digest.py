@@ -9,24 +9,24 @@ import pytest
 from palpate.protocols import code_digest as module
 from palpate.protocols.code_digest import ROOT, code_digest, files_digest, imported_by, module_of, sources_in
 
-MADE = {
+PACKAGE = {
     "__init__": "",
-    "asked": "import made.direct\nif TYPE_CHECKING:\n    from made.typed import T\n"
-    "def f():\n    from made import within\nLATER = 'palpate.studies.workers:run'\n",
-    "direct": "from made.below import x",
+    "entry": "import example.direct\nif TYPE_CHECKING:\n    from example.typed import T\n"
+    "def f():\n    from example import within\nLATER = 'palpate.studies.workers:run'\n",
+    "direct": "from example.below import x",
     "below": "x = 1",
     "within": "y = 1",
     "typed": "T = int",
-    "unasked": "z = 1",
+    "unused": "z = 1",
 }
 
 
 @pytest.fixture
-def made(tmp_path, monkeypatch):
+def package(tmp_path, monkeypatch):
     """A package that is not of this program, as a lab's own would be."""
-    folder = tmp_path / "made"
+    folder = tmp_path / "example"
     folder.mkdir()
-    for name, text in MADE.items():
+    for name, text in PACKAGE.items():
         (folder / f"{name}.py").write_text(text)
     (folder / "table.csv").write_text("a,b\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -41,52 +41,52 @@ def digest(*names, **more):
     return code_digest(*names, **more)
 
 
-@pytest.mark.parametrize("name", ["__init__.py", "asked.py", "direct.py", "below.py", "within.py", "table.csv"])
-def test_an_edit_of_what_is_imported_changes_the_digest(made, name):
-    before = digest("made.asked")
-    assert digest("made.asked") == before
-    (made / name).write_text((made / name).read_text() + "\n")
-    assert digest("made.asked") != before
+@pytest.mark.parametrize("name", ["__init__.py", "entry.py", "direct.py", "below.py", "within.py", "table.csv"])
+def test_an_edit_of_what_is_imported_changes_the_digest(package, name):
+    before = digest("example.entry")
+    assert digest("example.entry") == before
+    (package / name).write_text((package / name).read_text() + "\n")
+    assert digest("example.entry") != before
 
 
-def test_a_renamed_module_changes_the_digest(made):
-    before = digest("made.asked")
-    (made / "below.py").rename(made / "lower.py")
-    (made / "direct.py").write_text("from made.lower import x")
-    assert digest("made.asked") != before
+def test_a_renamed_module_changes_the_digest(package):
+    before = digest("example.entry")
+    (package / "below.py").rename(package / "lower.py")
+    (package / "direct.py").write_text("from example.lower import x")
+    assert digest("example.entry") != before
 
 
-@pytest.mark.parametrize("name", ["typed.py", "unasked.py"])
-def test_an_edit_elsewhere_does_not(made, name):
-    before = digest("made.asked")
-    (made / name).write_text("w = 2")
-    assert digest("made.asked") == before
+@pytest.mark.parametrize("name", ["typed.py", "unused.py"])
+def test_an_edit_elsewhere_does_not(package, name):
+    before = digest("example.entry")
+    (package / name).write_text("w = 2")
+    assert digest("example.entry") == before
 
 
-def test_what_a_string_names_counts_only_where_registries_do(made):
-    assert "palpate.studies.workers" not in imported_by("made.asked")
-    assert "palpate.studies.workers" in imported_by("made.asked", registries=True)
-    assert digest("made.asked") != digest("made.asked", registries=True)
+def test_what_a_string_names_counts_only_where_registries_do(package):
+    assert "palpate.studies.workers" not in imported_by("example.entry")
+    assert "palpate.studies.workers" in imported_by("example.entry", registries=True)
+    assert digest("example.entry") != digest("example.entry", registries=True)
 
 
-def test_a_string_that_names_a_folder_of_parts_stands_for_all_its_modules(made):
-    (made / "asked.py").write_text("PARTS = 'palpate.protocols.tasks.*'\n")
-    digest("made.asked")
-    assert {"palpate.protocols.tasks.words", "palpate.protocols.tasks"} <= imported_by("made.asked", registries=True)
+def test_a_string_that_names_a_folder_of_parts_stands_for_all_its_modules(package):
+    (package / "entry.py").write_text("PARTS = 'palpate.protocols.tasks.*'\n")
+    digest("example.entry")
+    assert {"palpate.protocols.tasks.words", "palpate.protocols.tasks"} <= imported_by("example.entry", registries=True)
 
 
-def test_what_is_not_there_is_named(made, tmp_path):
+def test_what_is_not_there_is_named(package, tmp_path):
     with pytest.raises(LookupError, match="no module 'palpate.modeling.textures.renamed'"):
         digest("palpate.modeling.textures.renamed")
     with pytest.raises(LookupError, match="no module 'nowhere'"):
         digest("nowhere")
     with pytest.raises(LookupError, match="studies/renamed.csv: no such file"):
-        digest("made.asked", files=("studies/renamed.csv",))
+        digest("example.entry", files=("studies/renamed.csv",))
     with pytest.raises(LookupError, match="renamed: no such folder of sources"):
         sources_in(tmp_path / "renamed")
-    (made / "below.py").rename(made / "lower.py")
-    with pytest.raises(LookupError, match="no module 'made.below'"):
-        digest("made.asked")
+    (package / "below.py").rename(package / "lower.py")
+    with pytest.raises(LookupError, match="no module 'example.below'"):
+        digest("example.entry")
 
 
 def test_the_paths_count_as_well_as_the_contents(tmp_path):
@@ -96,14 +96,14 @@ def test_the_paths_count_as_well_as_the_contents(tmp_path):
     assert files_digest([ROOT / "setup.py"]) != files_digest([])
 
 
-@pytest.mark.parametrize("line", ["from .below import x", "from . import below", "from made import below"])
-def test_relative_imports_are_followed_as_well(made, line):
-    (made / "direct.py").write_text(line)
-    digest("made.asked")
-    assert "made.below" in imported_by("made.asked")
-    (made / "__init__.py").write_text("from .unasked import z")
-    digest("made.asked")
-    assert "made.unasked" in imported_by("made.asked")
+@pytest.mark.parametrize("line", ["from .below import x", "from . import below", "from example import below"])
+def test_relative_imports_are_followed_as_well(package, line):
+    (package / "direct.py").write_text(line)
+    digest("example.entry")
+    assert "example.below" in imported_by("example.entry")
+    (package / "__init__.py").write_text("from .unused import z")
+    digest("example.entry")
+    assert "example.unused" in imported_by("example.entry")
 
 
 def test_a_partial_is_of_the_module_of_its_function():
@@ -114,7 +114,7 @@ def test_a_partial_is_of_the_module_of_its_function():
 
 
 @pytest.mark.parametrize(
-    ("asked", "there", "not_there"),
+    ("arguments", "there", "not_there"),
     [
         (
             {"modules": ("palpate.signals.textures.voice",), "registries": True},
@@ -172,6 +172,6 @@ def test_a_partial_is_of_the_module_of_its_function():
         ),
     ],
 )
-def test_what_decides_results_here(asked, there, not_there):
-    found = imported_by(*asked["modules"], registries=asked.get("registries", False))
-    assert there <= found and not found & not_there
+def test_what_decides_results_here(arguments, there, not_there):
+    modules = imported_by(*arguments["modules"], registries=arguments.get("registries", False))
+    assert there <= modules and not modules & not_there

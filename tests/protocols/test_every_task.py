@@ -13,7 +13,7 @@ from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 TASKS = sorted(PARTS)
 
@@ -27,14 +27,14 @@ def simulated(plan, t_ns=0):
 
 
 def ran(plan):
-    log = Kept()
+    log = MemoryLog()
     run(plan, simulated(plan), log, {"study": "toy"})
     return log.events
 
 
 def replies(events, form):
-    asked = [e.value.get("form") if e.kind == "request" else None for e in events]
-    return [events[n + 1].value for n, name in enumerate(asked) if name == form]
+    forms = [e.value.get("form") if e.kind == "request" else None for e in events]
+    return [events[n + 1].value for n, name in enumerate(forms) if name == form]
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -52,10 +52,10 @@ def test_a_task_runs_from_consent_to_the_last_form_and_replays(task):
 @pytest.mark.parametrize("cut", [3, 9, 14, 22])
 def test_a_task_cut_anywhere_goes_on_to_the_same_session(task, cut):
     whole = ran(plan_of(task))
-    kept = Kept(list(whole[:cut]))
-    tape = Recorded(whole[:cut], simulated(plan_of(task), whole[cut - 1].t_ns), kept)
+    log = MemoryLog(list(whole[:cut]))
+    tape = Recorded(whole[:cut], simulated(plan_of(task), whole[cut - 1].t_ns), log)
     run(plan_of(task), tape, tape, {"study": "toy"})
-    assert kept.events == whole
+    assert log.events == whole
 
 
 DEVICES = {"authoring": ["door_generator"], "capture": ["tool"]}
@@ -81,7 +81,7 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
 
 
 @pytest.mark.parametrize(
-    ("task", "changes", "said"),
+    ("task", "changes", "message"),
     [
         ("free_lexicon", {"sides": ["a", "b"]}, "belongs to task similarity, and this one is free_lexicon"),
         ("similarity", {"sides": ["real", "real"]}, "two different sides"),
@@ -97,9 +97,9 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
         ("matching", {"simulation": {"latents": {"Sof": {"size": 1}}}}, "did you mean 'Soft'?"),
     ],
 )
-def test_parts_that_do_not_fit_are_named(task, changes, said):
+def test_parts_that_do_not_fit_are_named(task, changes, message):
     problems = [problem.message for problem in inconsistencies(study_of(task, **changes))]
-    assert any(said in problem for problem in problems), problems
+    assert any(message in problem for problem in problems), problems
 
 
 FELT = {"door", "texture_renderer"}
@@ -118,20 +118,20 @@ def test_a_need_that_nothing_presents_or_records_is_refused(task):
 
 
 @pytest.mark.parametrize(
-    ("needs", "said"),
+    ("needs", "message"),
     [
         (["door", "texture_renderer"], "texture_renderer would present nothing: door presents the stimuli"),
         (["window", "samples", "window"], "window appears twice"),
     ],
 )
-def test_a_need_beside_which_another_is_idle_is_refused(needs, said):
+def test_a_need_beside_which_another_is_idle_is_refused(needs, message):
     problems = list(inconsistencies(study_of("slider_rating", needs=needs)))
-    assert [problem.path[0] for problem in problems] == ["needs"] and said in problems[0].message
+    assert [problem.path[0] for problem in problems] == ["needs"] and message in problems[0].message
 
 
 def test_words_are_shuffled_once_for_each_participant():
     orders = {who: {trial.form.words for trial in plan_of("adjective_selection", who).trials} for who in ("P1", "P2")}
-    assert all(len(each) == 1 for each in orders.values()) and orders["P1"] != orders["P2"]
+    assert all(len(order) == 1 for order in orders.values()) and orders["P1"] != orders["P2"]
     assert sorted(next(iter(orders["P1"]))) == sorted(WORDS)
     [listed] = {trial.form.words for trial in plan_of("adjective_selection", adjectives={"words": WORDS}).trials}
     assert listed == tuple(WORDS)
@@ -139,20 +139,20 @@ def test_words_are_shuffled_once_for_each_participant():
 
 def test_switches_lie_before_the_answer_and_alternate():
     for value in replies(ran(plan_of("similarity", simulation={"latents": {}})), "similarity"):
-        sides = [each["to"] for each in value["switches"]]
+        sides = [switch["to"] for switch in value["switches"]]
         assert sides == [("real", "virtual")[n % 2] for n in range(len(sides))] and len(sides) >= 2
         assert value["switches"][-1]["at_s"] < min(value["at_s"].values()) <= value["seconds"]
 
 
 def test_an_author_tries_what_was_wished_before_it_stands():
     events = ran(plan_of("authoring"))
-    asked = [e.value for e in events if e.kind == "request" and e.value.get("form") == "authoring"]
+    requests = [e.value for e in events if e.kind == "request" and e.value.get("form") == "authoring"]
     given = replies(events, "authoring")
     felt = [e.value["wish"] for e in events if e.kind == "request" and "wish" in e.value]
     assert felt == [value["answers"] for value in given if value.get("go") == "try"] and len(felt) >= 8
     finals = [value["answers"] for value in given if "go" not in value]
     assert len(finals) == 4 and all(final in felt for final in finals)
-    assert [a["previous"] is None for a in asked].count(True) == 4
+    assert [a["previous"] is None for a in requests].count(True) == 4
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -188,10 +188,10 @@ def test_simulated_people_are_adults_who_have_not_driven_since_before_they_were(
     driving = Question("driving_experience", "How many years?", "number", low=0, high=100)
     form = Demographics((age, driving))
     people = [Perceiver(plan_of("matching", f"P{n}")).answer(Ask(form))[0].value["answers"] for n in range(100)]
-    ages = [each["age"] for each in people]
+    ages = [person["age"] for person in people]
     assert 19 <= min(ages) < 25 and 58 < max(ages) <= 64
-    assert all(0 <= each["driving_experience"] <= each["age"] - 18 for each in people)
-    assert len({each["driving_experience"] for each in people}) > 20
+    assert all(0 <= person["driving_experience"] <= person["age"] - 18 for person in people)
+    assert len({person["driving_experience"] for person in people}) > 20
 
 
 def test_latents_of_words_make_them_likely():
@@ -223,7 +223,7 @@ def test_a_lab_without_questions_asks_none():
 
 def test_who_declines_takes_no_part():
     plan = plan_of("matching")
-    log = Kept()
+    log = MemoryLog()
 
     class Declines(Simulated):
         def perform(self, request):
@@ -241,7 +241,7 @@ FIT = [{"name": "impairment", "text": "Is anything wrong?", "answer": "no"}]
 
 def test_who_is_not_eligible_takes_no_part_and_only_that_is_on_record():
     plan = plan_of("matching", opening=["consent", "eligibility", "demographics"], eligible=FIT)
-    log = Kept()
+    log = MemoryLog()
 
     class Unfit(Simulated):
         def perform(self, request):
@@ -259,15 +259,15 @@ def test_who_is_not_eligible_takes_no_part_and_only_that_is_on_record():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"eligible": FIT}, "opening: [eligibility] and eligible"),
         ({"opening": ["eligibility"]}, "opening: [eligibility] and eligible"),
         ({"opening": ["eligibility"], "eligible": FIT * 2}, "the question 'impairment' appears twice"),
     ],
 )
-def test_the_eligibility_form_and_its_questions_go_together(changes, said):
-    assert any(said in problem.message for problem in inconsistencies(study_of("matching", **changes)))
+def test_the_eligibility_form_and_its_questions_go_together(changes, message):
+    assert any(message in problem.message for problem in inconsistencies(study_of("matching", **changes)))
 
 
 def test_the_steps_of_setting_up_are_confirmed_first_and_on_record():
@@ -280,8 +280,8 @@ def test_the_steps_of_setting_up_are_confirmed_first_and_on_record():
 
 
 def test_an_interview_is_answered_freely_or_left_empty():
-    asked = [{"name": "felt", "text": "What did you feel?"}]
-    plan = plan_of("matching", closing=["questionnaire", "interview"], interview=asked)
+    questions = [{"name": "felt", "text": "What did you feel?"}]
+    plan = plan_of("matching", closing=["questionnaire", "interview"], interview=questions)
     form = plan.closing[-1]
     assert form.problem({"felt": "A buzz,\nthen nothing."}) is None and form.problem({"felt": ""}) is None
     assert form.problem({"felt": None}) and form.problem({})
@@ -306,14 +306,14 @@ NO_ANSWERS = [
 ]
 
 
-@pytest.mark.parametrize(("trial", "answers", "said"), NO_ANSWERS)
-def test_what_is_no_answer_is_refused(trial, answers, said):
-    with pytest.raises(ReplyError, match=f"trial 1: .*{said}"):
+@pytest.mark.parametrize(("trial", "answers", "message"), NO_ANSWERS)
+def test_what_is_no_answer_is_refused(trial, answers, message):
+    with pytest.raises(ReplyError, match=f"trial 1: .*{message}"):
         Ask(trial.form, trial).demand_answer(Reply({"answers": answers}))
 
 
 @pytest.mark.parametrize(
-    ("place", "answers", "said"),
+    ("place", "answers", "message"),
     [
         (0, {"agreed": "yes"}, "true or false"),
         (1, {"age": 17, "handedness": None, "remark": None}, "from 18 to 99"),
@@ -325,10 +325,10 @@ def test_what_is_no_answer_is_refused(trial, answers, said):
         (-2, {"Realism": 4.0, "Ease": 1}, "from 1 to 7"),
     ],
 )
-def test_what_is_no_answer_to_a_form_outside_trials_is_refused(place, answers, said):
+def test_what_is_no_answer_to_a_form_outside_trials_is_refused(place, answers, message):
     plan = plan_of("matching")
     form = [*plan.opening, *plan.closing][place]
-    with pytest.raises(ReplyError, match=f"{form.name}: .*{said}"):
+    with pytest.raises(ReplyError, match=f"{form.name}: .*{message}"):
         Ask(form).demand_answer(Reply({"answers": answers}))
 
 

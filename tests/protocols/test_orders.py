@@ -43,17 +43,17 @@ def test_one_item_has_one_order():
 
 
 def test_the_certificate_counts():
-    found = certificate([["a", "b", "c"], ["b", "a", "c"]])
-    assert found.positions == {"a": (1, 1, 0), "b": (1, 1, 0), "c": (0, 0, 2)}
-    assert found.carry_over == {("a", "b"): 1, ("b", "c"): 1, ("b", "a"): 1, ("a", "c"): 1}
-    assert (found.position_range, found.carry_over_range, found.balanced) == ((0, 2), (0, 1), False)
-    assert "not balanced" in found.text() and "0 to 2 times" in found.text()
+    counts = certificate([["a", "b", "c"], ["b", "a", "c"]])
+    assert counts.positions == {"a": (1, 1, 0), "b": (1, 1, 0), "c": (0, 0, 2)}
+    assert counts.carry_over == {("a", "b"): 1, ("b", "c"): 1, ("b", "a"): 1, ("a", "c"): 1}
+    assert (counts.position_range, counts.carry_over_range, counts.balanced) == ((0, 2), (0, 1), False)
+    assert "not balanced" in counts.text() and "0 to 2 times" in counts.text()
 
 
 def test_a_full_williams_design_is_certified():
-    found = certificate([[f"s{item}" for item in row] for row in square("williams", 5)])
-    assert found.balanced and found.text().startswith("10 sequences of 5 items: balanced.")
-    assert "at each position 2 times and followed each other item 2 times" in found.text()
+    counts = certificate([[f"s{item}" for item in row] for row in square("williams", 5)])
+    assert counts.balanced and counts.text().startswith("10 sequences of 5 items: balanced.")
+    assert "at each position 2 times and followed each other item 2 times" in counts.text()
 
 
 def test_a_certificate_of_nothing_and_of_one():

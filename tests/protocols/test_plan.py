@@ -94,8 +94,8 @@ def test_williams_orders_are_balanced_over_their_rows(n, rows):
 
 
 def test_latin_orders_are_balanced_for_position():
-    found = certificate(sequences(toy(order={"design": "latin"}), 8))
-    assert found.position_range == (2, 2)
+    counts = certificate(sequences(toy(order={"design": "latin"}), 8))
+    assert counts.position_range == (2, 2)
 
 
 def test_repeats_take_the_next_row():
@@ -115,8 +115,8 @@ def test_in_time_every_block_order_meets_every_order_within_equally_often(blocks
     study = toy(stimuli=stimuli, simulation=None, order=declared)
     outer_rows, inner_rows = rows_of(outer, blocks), rows_of(inner, size)
     rows = sequences(study, outer_rows * inner_rows)
-    order = [tuple(dict.fromkeys(each[0] for each in row)) if outer_rows > 1 else () for row in rows]
-    within = [tuple(each for each in row if each[0] == "v") for row in rows]
+    order = [tuple(dict.fromkeys(item[0] for item in row)) if outer_rows > 1 else () for row in rows]
+    within = [tuple(item for item in row if item[0] == "v") for row in rows]
     met = Counter(zip(order, within, strict=True))
     assert len(met) == outer_rows * inner_rows and set(met.values()) == {1}
     certificates = certificate(within)
@@ -147,7 +147,7 @@ def test_groups_meet_their_own_stimuli():
 
 
 @pytest.mark.parametrize(
-    ("groups", "who", "said"),
+    ("groups", "who", "message"),
     [
         ({"1": {"kind": ["x"]}}, ParticipantRow("P001", "3"), "group '3'; toy has groups 1"),
         ({"1": {"kind": ["x"]}}, ParticipantRow("P001"), "group None; toy has groups 1"),
@@ -155,6 +155,6 @@ def test_groups_meet_their_own_stimuli():
         ({}, ParticipantRow("P001", None, -1), "row -1"),
     ],
 )
-def test_a_participant_who_does_not_fit_is_refused(groups, who, said):
-    with pytest.raises(PlanError, match=said):
+def test_a_participant_who_does_not_fit_is_refused(groups, who, message):
+    with pytest.raises(PlanError, match=message):
         compile_plan(toy(groups=groups), who)

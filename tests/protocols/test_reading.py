@@ -47,7 +47,7 @@ def test_a_study_is_read_and_its_definition_reads_back():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "expected"),
     [
         ("task: slider_rating", "taks: slider_rating", "study.yaml: line 2: taks: unknown key; did you mean 'task'?"),
         ("task: slider_rating\n", "", "study.yaml: task: this key is required"),
@@ -88,12 +88,12 @@ def test_a_study_is_read_and_its_definition_reads_back():
         ("study: toy", "study: 7", "study: found 7, input should be a valid string"),
     ],
 )
-def test_a_complaint_names_file_line_path_and_nearest_name(old, new, said):
+def test_a_complaint_names_file_line_path_and_nearest_name(old, new, expected):
     assert GOOD.count(old) == 1
     with pytest.raises(StudyError) as caught:
         read(GOOD.replace(old, new))
     message = str(caught.value)
-    assert said in message
+    assert expected in message
     assert all(line.startswith("study.yaml:") for line in message.splitlines())
 
 
@@ -111,16 +111,16 @@ LABELLED = "labels: {-10: Not at all, 0: Half, 10: Fully}"
 def test_a_scale_may_be_labelled_and_ticked_and_is_neither_unless_the_study_says_so(scale, ticked):
     plain = read(scaled("start: unset")).definition()["scale"]
     assert plain == {"low": -10, "high": 10, "start": "unset"}, "what is not set enters no digest"
-    found = read(scaled(scale)).scale
-    assert found.ticked == ticked
-    assert found == Scale.model_validate(found.model_dump(exclude_unset=True)) and hash(found), (
+    parsed = read(scaled(scale)).scale
+    assert parsed.ticked == ticked
+    assert parsed == Scale.model_validate(parsed.model_dump(exclude_unset=True)) and hash(parsed), (
         "a form's scale is a key"
     )
-    assert found.labelled in ((), ((-10.0, "Not at all"), (0.0, "Half"), (10.0, "Fully")))
+    assert parsed.labelled in ((), ((-10.0, "Not at all"), (0.0, "Half"), (10.0, "Fully")))
 
 
 @pytest.mark.parametrize(
-    ("scale", "said"),
+    ("scale", "message"),
     [
         ("labels: {11: Too far}", "labels: 'Too far' stands at 11, which is not a value of the scale"),
         ("step: 5, labels: {3: Between}", "labels: 'Between' stands at 3, which is not a value"),
@@ -131,10 +131,10 @@ def test_a_scale_may_be_labelled_and_ticked_and_is_neither_unless_the_study_says
         ("step: 0.1, ticks: steps", "of at most 100 on the line"),
     ],
 )
-def test_a_label_off_the_scale_and_ticks_of_nothing_are_refused(scale, said):
+def test_a_label_off_the_scale_and_ticks_of_nothing_are_refused(scale, message):
     with pytest.raises(StudyError) as caught:
         read(scaled(scale))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_an_attribute_may_have_a_name_of_its_own_and_then_share_its_words_with_others():
@@ -155,7 +155,7 @@ def test_many_problems_fit_on_a_screen():
 
 
 @pytest.mark.parametrize(
-    ("rows", "said"),
+    ("rows", "message"),
     [
         ([*ROWS, ROWS[0]], "line 3: stimuli: the stimulus id 'A' appears twice"),
         ([], "stimuli: "),
@@ -163,10 +163,10 @@ def test_many_problems_fit_on_a_screen():
         ([*ROWS, {"id": "E", "columns": {"kind": "x", "size": "inf"}}], "stimulus 'E' has 'inf' in 'size'"),
     ],
 )
-def test_a_bad_stimulus_table_is_refused(rows, said):
+def test_a_bad_stimulus_table_is_refused(rows, message):
     with pytest.raises(StudyError) as caught:
         read(GOOD, rows)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_group_without_stimuli_is_refused():

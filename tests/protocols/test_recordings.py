@@ -8,7 +8,7 @@ from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Interrupting, Kept
+from tests.protocols.worlds_for_tests import Interrupting, MemoryLog
 
 PLAN = toy_plan(order={"design": "as_listed"})
 GONE = Fault({"device": "door", "what": "link_lost", "message": "the cable is out"})
@@ -20,7 +20,7 @@ def chunk(first):
 
 
 def ran(**script):
-    log, lab = Kept(), Interrupting(**script)
+    log, lab = MemoryLog(), Interrupting(**script)
     run(PLAN, lab, log, {})
     return log, lab
 
@@ -54,7 +54,7 @@ def test_a_fault_marks_the_trial_and_it_is_met_again():
 
 
 def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
-    plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), Kept(), Interrupting(n1=[GONE])
+    plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), MemoryLog(), Interrupting(n1=[GONE])
     with pytest.raises(ReplyError, match="outside a trial: the cable is out"):
         run(plan, lab, log, {})
     assert kinds(log.events) == ["session_started", "request"]
@@ -62,7 +62,7 @@ def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
 
 def gone_on(events: list[Event]):
     """Go on where the events end, with a lab in which nothing is scripted."""
-    log, lab = Kept(), Interrupting()
+    log, lab = MemoryLog(), Interrupting()
     log.events, lab.t_ns = list(events), events[-1].t_ns
     tape = Recorded(events, lab, log)
     run(PLAN, tape, tape, {})
@@ -75,11 +75,11 @@ def test_a_session_cut_anywhere_goes_on_and_never_mixes_two_recordings(cut):
     events = gone_on(log.events[:cut])
     replayed(events)
     for request, *rest in _acts(events):
-        found = [event.kind for event in rest]
+        rest_kinds = [event.kind for event in rest]
         broken_off = "samples" in kinds(events[request.seq : cut]) and not {"reply", "fault"} & {
             *kinds(events[request.seq : cut])
         }
-        assert found[-1] in ({"fault"} if broken_off else {"reply", "fault"})
+        assert rest_kinds[-1] in ({"fault"} if broken_off else {"reply", "fault"})
         firsts = [event.samples[0].first for event in rest if event.kind == "samples"]
         assert firsts == sorted(set(firsts)), "one recording only"
 
@@ -114,12 +114,12 @@ class Author(Interrupting):
 
     def __init__(self):
         super().__init__()
-        self.asked, self.failed = [], False
+        self.forms, self.failed = [], False
 
     def perform(self, request):
         if isinstance(request, Ask) and request.form.name == "authoring":
-            self.asked.append(request)
-            answers = dict.fromkeys(request.form.items(), float(10 * len(self.asked)))
+            self.forms.append(request)
+            answers = dict.fromkeys(request.form.items(), float(10 * len(self.forms)))
             tried = request.former is not None
             return Reply({"answers": answers, "seconds": 1.0, **({} if tried else {"go": "try"})})
         if isinstance(request, Ask):
@@ -131,10 +131,10 @@ class Author(Interrupting):
 
 
 def test_a_setting_that_a_fault_interrupts_stands_in_the_form_again():
-    author, log = Author(), Kept()
+    author, log = Author(), MemoryLog()
     author.plan = plan_of("authoring")
     run(author.plan, author, log, {})
-    first, again, other = author.asked[0], author.asked[1], author.asked[3]
+    first, again, other = author.forms[0], author.forms[1], author.forms[3]
     assert first.previous is None
     assert again.trial.attempt == 2 and set(again.previous.values()) == {10.0}
     assert other.trial.number != first.trial.number and other.previous is None

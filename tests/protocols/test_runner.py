@@ -7,13 +7,13 @@ from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import BACK, Kept, Scripted, rated
+from tests.protocols.worlds_for_tests import BACK, MemoryLog, Scripted, rated
 
 LISTED = {"order": {"design": "as_listed"}}
 
 
 def ran(*replies, **changes):
-    log, world = Kept(), Scripted(iter(replies))
+    log, world = MemoryLog(), Scripted(iter(replies))
     run(toy_plan(**{**LISTED, **changes}), world, log, {"study": "toy"})
     return log, world
 
@@ -21,7 +21,7 @@ def ran(*replies, **changes):
 def test_a_session_is_told_in_order():
     log, _ = ran(rated(1, 2), rated(3, 4), rated(5, 6), rated(7, 8))
     trial = "present . ask answer )answered"
-    assert " ".join(log.told()) == (
+    assert " ".join(log.words()) == (
         f"session_started A1( {trial} B1( {trial} rest . C1( {trial} D1( {trial} session_ended"
     )
     assert log.events[0].value == {"study": "toy"}
@@ -31,7 +31,7 @@ def test_a_session_is_told_in_order():
 
 def test_instructions_come_first_and_practice_before_what_counts():
     log, _ = ran(*[rated(0, 0)] * 5, instructions="Feel it.", practice={"stimuli": ["D"]})
-    assert log.told()[:4] == ["session_started", "instruct", ".", "D1("]
+    assert log.words()[:4] == ["session_started", "instruct", ".", "D1("]
     assert log.events[3].value["block"] == "practice"
     rests = [e.value for e in log.events if e.kind == "request" and e.value["do"] == "rest"]
     assert rests == [{"do": "rest", "done": 2, "total": 4}]
@@ -39,10 +39,10 @@ def test_instructions_come_first_and_practice_before_what_counts():
 
 def test_going_back_revises_the_trial_before_and_starts_the_left_one_over():
     log, world = ran(rated(1, 2), BACK, rated(9, 9), rated(3, 4), rated(5, 6), rated(7, 8))
-    assert " ".join(log.told()[6:22]) == (
+    assert " ".join(log.words()[6:22]) == (
         ")answered B1( present . ask back )left A2( ask+ answer )answered B2( present . ask answer"
     )
-    revision = [ask for ask in world.asked if isinstance(ask, Ask)][2]
+    revision = [ask for ask in world.requests if isinstance(ask, Ask)][2]
     assert revision.trial.previous == {"Soft": 1, "Cold": 2} and revision.trial.attempt == 2
 
 
@@ -50,16 +50,16 @@ def test_going_back_twice_and_out_of_a_revision():
     log, _ = ran(
         rated(1, 1), rated(2, 2), BACK, BACK, rated(9, 9), rated(8, 8), rated(3, 3), rated(4, 4),
     )  # fmt: skip
-    kinds = [word for word in log.told() if word.endswith("(") or word.startswith(")")]
+    kinds = [word for word in log.words() if word.endswith("(") or word.startswith(")")]
     assert kinds == [
         "A1(", ")answered", "B1(", ")answered", "C1(", ")left", "B2(", ")left", "A2(", ")answered",
         "B3(", ")answered", "C2(", ")answered", "D1(", ")answered",
     ]  # fmt: skip
-    assert log.told().count("rest") == 1
+    assert log.words().count("rest") == 1
 
 
 @pytest.mark.parametrize(
-    ("replies", "said"),
+    ("replies", "message"),
     [
         ([BACK], "trial 1: the reply goes back, which this trial does not allow"),
         ([{"answers": {"Soft": 1}}], r"trial 1: answers to \['Soft', 'Cold'\] expected, found"),
@@ -72,9 +72,9 @@ def test_going_back_twice_and_out_of_a_revision():
         ([rated(1, 2), rated(1, 2), rated(1, 2), {"answers": {}}], "trial 4: answers to"),
     ],
 )
-def test_a_reply_that_is_no_answer_is_refused_and_can_be_asked_for_again(replies, said):
-    log, world = Kept(), Scripted(iter(replies))
-    with pytest.raises(ReplyError, match=said):
+def test_a_reply_that_is_no_answer_is_refused_and_can_be_asked_for_again(replies, message):
+    log, world = MemoryLog(), Scripted(iter(replies))
+    with pytest.raises(ReplyError, match=message):
         run(toy_plan(**LISTED), world, log, {})
     assert log.events[-1].kind == "request" and log.events[-1].value["do"] == "ask"
     tape = Recorded(list(log.events), Scripted(iter([rated(0, 0)] * 4), t_ns=log.events[-1].t_ns), log)
@@ -88,7 +88,7 @@ def test_back_is_refused_where_the_study_only_goes_forward():
 
 
 def test_a_request_is_on_record_before_it_is_performed():
-    log = Kept()
+    log = MemoryLog()
 
     class Watching(Scripted):
         def perform(self, request):
@@ -121,7 +121,7 @@ def test_a_record_replays_event_for_event():
 def test_a_record_cut_anywhere_goes_on_to_the_same_session(cut):
     whole = simulated_session()
     assert len(whole) == 38
-    log = Kept(list(whole[:cut]))
+    log = MemoryLog(list(whole[:cut]))
     plan = toy_plan(**SECOND_THOUGHTS)
     tape = Recorded(whole[:cut], simulated(plan, whole[cut - 1].t_ns), log)
     run(plan, tape, tape, {})
@@ -140,14 +140,14 @@ def simulated(plan, t_ns=0):
 
 
 def simulated_session():
-    log, plan = Kept(), toy_plan(**SECOND_THOUGHTS)
+    log, plan = MemoryLog(), toy_plan(**SECOND_THOUGHTS)
     run(plan, simulated(plan), log, {})
     return log.events
 
 
 def test_a_simulated_session_takes_virtual_time_and_carries_samples():
     events = simulated_session()
-    assert "back" in Kept(events).told()
+    assert "back" in MemoryLog(events).words()
     block = next(e for e in events if e.samples).samples[0]
     assert block.count == 2
     assert events[-1].t_ns > 60e9
@@ -160,7 +160,7 @@ def test_the_record_ends_where_it_ends():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"attributes": [["Soft", "Hard"], ["Chilly", "Warm"]]}, r"event 4 \(request, trial 1\): \$\.items\[1\]: "
          'recorded "Cold", now "Chilly"'),
@@ -168,9 +168,9 @@ def test_the_record_ends_where_it_ends():
         ({"rest": {"every": 1}}, r"event 7 \(trial_started, trial 2\): the code now gives a request of trial None"),
     ],
 )  # fmt: skip
-def test_a_changed_session_diverges_at_a_named_event(changes, said):
+def test_a_changed_session_diverges_at_a_named_event(changes, message):
     tape = Recorded(recorded(*FOUR))
-    with pytest.raises(Divergence, match=said):
+    with pytest.raises(Divergence, match=message):
         run(toy_plan(**{**LISTED, **changes}), tape, tape, {"study": "toy"})
 
 
@@ -201,10 +201,10 @@ def test_sensing_and_instructions_pass_through_a_simulated_world():
 
 
 def test_a_person_who_always_has_second_thoughts_comes_to_an_end():
-    log, plan = Kept(), toy_plan(simulation={"latents": {}, "revise_rate": 1.0})
+    log, plan = MemoryLog(), toy_plan(simulation={"latents": {}, "revise_rate": 1.0})
     run(plan, simulated(plan), log, {})
     assert log.events[-1].kind == "session_ended"
-    assert log.told().count(")left") == 3
+    assert log.words().count(")left") == 3
 
 
 def test_what_is_recorded_after_the_end_is_noticed():

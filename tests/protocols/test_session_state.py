@@ -14,7 +14,7 @@ from palpate.studies.console.status import status_of
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import PARTS
 from tests.protocols.random_sessions import ABORT, FAULT, HEADER, Chance, go_on, plan_for, rough_session
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 SEEDS = (1, 2, 3)
 LAST_IN_A_REVISION = (11, 20)
@@ -134,47 +134,47 @@ class Watched:
         return self.chance.plain(request)
 
 
-class Begun(Exception):
+class NextTrialStarted(Exception):
     """The next trial is begun: no more is looked at."""
 
 
-def gone_on_with(plan, events, goes_back):
+def resume_session(plan, events, goes_back):
     """What a session becomes from here, to its end or to the start of the next trial; and the world that it met."""
-    log = Kept(list(events))
+    log = MemoryLog(list(events))
     world = Watched(plan, log, goes_back)
 
     def look(event):
         if event.kind == "trial_started" and not goes_back:
             log.events.append(event)
-            raise Begun
+            raise NextTrialStarted
 
     log.on_append = look
     tape = Recorded(events, world, log)
-    with suppress(Begun):
+    with suppress(NextTrialStarted):
         run(plan, tape, tape, HEADER)
     return log.events[len(events) :], world
 
 
 def demand_what_the_runner_does_next(plan, state, events):
     """The open request is performed again, the trial under way goes on, the trial that comes next is begun next."""
-    new, world = gone_on_with(plan, events, goes_back=False)
+    new, world = resume_session(plan, events, goes_back=False)
     if state.ended is not None:
         assert new == []
         return
     aborted = new[0].ended_as == "aborted"
     if state.request is not None:
-        asked = max(place for place, event in enumerate(events) if event.kind == "request")
-        if any(event.kind == "samples" for event in events[asked:]):
+        request_at = max(place for place, event in enumerate(events) if event.kind == "request")
+        if any(event.kind == "samples" for event in events[request_at:]):
             assert new[0].kind == "fault" and new[0].value == BROKEN_OFF.value
         else:
             assert world.performed[0].body() == state.request.value
     if state.current is not None:
         assert aborted or (new[0].trial, new[0].attempt) == (state.current.trial, state.current.number)
     else:
-        begun = next((event for event in new if event.kind == "trial_started"), None)
+        started = next((event for event in new if event.kind == "trial_started"), None)
         attempts = len(state.trials[state.next_trial].attempts) if state.next_trial in state.trials else 0
-        assert (begun is None) == (state.next_trial > len(plan.trials) or aborted)
-        assert begun is None or (begun.trial, begun.attempt) == (state.next_trial, attempts + 1)
+        assert (started is None) == (state.next_trial > len(plan.trials) or aborted)
+        assert started is None or (started.trial, started.attempt) == (state.next_trial, attempts + 1)
 
 
 @pytest.mark.untraced
@@ -202,11 +202,11 @@ def test_after_every_event_the_answers_that_count_are_those_that_the_runner_show
         state.apply(event)
         if event.value.get("which") == "last":
             revisions += state.trials[event.trial].answer is not None
-        _, world = gone_on_with(plan, events[:cut], goes_back=True)
-        kept = {number: trial.answer.values for number, trial in state.trials.items() if trial.answer is not None}
-        assert world.shown == {number: kept.get(number) for number in world.shown}
+        _, world = resume_session(plan, events[:cut], goes_back=True)
+        answers = {number: trial.answer.values for number, trial in state.trials.items() if trial.answer is not None}
+        assert world.shown == {number: answers.get(number) for number in world.shown}
         if world.shown:
-            assert kept.keys() <= world.shown.keys()
+            assert answers.keys() <= world.shown.keys()
     assert revisions
 
 

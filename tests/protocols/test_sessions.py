@@ -50,10 +50,10 @@ def test_random_orders_differ_by_session_and_words_with_them():
 @pytest.mark.parametrize(("rule", "over_all"), [("next_row", True), ("mirrored", True), ("same", True)])
 def test_balance_is_certified_for_each_session_and_over_all(rule, over_all):
     people = [(ParticipantRow(f"P{n}", None, n), 0) for n in range(4)]
-    found = certificates(declared(rule), people)
-    assert list(found) == ["", "session 1", "session 2"]
-    assert [each.sequences for each in found.values()] == [8, 4, 4]
-    assert [each.balanced for each in found.values()] == [over_all, True, True]
+    balance = certificates(declared(rule), people)
+    assert list(balance) == ["", "session 1", "session 2"]
+    assert [certificate.sequences for certificate in balance.values()] == [8, 4, 4]
+    assert [certificate.balanced for certificate in balance.values()] == [over_all, True, True]
     assert list(certificates(toy(), people)) == [""]
 
 
@@ -86,8 +86,8 @@ def test_session_2_is_other_noise_of_the_same_person():
 def test_sample_minutes_and_questions_change_no_digest_and_a_rule_over_sessions_does():
     plain = compile_plan(toy(), ParticipantRow("P001"))
     sample = {"participants": {"planned": 40, "sessions": 1}, "minutes": 55, "opening": ["demographics"]}
-    asked = toy(opening=["demographics"])
-    assert compile_plan(toy(**sample, questions=["age"]), plain.who).digest == compile_plan(asked, plain.who).digest
+    study = toy(opening=["demographics"])
+    assert compile_plan(toy(**sample, questions=["age"]), plain.who).digest == compile_plan(study, plain.who).digest
     two = compile_plan(declared(), plain.who)
     assert two.digest != plain.digest and two.digest == compile_plan(declared("next_row"), plain.who).digest
     assert compile_plan(declared("same"), plain.who).digest == plain.digest
@@ -97,5 +97,5 @@ def test_a_sample_is_told_in_words():
     assert describe_sample(toy()) == "" and sample_of(toy()) == {}
     groups = {"x": {"kind": ["x"]}, "y": {"kind": ["y"]}}
     study = toy(participants={"per_group": 20, "sessions": 2, "apart_days": [1, 14]}, minutes=90, groups=groups)
-    told = "40 participants (20 in each group), 2 sessions 1 to 14 days apart, 90 minutes a session"
-    assert describe_sample(study) == told
+    description = "40 participants (20 in each group), 2 sessions 1 to 14 days apart, 90 minutes a session"
+    assert describe_sample(study) == description

@@ -75,7 +75,7 @@ def test_a_mistake_far_down_is_told_with_its_line_and_column(table):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (b"", r"no column 'x'; found an empty file"),
         (b"t,X\n", r"no column 'x'; found t, X"),
@@ -85,8 +85,8 @@ def test_a_mistake_far_down_is_told_with_its_line_and_column(table):
         (b't,x\n1,"2"3\n', r"line 2: ',' expected after '\"'"),
     ],
 )
-def test_what_cannot_be_read_is_refused(table, content, said):
-    with pytest.raises(TableError, match=said):
+def test_what_cannot_be_read_is_refused(table, content, message):
+    with pytest.raises(TableError, match=message):
         table(content, ("x",), TableFormat(strict=True)).numbers(("x",))
 
 
@@ -116,7 +116,7 @@ def test_of_two_columns_of_one_name_the_last_counts_unless_refused(table):
 
 
 def test_records_know_where_they_begin_and_end():
-    assert [(each.first, each.line) for each in split_records(['a,"b\n', 'c"\n', "\n", "d\n"])] == [
+    assert [(record.first, record.line) for record in split_records(['a,"b\n', 'c"\n', "\n", "d\n"])] == [
         (1, 2), (3, 3), (4, 4)
     ]  # fmt: skip
     with pytest.raises(RecordError) as refused:

@@ -19,8 +19,8 @@ def test_values_and_their_lines():
     ],
 )  # fmt: skip
 def test_a_scalar_is_what_it_looks_like(text, value):
-    found = load(f"a: {text}\n".encode(), "f.yaml").data["a"]
-    assert found == value and type(found) is type(value)
+    loaded = load(f"a: {text}\n".encode(), "f.yaml").data["a"]
+    assert loaded == value and type(loaded) is type(value)
 
 
 BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]\nd: [*c, *c]\n"

@@ -14,7 +14,7 @@ class Scripted:
     """Answers every Ask with the next scripted reply, everything else with {}; time moves by 1 ms a look."""
 
     replies: Iterator[Mapping[str, Any]]
-    asked: list[Request] = field(default_factory=list)
+    requests: list[Request] = field(default_factory=list)
     t_ns: int = 0
 
     def now(self) -> int:
@@ -22,7 +22,7 @@ class Scripted:
         return self.t_ns
 
     def perform(self, request: Request) -> Reply:
-        self.asked.append(request)
+        self.requests.append(request)
         return Reply(next(self.replies) if isinstance(request, Ask) else {})
 
 
@@ -46,7 +46,7 @@ class Interrupting:
 
 
 @dataclass
-class Kept:
+class MemoryLog:
     """A log in memory that checks what a ledger would: numbers without gaps, time that does not run backwards."""
 
     events: list[Event] = field(default_factory=list)
@@ -58,7 +58,7 @@ class Kept:
         self.on_append(event)
         self.events.append(event)
 
-    def told(self) -> list[str]:
+    def words(self) -> list[str]:
         """The session as short words, for comparing at a glance."""
         return [_word(event) for event in self.events]
 

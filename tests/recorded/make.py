@@ -29,10 +29,10 @@ def main() -> None:
         for who in PEOPLE:
             plan = compile_plan(study, allocate(study, who), seed=3)
             rig = simulated(study, STUDY)
-            sat = start(Path(lab), plan, stopping(rig, 7) if who == INTERRUPTED else rig)
-            if not sat.complete:
-                resume(sat.path, rig)
-            shutil.copy(sat.path, HERE / "sessions" / sat.path.name)
+            result = start(Path(lab), plan, stopping(rig, 7) if who == INTERRUPTED else rig)
+            if not result.complete:
+                resume(result.path, rig)
+            shutil.copy(result.path, HERE / "sessions" / result.path.name)
 
 
 if __name__ == "__main__":

@@ -134,9 +134,9 @@ def train(folder: Path) -> None:
 
 def kill(study: str) -> tuple[Path, str]:
     """Kill a session of P002 in mid-trial; return its ledger, and the last hash that it has when nobody kills it."""
-    found = read_study(SHIPPED / study / "study.yaml")
-    [plan] = plans_of(found.study, LAB, ["P002"], 0, live=False, group=GROUPS.get(study))
-    rig = simulated(found.study, found.folder, LAB)
+    study_files = read_study(SHIPPED / study / "study.yaml")
+    [plan] = plans_of(study_files.study, LAB, ["P002"], 0, live=False, group=GROUPS.get(study))
+    rig = simulated(study_files.study, study_files.folder, LAB)
     with tempfile.TemporaryDirectory() as lab:
         whole = read(start(Path(lab), plan, rig).path)
     requests = sum(event.kind == "request" for event in whole.events)

@@ -47,8 +47,8 @@ def record() -> None:
             forms = lab_forms(study, lab, live=False)
             for number in range(1, count + 1):
                 plan = compile_plan(study, allocate(study, f"P{number:03d}"), SEED, forms)
-                sat = start(lab, plan, simulated(study, SHIPPED / name))
-                shutil.copy(sat.path, MANY / "sessions" / sat.path.name)
+                result = start(lab, plan, simulated(study, SHIPPED / name))
+                shutil.copy(result.path, MANY / "sessions" / result.path.name)
 
 
 def texts_of(name: str) -> dict[str, str]:

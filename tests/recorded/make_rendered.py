@@ -13,7 +13,7 @@ from pathlib import Path
 from palpate.studies.sessions.session import resume, start
 from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
-from tests.studies.shipped import found_study, plan_for
+from tests.studies.shipped import plan_for, read_shipped
 from tests.studies.simulation.small_textures import write_all
 
 RENDERED = Path(__file__).resolve().parent / "rendered"
@@ -26,15 +26,15 @@ OWN = "P002"
 
 def main() -> None:
     """Run the sessions and put the ledgers here."""
-    found = found_study(STUDY)
+    study_files = read_shipped(STUDY)
     RENDERED.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as lab:
         for who, at in STOPPED.items():
             if who == OWN:
                 write_all(Path(lab))
-            rig = simulated(found.study, found.folder, Path(lab))
-            sat = start(Path(lab), plan_for(STUDY, who, SEED), rig if at is None else stopping(rig, at))
-            shutil.copy((sat if sat.complete else resume(sat.path, rig)).path, RENDERED)
+            rig = simulated(study_files.study, study_files.folder, Path(lab))
+            result = start(Path(lab), plan_for(STUDY, who, SEED), rig if at is None else stopping(rig, at))
+            shutil.copy((result if result.complete else resume(result.path, rig)).path, RENDERED)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import resume, start
 from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
-from tests.studies.shipped import TEN, found_study, plan_for
+from tests.studies.shipped import TEN, plan_for, read_shipped
 
 HERE = Path(__file__).resolve().parent
 SEED, SEEDS = 3, {"door_ratings": 5}
@@ -64,8 +64,8 @@ def main(names: list[str]) -> None:
 def recorded(name: str, lab: Path) -> Path:
     """Run a session, with what happens to it."""
     plan, rig = plan_for(name, seed=SEEDS.get(name, SEED)), meddling(name)
-    sat = start(lab, plan, stopping(rig, INTERRUPTED[name]) if name in INTERRUPTED else rig)
-    return sat.path if sat.complete else resume(sat.path, rig).path
+    result = start(lab, plan, stopping(rig, INTERRUPTED[name]) if name in INTERRUPTED else rig)
+    return result.path if result.complete else resume(result.path, rig).path
 
 
 @dataclass
@@ -88,15 +88,15 @@ class Meddled:
 
 def meddling(name: str) -> RigPlan:
     """The study's simulated rig, and its experimenter."""
-    found = found_study(name)
-    rig = simulated(found.study, found.folder)
+    study_files = read_shipped(name)
+    rig = simulated(study_files.study, study_files.folder)
     if name not in ASIDES:
         return rig
     at, does = ASIDES[name]
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        made = rig.open(plan, t_ns)
-        return replace(made, world=Meddled(made, at, list(does)))
+        opened_rig = rig.open(plan, t_ns)
+        return replace(opened_rig, world=Meddled(opened_rig, at, list(does)))
 
     return replace(rig, open=opened)
 
@@ -108,32 +108,32 @@ def expected(path: Path) -> dict[str, list[dict[str, Any]]]:
         blocks = file.execute("SELECT seq, block, stream, form, data FROM samples ORDER BY seq, block").fetchall()
     head = json.loads(events[0][4])
     session = {"session": f"{head['study']['study']}/{head['participant']}/{head['session']}"}
-    found: dict[str, list[dict[str, Any]]] = {table: [] for table in COLUMNS}
-    asked: dict[str, Any] = {}
+    tables: dict[str, list[dict[str, Any]]] = {table: [] for table in COLUMNS}
+    request: dict[str, Any] = {}
     trials = {seq: trial for seq, _, trial, _, _ in events}
     for seq, kind, trial, attempt, body in events:
         value = json.loads(body)
         if kind == "request":
-            asked = value
+            request = value
         elif kind == "trial_ended" and value["as"] == "repeated":
-            withdraw(found, trial)
+            withdraw(tables, trial)
         elif kind == "experimenter" and value.get("which") == "last":
-            withdraw(found, trial - 1)
-        elif kind == "reply" and asked["do"] == "ask" and "answers" in value and "go" not in value:
+            withdraw(tables, trial - 1)
+        elif kind == "reply" and request["do"] == "ask" and "answers" in value and "go" not in value:
             if trial is not None:
-                withdraw(found, trial)
+                withdraw(tables, trial)
             at = {"seq": seq, "trial": trial, "attempt": attempt}
-            for table, row in unfolded(asked, value, at):
-                found[table].append({**session, **row})
+            for table, row in unfolded(request, value, at):
+                tables[table].append({**session, **row})
     for seq, block, stream, form, data in blocks:
-        found["streams"].append({**session, **streamed(json.loads(form), data), "seq": seq, "block": block,
+        tables["streams"].append({**session, **streamed(json.loads(form), data), "seq": seq, "block": block,
                                  "trial": trials[seq], "stream": stream})  # fmt: skip
-    return {table: sorted(rows, key=key_of(table)) for table, rows in found.items()}
+    return {table: sorted(rows, key=key_of(table)) for table, rows in tables.items()}
 
 
-def withdraw(found: dict[str, list[dict[str, Any]]], trial: int) -> None:
+def withdraw(tables: dict[str, list[dict[str, Any]]], trial: int) -> None:
     """What was answered in a trial that is answered anew, or is to be, does not count."""
-    for row in (*found["responses"], *found["words"]):
+    for row in (*tables["responses"], *tables["words"]):
         if row["trial"] == trial:
             row["counts"] = 0
 
@@ -144,27 +144,32 @@ def key_of(table: str) -> Any:
     return lambda row: tuple(row[key] for key in keys if key in row)
 
 
-def unfolded(asked: dict[str, Any], value: dict[str, Any], at: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def unfolded(
+    request: dict[str, Any], value: dict[str, Any], at: dict[str, Any]
+) -> Iterator[tuple[str, dict[str, Any]]]:
     """The rows that one answered form makes, each with its table."""
     seq, answers = at["seq"], value["answers"]
-    if asked["form"] in WORDS:
-        said = [(kind, word) for kind, words in answers.items() for word in words]
-        for n, (kind, word) in enumerate(said):
-            yield "words", {**at, "n": n, "form": asked["form"], "kind": kind, "word": word, "counts": 1}
+    if request["form"] in WORDS:
+        given = [(kind, word) for kind, words in answers.items() for word in words]
+        for n, (kind, word) in enumerate(given):
+            yield "words", {**at, "n": n, "form": request["form"], "kind": kind, "word": word, "counts": 1}
     elif at["trial"] is None:
-        for item in asked["items"]:
-            told, number = answers[item], isinstance(answers[item], int | float) and not isinstance(answers[item], bool)
-            text = told if isinstance(told, str) else json.dumps(told)
-            yield "answers", {"seq": seq, "item": item, "form": asked["form"], "value": text,
-                              "number": float(told) if number else ""}  # fmt: skip
+        for item in request["items"]:
+            answer, number = (
+                answers[item],
+                isinstance(answers[item], int | float) and not isinstance(answers[item], bool),
+            )
+            text = answer if isinstance(answer, str) else json.dumps(answer)
+            yield "answers", {"seq": seq, "item": item, "form": request["form"], "value": text,
+                              "number": float(answer) if number else ""}  # fmt: skip
     else:
-        revised = int(asked["previous"] is not None)
-        for item in asked["items"]:
+        revised = int(request["previous"] is not None)
+        for item in request["items"]:
             yield "responses", {"trial": at["trial"], "attempt": at["attempt"], "attribute": item,
                                 "value": float(answers[item]), "response_time_s": value["at_s"][item],
                                 "revised": revised, "counts": 1}  # fmt: skip
-    for n, each in enumerate(value.get("switches", ())):
-        yield "switches", {"seq": seq, "n": n, "trial": at["trial"], "side": each["to"], "at_s": each["at_s"]}
+    for n, switch in enumerate(value.get("switches", ())):
+        yield "switches", {"seq": seq, "n": n, "trial": at["trial"], "side": switch["to"], "at_s": switch["at_s"]}
 
 
 def streamed(form: dict[str, Any], data: bytes) -> dict[str, Any]:

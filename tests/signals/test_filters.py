@@ -13,8 +13,8 @@ MIDDLE = slice(2000, 6000)
 def gain(passed, hz, rate_hz=RATE_HZ):
     t = np.arange(8000) / rate_hz
     wave = np.sin(2 * np.pi * hz * t)
-    found = passed(wave)[MIDDLE]
-    return 20 * np.log10(found.std() / wave[MIDDLE].std()), float(np.corrcoef(found, wave[MIDDLE])[0, 1])
+    middle = passed(wave)[MIDDLE]
+    return 20 * np.log10(middle.std() / wave[MIDDLE].std()), float(np.corrcoef(middle, wave[MIDDLE])[0, 1])
 
 
 def test_edges_are_three_decibels_down_and_nothing_is_late():

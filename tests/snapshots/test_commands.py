@@ -254,6 +254,6 @@ def test_long_commands_print_what_they_printed(name, tmp_path, monkeypatch, caps
 def test_the_monitor_s_page_says_what_it_said(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     make_lab(tmp_path)
-    said = run(["monitor --once page.html --lab LAB", "monitor --json --lab LAB"], tmp_path, capsys)
+    printed = run(["monitor --once page.html --lab LAB", "monitor --json --lab LAB"], tmp_path, capsys)
     page = read_page((tmp_path / "page.html").read_text(encoding="utf-8"))
-    compare("commands/monitor", f"{said}\n{without_what_varies(page, tmp_path)}\n")
+    compare("commands/monitor", f"{printed}\n{without_what_varies(page, tmp_path)}\n")

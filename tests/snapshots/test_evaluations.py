@@ -66,12 +66,12 @@ def test_evaluations_say_and_write_what_they_did(name, tmp_path, monkeypatch, ca
         call(simulate, capsys)
     else:
         call("init LAB", capsys)
-    said = re.sub(r"(?m)^\{.*\}$", as_outline, run(SCENES[name], tmp_path, capsys))
-    said = without_numbers(said)
+    printed = re.sub(r"(?m)^\{.*\}$", as_outline, run(SCENES[name], tmp_path, capsys))
+    printed = without_numbers(printed)
     places = [path for kind in ("evaluated", "models") for path in (tmp_path / "LAB" / kind).rglob("*.*")]
     files = [path for path in sorted(places) if path.is_file() and not hidden(path.relative_to(tmp_path))]
-    told = "\n".join(line for path in files for line in described(path, tmp_path))
-    compare(f"evaluations/{name}", f"{said}\n{without_what_varies(told, tmp_path)}\n", TOLERANCE)
+    described_files = "\n".join(line for path in files for line in described(path, tmp_path))
+    compare(f"evaluations/{name}", f"{printed}\n{without_what_varies(described_files, tmp_path)}\n", TOLERANCE)
 
 
 def as_outline(answer: re.Match[str]) -> str:

@@ -12,5 +12,5 @@ def test_every_kept_text_is_compared_with_something():
         *(f"evaluations/{name}" for name in ("doors", "textures", "attributes")),
         *(f"reports/{name}" for name in (*SCENES, *LONG_SCENES)),
     }
-    kept = {path.relative_to(EXPECTED).with_suffix("").as_posix() for path in EXPECTED.rglob("*.*")}
-    assert sorted(kept ^ compared) == []
+    stored = {path.relative_to(EXPECTED).with_suffix("").as_posix() for path in EXPECTED.rglob("*.*")}
+    assert sorted(stored ^ compared) == []

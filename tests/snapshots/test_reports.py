@@ -95,5 +95,5 @@ def test_reports_say_what_they_said(name, commands, tmp_path, monkeypatch, capsy
     if "MANY" in commands[0]:
         shutil.copytree(MANY / "sessions", tmp_path / "MANY" / "sessions")
     most_rows = FIRST_ROWS if name in LONG_SCENES else 1000
-    said = run(commands, tmp_path, capsys)
-    compare(f"reports/{name}", f"{said}\n{without_what_varies(written(tmp_path, most_rows), tmp_path)}\n")
+    printed = run(commands, tmp_path, capsys)
+    compare(f"reports/{name}", f"{printed}\n{without_what_varies(written(tmp_path, most_rows), tmp_path)}\n")

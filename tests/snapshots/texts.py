@@ -70,28 +70,28 @@ def compare(name: str, text: str, tolerance: float = 0) -> None:
         file.write_text(text, encoding="utf-8")
     if not file.is_file():
         raise AssertionError(f"no snapshot {name}: RENEW_SNAPSHOTS=1")
-    kept = file.read_text(encoding="utf-8")
+    stored = file.read_text(encoding="utf-8")
     if tolerance:
-        text = with_near_numbers(text, kept, tolerance)
-    if text != kept:
-        lines = difflib.unified_diff(kept.splitlines(), text.splitlines(), f"kept {name}", "now", lineterm="", n=1)
+        text = with_near_numbers(text, stored, tolerance)
+    if text != stored:
+        lines = difflib.unified_diff(stored.splitlines(), text.splitlines(), f"kept {name}", "now", lineterm="", n=1)
         raise AssertionError("\n" + "\n".join(line.rstrip() for line in lines))
 
 
-def with_near_numbers(text: str, kept: str, tolerance: float) -> str:
+def with_near_numbers(text: str, stored: str, tolerance: float) -> str:
     """Return the text with the kept number in place of each that is near it, in lines with equal words."""
     number = re.compile(r"((?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w))")
 
-    def nearer(line: str, kept_line: str) -> str:
-        parts, kept_parts = number.split(line), number.split(kept_line)
+    def nearer(line: str, stored_line: str) -> str:
+        parts, stored_parts = number.split(line), number.split(stored_line)
         near = (
             math.isclose(float(a), float(b), rel_tol=tolerance, abs_tol=1e-6)
-            for a, b in zip(parts[1::2], kept_parts[1::2], strict=True)
+            for a, b in zip(parts[1::2], stored_parts[1::2], strict=True)
         )
-        return kept_line if parts[::2] == kept_parts[::2] and all(near) else line
+        return stored_line if parts[::2] == stored_parts[::2] and all(near) else line
 
-    lines, kept_lines = text.split("\n"), kept.split("\n")
-    return "\n".join([*map(nearer, lines, kept_lines), *lines[len(kept_lines) :]])
+    lines, stored_lines = text.split("\n"), stored.split("\n")
+    return "\n".join([*map(nearer, lines, stored_lines), *lines[len(stored_lines) :]])
 
 
 def make_lab(folder: Path) -> None:

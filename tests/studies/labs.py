@@ -86,7 +86,7 @@ def stopping(rig: RigPlan, acts: int, **how: Any) -> RigPlan:
     """The same rig, but it stops the session at its n-th act."""
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        made = rig.open(plan, t_ns)
-        return replace(made, world=StopsAfter(made, acts, **how))
+        opened_rig = rig.open(plan, t_ns)
+        return replace(opened_rig, world=StopsAfter(opened_rig, acts, **how))
 
     return replace(rig, open=opened)

@@ -23,12 +23,12 @@ GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
 """Where a study has a group that checks the rig, a short session is one of that."""
 
 
-def found_study(name: str) -> StudyFiles:
+def read_shipped(name: str) -> StudyFiles:
     """A shipped study with its folder."""
     return read_study(SHIPPED / name / "study.yaml")
 
 
 def plan_for(name: str, participant: str = "P001", seed: int = 1) -> Plan:
     """One participant's plan, with a lab's consent text and questions."""
-    study = found_study(name).study
+    study = read_shipped(name).study
     return compile_plan(study, allocate(study, participant, GROUPS.get(name)), seed, LAB)

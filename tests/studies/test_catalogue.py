@@ -34,10 +34,10 @@ def test_a_study_is_found_by_name_folder_and_file(tmp_path, folder):
     file = folder / "study.yaml"
     assert find("mine", tmp_path) == find(str(folder), tmp_path) == find(str(file), tmp_path) == file
     assert set(names(tmp_path)) == {"mine", "texture_photos", *TEN}
-    found = read_study(file)
-    assert found.folder == folder
-    assert found.study.stimuli[0].sha256 == hashlib.sha256(b"1,2\n").hexdigest()
-    assert found.study.stimuli[1].sha256 is None
+    study_files = read_study(file)
+    assert study_files.folder == folder
+    assert study_files.study.stimuli[0].sha256 == hashlib.sha256(b"1,2\n").hexdigest()
+    assert study_files.study.stimuli[1].sha256 is None
 
 
 def test_the_labs_own_study_goes_before_a_shipped_one(tmp_path, folder):
@@ -46,20 +46,20 @@ def test_the_labs_own_study_goes_before_a_shipped_one(tmp_path, folder):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("door_rating", "no study is called 'door_rating'; did you mean 'door_ratings'?"),
         ("nowhere/study.yaml", "nowhere/study.yaml: no such study file"),
     ],
 )
-def test_an_unknown_study_names_the_nearest(tmp_path, name, said):
+def test_an_unknown_study_names_the_nearest(tmp_path, name, message):
     with pytest.raises(StudyError) as caught:
         find(name, tmp_path)
-    assert str(caught.value) == said
+    assert str(caught.value) == message
 
 
 @pytest.mark.parametrize(
-    ("file", "content", "said"),
+    ("file", "content", "message"),
     [
         ("stimuli.csv", None, r"study.yaml: line 3: stimuli: no file 'stimuli.csv' in .*; known: a.csv"),
         ("a.csv", None, r"stimuli.csv: line 2: the stimulus file 'a.csv' is not in"),
@@ -80,13 +80,13 @@ def test_an_unknown_study_names_the_nearest(tmp_path, name, said):
         ("study.yaml", STUDY.replace("stimuli: stimuli.csv\n", "").encode(), "stimuli: this key is required"),
     ],
 )
-def test_a_bad_study_folder_is_refused(folder, file, content, said):
+def test_a_bad_study_folder_is_refused(folder, file, content, message):
     if content is None:
         (folder / file).unlink()
     else:
         (folder / file).write_bytes(content)
     before = sorted(folder.iterdir())
-    with pytest.raises((StudyError, YamlError), match=said):
+    with pytest.raises((StudyError, YamlError), match=message):
         read_study(folder / "study.yaml")
     assert sorted(folder.iterdir()) == before
 
@@ -141,7 +141,7 @@ def test_without_groups_the_number_is_the_row():
 
 
 @pytest.mark.parametrize(
-    ("participant", "said"),
+    ("participant", "message"),
     [
         ("Anna", "participant 'Anna' has no number, as P001 has; give --group and --row"),
         ("P000", "has no number"),
@@ -151,6 +151,6 @@ def test_without_groups_the_number_is_the_row():
         ("P001_x", "a pseudonym"),
     ],
 )
-def test_what_is_no_pseudonym_is_refused(participant, said):
-    with pytest.raises(AllocationError, match=said):
+def test_what_is_no_pseudonym_is_refused(participant, message):
+    with pytest.raises(AllocationError, match=message):
         allocate(toy(), participant)

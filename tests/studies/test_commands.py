@@ -24,7 +24,7 @@ simulation: {latents: {Soft: {intercept: 2}}, revise_rate: 0.2}
 
 
 @pytest.fixture
-def said(tmp_path, capsys):
+def run(tmp_path, capsys):
     folder = tmp_path / "studies" / "toy"
     folder.mkdir(parents=True)
     (folder / "study.yaml").write_text(TOY)
@@ -37,90 +37,90 @@ def said(tmp_path, capsys):
     return call
 
 
-def test_studies_are_listed(said):
-    text = said("studies")
+def test_studies_are_listed(run):
+    text = run("studies")
     assert "door_ratings" in text and "90 stimuli, 7 attributes" in text and "toy" in text
-    listed = {row["study"] for row in json.loads(said("studies", "--json"))}
+    listed = {row["study"] for row in json.loads(run("studies", "--json"))}
     assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 12
 
 
-def test_a_broken_study_is_listed_as_broken(said, tmp_path):
+def test_a_broken_study_is_listed_as_broken(run, tmp_path):
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("study: toy\n")
-    assert "BROKEN" in said("studies")
+    assert "BROKEN" in run("studies")
 
 
-def test_check_says_what_a_study_is(said, tmp_path):
-    assert "group 1: 45 trials, group 2: 45 trials" in said("check", "door_ratings")
-    assert json.loads(said("check", "toy", "--json"))[0]["ok"] is True
+def test_check_says_what_a_study_is(run, tmp_path):
+    assert "group 1: 45 trials, group 2: 45 trials" in run("check", "door_ratings")
+    assert json.loads(run("check", "toy", "--json"))[0]["ok"] is True
     (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY.replace("task:", "tsk:"))
-    text = said("check", "toy", "door_ratings", status=1)
+    text = run("check", "toy", "door_ratings", status=1)
     assert "NOT OK" in text and "line 3: tsk: unknown key; did you mean 'task'?" in text and "ok: door_ratings" in text
-    assert said("check", "tyo", status=2) == "Error: no study is called 'tyo'; did you mean 'toy'?\n"
+    assert run("check", "tyo", status=2) == "Error: no study is called 'tyo'; did you mean 'toy'?\n"
 
 
 @pytest.mark.parametrize(
     "trick", ["a: &x [1]\nb: *x\n", "a: !!python/object/apply:os.system [ls]\n", "caf\u00e9: 1\n", "[" * 5000]
 )
-def test_a_study_file_with_tricks_is_one_screen_and_nothing_written(said, tmp_path, trick):
+def test_a_study_file_with_tricks_is_one_screen_and_nothing_written(run, tmp_path, trick):
     (tmp_path / "studies" / "toy" / "study.yaml").write_bytes(trick.encode("latin-1"))
     before = sorted(tmp_path.rglob("*"))
-    text = said("check", "toy", status=1)
+    text = run("check", "toy", status=1)
     assert text.startswith("NOT OK\n") and len(text.splitlines()) < 12
-    error = said("run", "toy", "--participant", "P001", "--simulate", status=2)
+    error = run("run", "toy", "--participant", "P001", "--simulate", status=2)
     assert error.startswith("Error: ") and "Traceback" not in error
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_plan_shows_the_trials(said):
-    text = said("plan", "toy", "--participant", "P002")
+def test_plan_shows_the_trials(run):
+    text = run("plan", "toy", "--participant", "P002")
     assert "row 1" in text and text.count("(rest first)") == 1
-    data = json.loads(said("plan", "toy", "--participant", "P002", "--json"))
+    data = json.loads(run("plan", "toy", "--participant", "P002", "--json"))
     assert [t["trial"] for t in data["trials"]] == [1, 2, 3, 4] and data["row"] == 1
 
 
-def test_plan_certifies_balance(said):
-    assert "group all: 4 sequences of 4 items: balanced." in said("plan", "toy", "--balance", "4")
-    assert "not balanced (yet)" in said("plan", "toy", "--balance", "3")
-    data = json.loads(said("plan", "door_ratings", "--balance", "180", "--json"))
+def test_plan_certifies_balance(run):
+    assert "group all: 4 sequences of 4 items: balanced." in run("plan", "toy", "--balance", "4")
+    assert "not balanced (yet)" in run("plan", "toy", "--balance", "3")
+    data = json.loads(run("plan", "door_ratings", "--balance", "180", "--json"))
     assert data["1"]["balanced"] and data["2"]["balanced"]
     assert data["1"]["position_range"] == [2, 2] and data["1"]["carry_over_range"] == [2, 2]
 
 
-def test_a_life_of_a_lab(said, tmp_path):
-    assert "complete: " in said("run", "toy", "--participant", "P001", "--simulate", "--seed", "1")
-    assert "3 sessions complete" in said("run", "toy", "--participant", "P002..P004", "--simulate")
-    assert "4 of 4 sessions repeat exactly" in said("replay")
-    assert "4 sessions collected (4 new)" in said("collect")
-    assert "4 sessions collected (4 unchanged)" in said("collect")
+def test_a_life_of_a_lab(run, tmp_path):
+    assert "complete: " in run("run", "toy", "--participant", "P001", "--simulate", "--seed", "1")
+    assert "3 sessions complete" in run("run", "toy", "--participant", "P002..P004", "--simulate")
+    assert "4 of 4 sessions repeat exactly" in run("replay")
+    assert "4 sessions collected (4 new)" in run("collect")
+    assert "4 sessions collected (4 unchanged)" in run("collect")
     connection = sqlite3.connect(tmp_path / "lab.sqlite")
     assert connection.execute("select count(*) from ratings").fetchone() == (4 * 4 * 2,)
     connection.close()
     other = f"sqlite:///{tmp_path / 'other.sqlite'}"
-    assert json.loads(said("collect", "--to", other, "--json")) == {
+    assert json.loads(run("collect", "--to", other, "--json")) == {
         "new": 4, "problems": [], "refused": 0, "sessions": 4, "skipped": [], "unchanged": 0, "updated": 0,
     }  # fmt: skip
-    assert len(json.loads(said("replay", "--json"))) == 4
+    assert len(json.loads(run("replay", "--json"))) == 4
 
 
-def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch):
+def test_an_interrupted_session_is_told_and_resumed(run, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
     monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
-    text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
+    text = run("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
-    kept = len(read(ledger).events)
-    assert f"interrupted by SIGTERM; recorded: {kept} events. Resume with: palpate resume {ledger}" in text
+    events = len(read(ledger).events)
+    assert f"interrupted by SIGTERM; recorded: {events} events. Resume with: palpate resume {ledger}" in text
     assert not (tmp_path / "sessions" / "toy_P002_s1.sqlite").exists()
     monkeypatch.undo()
-    assert f"(interrupted after {kept} events" in said("replay")
-    assert "complete: " in said("resume", str(ledger))
-    assert "is complete; nothing to resume" in said("resume", str(ledger), status=2)
+    assert f"(interrupted after {events} events" in run("replay")
+    assert "complete: " in run("resume", str(ledger))
+    assert "is complete; nothing to resume" in run("resume", str(ledger), status=2)
 
 
-def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
-    said("run", "toy", "--participant", "P001..P002", "--simulate")
+def test_a_damaged_ledger_fails_the_replay_alone(run, tmp_path):
+    run("run", "toy", "--participant", "P001..P002", "--simulate")
     bad = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     bad.write_bytes(bad.read_bytes()[:3000])
-    text = said("replay", str(tmp_path / "sessions"), status=1)
+    text = run("replay", str(tmp_path / "sessions"), status=1)
     assert f"REFUSED  {bad}" in text and "1 of 2 sessions repeat exactly" in text
 
 
@@ -149,70 +149,70 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
         (("check", "."), "a study's name, its folder or its study.yaml is expected"),
     ],
 )  # fmt: skip
-def test_mistakes_are_one_clear_line_and_nothing_is_written(said, tmp_path, arguments, error):
+def test_mistakes_are_one_clear_line_and_nothing_is_written(run, tmp_path, arguments, error):
     before = sorted(tmp_path.rglob("*"))
-    text = said(*arguments, status=2)
+    text = run(*arguments, status=2)
     assert error in text and "Traceback" not in text and len(text.splitlines()) <= 6
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_question_that_the_lab_does_not_have_is_noted(said, tmp_path, capsys):
+def test_a_question_that_the_lab_does_not_have_is_noted(run, tmp_path, capsys):
     file = tmp_path / "studies" / "toy" / "study.yaml"
     file.write_text(TOY + "opening: [demographics]\nquestions: [age, gendre]\n")
     note = "note: the lab has no question 'gendre', so it is not asked; did you mean 'gender'?"
-    assert note in said("check", "toy") and len(json.loads(said("check", "toy", "--json"))[0]["notes"]) == 1
+    assert note in run("check", "toy") and len(json.loads(run("check", "toy", "--json"))[0]["notes"]) == 1
     assert _status(["run", "toy", "--participant", "P001", "--simulate", "--lab", str(tmp_path)]) == 0
     assert capsys.readouterr().err.count(note) == 1
     file.write_text(file.read_text().replace("gendre", "gender"))
-    assert "note:" not in said("check", "toy")
+    assert "note:" not in run("check", "toy")
 
 
-def test_a_plan_notes_a_session_beyond_those_declared(said, tmp_path):
-    assert "note:" not in said("plan", "toy", "--session", "3")
+def test_a_plan_notes_a_session_beyond_those_declared(run, tmp_path):
+    assert "note:" not in run("plan", "toy", "--session", "3")
     (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY + "participants: {sessions: 2}\n")
-    assert "note: the study declares 2 sessions: run refuses session 3" in said("plan", "toy", "--session", "3")
-    assert "note:" not in said("plan", "toy", "--session", "2")
+    assert "note: the study declares 2 sessions: run refuses session 3" in run("plan", "toy", "--session", "3")
+    assert "note:" not in run("plan", "toy", "--session", "2")
 
 
-def test_a_session_is_not_run_twice(said):
-    said("run", "toy", "--participant", "P001", "--simulate")
-    assert "P001 has had session 1 of toy (complete); if a further one is meant, give --session 2" in said(
+def test_a_session_is_not_run_twice(run):
+    run("run", "toy", "--participant", "P001", "--simulate")
+    assert "P001 has had session 1 of toy (complete); if a further one is meant, give --session 2" in run(
         "run", "toy", "--participant", "P001", "--simulate", status=2
     )
-    said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
+    run("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
 
 
-def test_one_bad_ledger_does_not_hold_up_the_others(said, tmp_path):
-    said("run", "toy", "--participant", "P001..P004", "--simulate")
+def test_one_bad_ledger_does_not_hold_up_the_others(run, tmp_path):
+    run("run", "toy", "--participant", "P001..P004", "--simulate")
     folder = tmp_path / "sessions"
     bad = folder / "toy_P002_s1.sqlite"
     bad.write_bytes(bad.read_bytes()[:3000])
     shutil.copy(folder / "toy_P003_s1.sqlite", folder / "toy_P003_s1 (copy).sqlite")
-    text = said("collect", status=1)
+    text = run("collect", status=1)
     assert "3 sessions collected (3 new, 1 refused)" in text and f"REFUSED  {bad}" in text
     assert "not taken for sessions by their names: toy_P003_s1 (copy).sqlite" in text
 
 
-def test_a_database_can_be_rebuilt(said, tmp_path):
-    said("run", "toy", "--participant", "P001..P002", "--simulate")
-    said("collect")
+def test_a_database_can_be_rebuilt(run, tmp_path):
+    run("run", "toy", "--participant", "P001..P002", "--simulate")
+    run("collect")
     (tmp_path / "sessions" / "toy_P001_s1.sqlite").unlink()
-    said("run", "toy", "--participant", "P001", "--simulate", "--seed", "5")
-    assert "if it was run again, collect with --rebuild" in said("collect", status=1)
-    assert "2 sessions collected (2 new)" in said("collect", "--rebuild")
+    run("run", "toy", "--participant", "P001", "--simulate", "--seed", "5")
+    assert "if it was run again, collect with --rebuild" in run("collect", status=1)
+    assert "2 sessions collected (2 new)" in run("collect", "--rebuild")
 
 
 @pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:"])
-def test_a_database_in_memory_is_refused(said, url):
-    said("run", "toy", "--participant", "P001", "--simulate")
-    assert "lost when the command ends" in said("collect", "--to", url, status=2)
+def test_a_database_in_memory_is_refused(run, url):
+    run("run", "toy", "--participant", "P001", "--simulate")
+    assert "lost when the command ends" in run("collect", "--to", url, status=2)
 
 
-def test_a_ledger_is_no_database_to_collect_into(said, tmp_path):
-    said("run", "toy", "--participant", "P001", "--simulate")
+def test_a_ledger_is_no_database_to_collect_into(run, tmp_path):
+    run("run", "toy", "--participant", "P001", "--simulate")
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     before = ledger.read_bytes()
-    assert "a session's ledger; collect into another database" in said(
+    assert "a session's ledger; collect into another database" in run(
         "collect", "--to", f"sqlite:///{ledger}", status=2
     )
     assert ledger.read_bytes() == before
@@ -228,65 +228,65 @@ def test_a_lab_may_have_any_name(tmp_path, capsys):
     capsys.readouterr()
 
 
-def test_a_row_of_the_square_belongs_to_one_participant(said):
-    said("run", "toy", "--participant", "P001", "--simulate")
-    text = said("run", "toy", "--participant", "Q1", "--simulate", status=2)
+def test_a_row_of_the_square_belongs_to_one_participant(run):
+    run("run", "toy", "--participant", "P001", "--simulate")
+    text = run("run", "toy", "--participant", "Q1", "--simulate", status=2)
     assert "participant Q1: row 0 is P001's; give --row" in text
-    assert "complete" in said("run", "toy", "--participant", "Q1", "--row", "0", "--simulate")
-    said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
+    assert "complete" in run("run", "toy", "--participant", "Q1", "--row", "0", "--simulate")
+    run("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
 
 
-def test_several_are_refused_before_the_first_starts(said, tmp_path):
-    said("run", "toy", "--participant", "P003", "--simulate")
-    assert "P003 has had session 1 of toy (complete)" in said(
+def test_several_are_refused_before_the_first_starts(run, tmp_path):
+    run("run", "toy", "--participant", "P003", "--simulate")
+    assert "P003 has had session 1 of toy (complete)" in run(
         "run", "toy", "--participant", "P001..P004", "--simulate", status=2
     )
     assert len(list((tmp_path / "sessions").glob("*.sqlite"))) == 1
 
 
-def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(said, tmp_path, monkeypatch):
+def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(run, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
     monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
-    said("run", "toy", "--participant", "P001", "--simulate", status=1)
+    run("run", "toy", "--participant", "P001", "--simulate", status=1)
     monkeypatch.undo()
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")
     monkeypatch.chdir(tmp_path / "sessions")
-    assert "The study's file cannot be read any more" in said("resume", "toy_P001_s1.sqlite", status=2)
-    assert "complete: " in said("resume", "toy_P001_s1.sqlite", "--accept-change")
+    assert "The study's file cannot be read any more" in run("resume", "toy_P001_s1.sqlite", status=2)
+    assert "complete: " in run("resume", "toy_P001_s1.sqlite", "--accept-change")
     assert read(Path("toy_P001_s1.sqlite")).sittings[-2].value["accepted_change"] == {
         "since_session": 1, "differences": "the study's file could not be read",
     }  # fmt: skip
 
 
-def test_a_study_changed_meanwhile_is_named_and_its_acceptance_recorded(said, tmp_path):
-    said("run", "toy", "--participant", "P001", "--simulate")
+def test_a_study_changed_meanwhile_is_named_and_its_acceptance_recorded(run, tmp_path):
+    run("run", "toy", "--participant", "P001", "--simulate")
     file = tmp_path / "studies" / "toy" / "study.yaml"
     file.write_text(file.read_text().replace("[Soft, Hard]", "[Soft, Firm]"))
     again = ("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
-    assert 'attributes.Soft.high was "Hard" and is "Firm"' in said(*again, status=2)
-    said(*again, "--accept-change")
+    assert 'attributes.Soft.high was "Hard" and is "Firm"' in run(*again, status=2)
+    run(*again, "--accept-change")
     accepted = read(tmp_path / "sessions" / "toy_P001_s2.sqlite").header["accepted_change"]
     assert accepted["since_session"] == 1 and accepted["study_before"] != accepted["study_now"]
-    assert "P001 has no session 3" in said(*again[:-1], "4", status=2)
+    assert "P001 has no session 3" in run(*again[:-1], "4", status=2)
 
 
-def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_is_accepted(said, tmp_path):
-    said("run", "toy", "--participant", "P001..P002", "--simulate")
+def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_is_accepted(run, tmp_path):
+    run("run", "toy", "--participant", "P001..P002", "--simulate")
     file = tmp_path / "studies" / "toy" / "study.yaml"
     file.write_text(file.read_text().replace("[Soft, Hard]", "[Soft, Firm]"))
     others = ("run", "toy", "--participant", "P003..P004", "--simulate")
-    refused = said(*others, status=2)
+    refused = run(*others, status=2)
     assert not (tmp_path / "sessions" / "toy_P003_s1.sqlite").exists()
-    said(*others, "--accept-change")
+    run(*others, "--accept-change")
     for who in ("P003", "P004"):
         accepted = read(tmp_path / "sessions" / f"toy_{who}_s1.sqlite").header["accepted_change"]
         before, now = accepted["study_before"], accepted["study_now"]
         assert f"(digest {before[:12]}, now {now[:12]}): attributes.Soft.high" in refused
-    said("run", "toy", "--participant", "P005", "--simulate")
+    run("run", "toy", "--participant", "P005", "--simulate")
     assert "accepted_change" not in read(tmp_path / "sessions" / "toy_P005_s1.sqlite").header
 
 
-def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
+def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(run, tmp_path):
     from palpate.studies.sessions.ledger import open_for_append
     from palpate.studies.sessions.session import create, header_of
 
@@ -298,28 +298,28 @@ def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tm
     alone.parent.mkdir(parents=True)
     shutil.copy(path, alone)
     ledger.close({"at": "2026-01-01T00:00:00+00:00"})
-    assert "the -wal file is missing" in said("replay", str(alone))
-    assert "its -wal file, which may hold the session's last events, is not there" in said(
+    assert "the -wal file is missing" in run("replay", str(alone))
+    assert "its -wal file, which may hold the session's last events, is not there" in run(
         "resume", str(alone), "--study", "toy", status=2
     )
-    assert "complete" in said(
+    assert "complete" in run(
         "resume", str(alone), "--study", str(tmp_path / "studies" / "toy"), "--without-wal", "--accept-change"
     )
 
 
-def test_a_study_that_cannot_be_presented_is_found_by_check_and_leaves_no_session(said, tmp_path):
+def test_a_study_that_cannot_be_presented_is_found_by_check_and_leaves_no_session(run, tmp_path):
     folder = tmp_path / "studies" / "toy"
     (folder / "study.yaml").write_text(TOY.replace("[A, B, C, D]", "stimuli.csv") + "needs: [door]\n")
     (folder / "stimuli.csv").write_text("id,file\na,a.csv\nb,b.csv\n")
     for name in "ab":
         (folder / f"{name}.csv").write_text("hello\n")
-    assert "NOT OK" in said("check", "toy", status=1)
-    assert "a.csv" in said("run", "toy", "--participant", "P001", "--simulate", status=2)
+    assert "NOT OK" in run("check", "toy", status=1)
+    assert "a.csv" in run("run", "toy", "--participant", "P001", "--simulate", status=2)
     assert not (tmp_path / "sessions").exists()
     (folder / "stimuli.csv").write_text("id\na\nb\n")
-    assert "no door profile" in said("check", "toy", status=1)
+    assert "no door profile" in run("check", "toy", status=1)
 
 
-def test_a_folder_and_its_study_have_one_name(said, tmp_path):
+def test_a_folder_and_its_study_have_one_name(run, tmp_path):
     (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY.replace("study: toy", "study: toys"))
-    assert "found 'toys' in a folder named 'toy'" in said("check", "toy", status=1)
+    assert "found 'toys' in a folder named 'toy'" in run("check", "toy", status=1)

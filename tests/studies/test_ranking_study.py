@@ -48,7 +48,7 @@ def lab(tmp_path_factory):
 
 
 @pytest.fixture
-def said(lab, capsys):
+def run(lab, capsys):
     """Call a command in the lab; its exit code and what it prints."""
 
     def call(*words):
@@ -59,12 +59,12 @@ def said(lab, capsys):
     return call
 
 
-def test_the_file_is_checked_and_its_sets_are_listed(said):
-    status, text = said("check", "in_order")
+def test_the_file_is_checked_and_its_sets_are_listed(run):
+    status, text = run("check", "in_order")
     assert status == 0 and "5 stimuli; group all: 2 trials" in text and "an order from smooth to rough" in text
-    listed = [line for line in said("plan", "in_order")[1].splitlines() if line[:4].strip().isdigit()]
+    listed = [line for line in run("plan", "in_order")[1].splitlines() if line[:4].strip().isdigit()]
     assert listed == ["   1  practice   P1, C1", "   2  cloth      C1, C2", "   3  paper      P1, P3, P2"]
-    trials = json.loads(said("plan", "in_order", "--json")[1])["trials"]
+    trials = json.loads(run("plan", "in_order", "--json")[1])["trials"]
     assert trials[1] == {"trial": 2, "block": "cloth", "stimulus": "C1", "stimuli": ["C1", "C2"]}
 
 
@@ -76,18 +76,18 @@ def test_the_file_is_checked_and_its_sets_are_listed(said):
         ("settings: []", "settings: keys and values are expected"),
     ],
 )
-def test_a_wrong_setting_is_named_with_its_line(lab, said, wrong, says):
+def test_a_wrong_setting_is_named_with_its_line(lab, run, wrong, says):
     folder = lab / "studies" / "wrong"
     folder.mkdir(exist_ok=True)
     text = STUDY.replace("settings: {again: true}", wrong).replace("in_order", "wrong")
     (folder / "study.yaml").write_text(text, encoding="utf-8")
     (folder / "stimuli.csv").write_text(STIMULI, encoding="utf-8")
-    status, text = said("check", "wrong")
+    status, text = run("check", "wrong")
     assert status != 0 and f"line 6: {says}" in text, text
 
 
-def test_sessions_replay_and_orders_have_a_table_of_their_own(lab, said):
-    assert said("replay")[0] == 0
+def test_sessions_replay_and_orders_have_a_table_of_their_own(lab, run):
+    assert run("replay")[0] == 0
     with closing(sqlite3.connect(lab / "lab.sqlite")) as file:
         rows = file.execute(
             "SELECT participant, trial, group_concat(rank), count(*), max(set_size) FROM"
@@ -99,8 +99,8 @@ def test_sessions_replay_and_orders_have_a_table_of_their_own(lab, said):
 
 
 @pytest.mark.parametrize("form", ["csv", "bids", "psych-ds"])
-def test_orders_are_exported_with_what_their_columns_mean(said, tmp_path, form):
-    status, _ = said("export", "in_order", "--to", str(tmp_path / "out"), f"--{form}")
+def test_orders_are_exported_with_what_their_columns_mean(run, tmp_path, form):
+    status, _ = run("export", "in_order", "--to", str(tmp_path / "out"), f"--{form}")
     assert status == 0
     name = {"csv": "rankings.csv", "bids": "sub-P001*_beh.tsv", "psych-ds": "*rankings_data.csv"}[form]
     [file] = (tmp_path / "out").rglob(name)
@@ -108,15 +108,15 @@ def test_orders_are_exported_with_what_their_columns_mean(said, tmp_path, form):
     rows = list(csv.DictReader(lines, delimiter="\t" if form == "bids" else ","))
     of_paper = {row["stimulus"]: row["rank"] for row in rows if row["block"] == "paper" and row["counts"] == "true"}
     assert sorted(of_paper) == ["P1", "P2", "P3"] and set(of_paper.values()) == {"1", "2", "3"}
-    told = "".join(
+    metadata = "".join(
         path.read_text("utf-8") for path in (tmp_path / "out").rglob("*") if path.suffix in (".json", ".csv")
     )
-    assert "The place in the order: 1 at the low end of the attribute." in told
+    assert "The place in the order: 1 at the low end of the attribute." in metadata
 
 
-def test_no_ratings_are_made_of_orders(said):
+def test_no_ratings_are_made_of_orders(run):
     for verb in ("analyse", "report"):
-        status, text = said(verb, "in_order")
+        status, text = run(verb, "in_order")
         assert status != 0 and "gives no ratings; its answers are in the table rankings" in text
 
 

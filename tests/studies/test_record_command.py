@@ -55,7 +55,7 @@ def lab(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def said(lab, capsys):
+def run(lab, capsys):
     """Call `palpate record ...`; what it says on the stream that its exit code goes with."""
     capsys.readouterr()
 
@@ -69,41 +69,41 @@ def said(lab, capsys):
 
 
 def ledgers(lab):
-    return sorted(each.name for each in (lab / "sessions").glob("*.sqlite"))
+    return sorted(path.name for path in (lab / "sessions").glob("*.sqlite"))
 
 
-def test_a_recording_at_the_rig_is_told_stream_by_stream(said, lab):
-    text = said("quick", "--participant", "P001")
+def test_a_recording_at_the_rig_is_told_stream_by_stream(run, lab):
+    text = run("quick", "--participant", "P001")
     for stream in STREAMS:
-        [line] = [each for each in text.splitlines() if each.startswith(f"trial 1, {stream}: ")]
+        [line] = [line for line in text.splitlines() if line.startswith(f"trial 1, {stream}: ")]
         assert int(line.split(": ")[1].split()[0].replace(",", "")) > 20 and ", none lost" in line
     assert "complete: " in text.splitlines()[-1] and ledgers(lab) == ["quick_P001_s1.sqlite"]
 
 
-def test_a_simulated_recording_is_told_as_such_and_takes_no_rig(said, lab):
+def test_a_simulated_recording_is_told_as_such_and_takes_no_rig(run, lab):
     rig_path(lab).unlink()
-    text = said("quick", "--participant", "P001", "--simulate")
+    text = run("quick", "--participant", "P001", "--simulate")
     assert "trial 1, tool_acceleration: 900 samples, 3000.00 Hz, simulated" in text
     assert "trial 1, tool_position: 36 samples, 120.00 Hz, simulated" in text and "\ncomplete: " in text
 
 
-def test_as_json_the_answer_stands_alone(said, lab):
-    [row] = json.loads(said("quick", "--participant", "P001", "--json"))
+def test_as_json_the_answer_stands_alone(run, lab):
+    [row] = json.loads(run("quick", "--participant", "P001", "--json"))
     assert row["complete"] and row["ledger"].endswith("quick_P001_s1.sqlite")
 
 
 @pytest.mark.long
-def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(said, lab):
+def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(run, lab):
     elsewhere = lab / "rigs" / "booth.yaml"
     elsewhere.parent.mkdir()
     rig_path(lab).rename(elsewhere)
-    text = said("photos", "--participant", "P001", "--rig", elsewhere)
+    text = run("photos", "--participant", "P001", "--rig", elsewhere)
     assert "trial 1, camera: 2 pictures" in text
-    assert {each.parent.name for each in (lab / "pictures").rglob("light*.png")} == {"T15"}
+    assert {picture.parent.name for picture in (lab / "pictures").rglob("light*.png")} == {"T15"}
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("qick", "--participant", "P001"), "no study is called 'qick'; did you mean 'quick'?"),
         (("door_ratings", "--participant", "P001"), "it asks, and no sensor records. palpate run door_ratings"),
@@ -116,13 +116,13 @@ def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(said, l
         (("quick", "--participant", "P001", "--simulate", "--rig", "a.yaml"), "--simulate needs no window and no rig"),
     ],
 )
-def test_a_mistake_is_told_and_nothing_is_recorded(said, lab, words, told):
-    assert told in said(*words, status=2)
+def test_a_mistake_is_told_and_nothing_is_recorded(run, lab, words, message):
+    assert message in run(*words, status=2)
     assert not ledgers(lab)
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (lambda text: None, "this station has no rig file"),
         (lambda text: text.replace("  tool: [vibration, force, tracker]\n", ""), "the need 'tool' is not provided"),
@@ -138,20 +138,20 @@ def test_a_mistake_is_told_and_nothing_is_recorded(said, lab, words, told):
     ],
     ids=["no file", "no need", "mistake in it", "no calibration", "cannot be opened"],
 )
-def test_a_rig_that_cannot_be_had_is_told_and_nothing_is_recorded(said, lab, change, told):
+def test_a_rig_that_cannot_be_had_is_told_and_nothing_is_recorded(run, lab, change, message):
     text = change(RIG)
     rig_path(lab).unlink() if text is None else rig_path(lab).write_text(text, encoding="utf-8")
-    assert told in said("quick", "--participant", "P001", status=2)
+    assert message in run("quick", "--participant", "P001", status=2)
     assert not ledgers(lab)
 
 
 @pytest.mark.long
-def test_a_second_session_has_a_number_of_its_own(said, lab):
-    said("quick", "--participant", "P001")
+def test_a_second_session_has_a_number_of_its_own(run, lab):
+    run("quick", "--participant", "P001")
     before = (lab / "sessions" / "quick_P001_s1.sqlite").read_bytes()
-    assert "if a further one is meant, give --session 2" in said("quick", "--participant", "P001", status=2)
+    assert "if a further one is meant, give --session 2" in run("quick", "--participant", "P001", status=2)
     assert (lab / "sessions" / "quick_P001_s1.sqlite").read_bytes() == before
-    said("quick", "--participant", "P001", "--session", "2")
+    run("quick", "--participant", "P001", "--session", "2")
     assert ledgers(lab) == ["quick_P001_s1.sqlite", "quick_P001_s2.sqlite"]
 
 
@@ -180,8 +180,8 @@ def test_a_recording_that_was_repeated_or_faulted_is_not_told(tmp_path):
 
 
 def test_the_way_to_go_on_names_the_rig_file_that_was_named(capsys):
-    sat = SessionResult(Path("lab/sessions/quick_P001_s1.sqlite"), "interrupted", 7, "interrupted by QUIT")
+    result = SessionResult(Path("lab/sessions/quick_P001_s1.sqlite"), "interrupted", 7, "interrupted by QUIT")
     with pytest.raises(Exit) as caught:
-        report([sat], False, "quick", Path("my rigs/a.yaml"))
+        report([result], False, "quick", Path("my rigs/a.yaml"))
     assert caught.value.exit_code == 1
     assert "palpate resume lab/sessions/quick_P001_s1.sqlite --rig 'my rigs/a.yaml'" in capsys.readouterr().out

@@ -7,7 +7,7 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import problems
 from palpate.devices.window.presenter_page import prepare
 from palpate.protocols.events import Ask, Instruct
-from tests.studies.shipped import TEN, found_study, plan_for
+from tests.studies.shipped import TEN, plan_for, read_shipped
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
 
@@ -21,7 +21,7 @@ def requests_of(plan):
 @pytest.mark.parametrize("language", ["en", pytest.param("ko", marks=pytest.mark.needs("fonts"))])
 @pytest.mark.parametrize("name", TEN)
 def test_a_study_s_screens_are_clear(name, language):
-    plan, folder = plan_for(name), found_study(name).folder
+    plan, folder = plan_for(name), read_shipped(name).folder
     page = prepare(plan.study, SMALLEST, language, folder, plan=plan)
     for request in requests_of(plan):
         screen = screen_for(request, page, 0)
@@ -32,7 +32,7 @@ def test_a_study_s_screens_are_clear(name, language):
 def test_a_translation_leaves_no_word_of_the_study_in_english(name):
     from palpate.devices.window.texts_study import load_study_texts, study_texts
 
-    study, folder = found_study(name).study, found_study(name).folder
+    study, folder = read_shipped(name).study, read_shipped(name).folder
     words = load_study_texts(study, folder, "ko")
     assert len(words) == len({" ".join(text.split()) for text in study_texts(study)})
     assert all(any("가" <= letter <= "힣" for letter in translation) for translation in words.values())

@@ -21,7 +21,7 @@ from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import resume, start
 from palpate.studies.simulation.rig import simulated
 from tests.studies.labs import stopping
-from tests.studies.shipped import TEN, found_study, plan_for
+from tests.studies.shipped import TEN, plan_for, read_shipped
 from tests.studies.simulation.matching_raters import expected, off_what_is_felt, table_rows
 
 THESIS_MEANS = {
@@ -31,16 +31,16 @@ THESIS_MEANS = {
 
 
 def rig_of(name):
-    found = found_study(name)
-    return simulated(found.study, found.folder)
+    study_files = read_shipped(name)
+    return simulated(study_files.study, study_files.folder)
 
 
 @cache
 def events_of(name, participant="P001"):
     """A whole session in memory."""
-    plan, kept = plan_for(name, participant), []
-    run(plan, rig_of(name).open(plan, 0).world, Kept(kept), {})
-    return tuple(kept)
+    plan, events = plan_for(name, participant), []
+    run(plan, rig_of(name).open(plan, 0).world, Kept(events), {})
+    return tuple(events)
 
 
 class Kept:
@@ -50,11 +50,11 @@ class Kept:
 
 def answers_of(name, participant="P001"):
     """trial -> the answers that stand."""
-    found = {}
+    answers = {}
     for event in events_of(name, participant):
         if event.kind == "reply" and event.trial is not None and "answers" in event.value:
-            found[event.trial] = event.value["answers"]
-    return found
+            answers[event.trial] = event.value["answers"]
+    return answers
 
 
 def final(name, participant="P001"):
@@ -82,19 +82,19 @@ def test_a_study_is_sound(name):
 
 @pytest.mark.parametrize("name", TEN)
 def test_people_are_asked_for_their_consent_first(name):
-    study = found_study(name).study
-    asked = [Consent, *([Eligibility] if study.eligible else []), Demographics]
-    assert [type(form) for form in plan_for(name).opening] == asked
+    study = read_shipped(name).study
+    forms = [Consent, *([Eligibility] if study.eligible else []), Demographics]
+    assert [type(form) for form in plan_for(name).opening] == forms
     assert study.instructions and len(study.stimuli) < LARGEST_STUDY
     assert all(attribute.explanation for attribute in study.attributes)
 
 
 @pytest.mark.parametrize("name", TEN)
 def test_a_session_runs_to_its_end_and_replays(tmp_path, name):
-    sat = start(tmp_path, plan_for(name), rig_of(name))
-    assert sat.complete
-    found = replay(sat.path)
-    assert found.complete and found.events == len(events_of(name))
+    result = start(tmp_path, plan_for(name), rig_of(name))
+    assert result.complete
+    replayed = replay(result.path)
+    assert replayed.complete and replayed.events == len(events_of(name))
 
 
 @pytest.mark.parametrize("name", TEN)
@@ -102,15 +102,15 @@ def test_a_session_interrupted_anywhere_goes_on_to_the_same_end(tmp_path, name):
     acts = sum(event.kind == "request" for event in events_of(name))
     at = random.Random(name).randrange(1, acts)
     plan = plan_for(name)
-    sat = start(tmp_path, plan, stopping(rig_of(name), at))
-    assert not sat.complete and read(sat.path).events[-1].kind == "request"
-    assert resume(sat.path, rig_of(name)).complete
-    assert timeless(read(sat.path).events[1:]) == timeless(events_of(name)[1:])
+    result = start(tmp_path, plan, stopping(rig_of(name), at))
+    assert not result.complete and read(result.path).events[-1].kind == "request"
+    assert resume(result.path, rig_of(name)).complete
+    assert timeless(read(result.path).events[1:]) == timeless(events_of(name)[1:])
 
 
 @pytest.mark.parametrize("name", TEN)
 def test_every_reply_answers_what_was_asked(name):
-    plan, asked = plan_for(name), 0
+    plan, requested = plan_for(name), 0
     forms = {form.name: form for form in (*plan.opening, *plan.closing)}
     request = None
     for event in events_of(name):
@@ -119,12 +119,12 @@ def test_every_reply_answers_what_was_asked(name):
         elif event.kind == "reply" and request["do"] == "ask" and event.value.get("go") != "back":
             form = forms[request["form"]] if event.trial is None else plan.trials[event.trial - 1].form
             assert form.problem(event.value["answers"]) is None
-            asked += 1
+            requested += 1
     recorded = [trial for trial in plan.trials if trial.recording is not None]
-    assert asked == len(forms) if recorded else asked >= len(forms) + len(plan.trials)
+    assert requested == len(forms) if recorded else requested >= len(forms) + len(plan.trials)
 
 
-@pytest.mark.parametrize("name", [name for name in TEN if found_study(name).study.capture is not None])
+@pytest.mark.parametrize("name", [name for name in TEN if read_shipped(name).study.capture is not None])
 def test_a_capture_holds_every_second_of_every_stream(name):
     plan = plan_for(name)
     blocks = {e.trial: e.samples for e in events_of(name) if e.samples}
@@ -135,12 +135,14 @@ def test_a_capture_holds_every_second_of_every_stream(name):
 
 
 def rated(name):
-    study = found_study(name).study
+    study = read_shipped(name).study
     return [a.name for a in study.attributes if study.task != "authoring" and study.simulation.latents.get(a.name)]
 
 
 @pytest.mark.untraced
-@pytest.mark.parametrize(("name", "attribute"), [(name, each) for name in TEN for each in rated(name)])
+@pytest.mark.parametrize(
+    ("name", "attribute"), [(name, rated_attribute) for name in TEN for rated_attribute in rated(name)]
+)
 def test_ratings_follow_the_stimuli(name, attribute):
     felt, answered = [], []
     for participant in ("P001", "P003", "P005"):
@@ -148,7 +150,7 @@ def test_ratings_follow_the_stimuli(name, attribute):
         person, answers = Perceiver(plan), answers_of(name, participant)
         felt += [person.latent(attribute, trial.stimulus) for trial in plan.trials]
         answered += [answers[trial.number][attribute] for trial in plan.trials]
-    declared = found_study(name).study.simulation
+    declared = read_shipped(name).study.simulation
     reach = pstdev(felt) / hypot(pstdev(felt), declared.noise_sd, declared.bias_sd)
     assert correlation(felt, answered) > min(0.5, 0.8 * reach), "what differs little is told apart badly, but it is"
 
@@ -167,7 +169,7 @@ def test_words_follow_the_stimuli(name):
                 ticked[suits > 0].append(word in answers[trial.number]["ticked"])
     assert mean(ticked[True]) > 0.5 and mean(ticked[False]) < 0.25
     shown = [answers_of(name, f"P{number:03d}") for number in range(1, 9)]
-    seen = {word for each in shown for answer in each.values() for word in answer["ticked"]}
+    seen = {word for answers in shown for answer in answers.values() for word in answer["ticked"]}
     assert len(seen) > 0.9 * len(plan.trials[0].form.words)
 
 
@@ -188,10 +190,10 @@ def test_people_rate_every_texture_by_every_method_as_they_feel_them():
             felt[method].append(50.0 + Perceiver(plan).latent("Similarity", trial.stimulus))
             rated[method].append(answers[trial.number]["Similarity"])
     assert sum(map(len, rated.values())) == 288 and len(rated) == 4
-    means, expected = ({name: mean(each) for name, each in given.items()} for given in (rated, felt))
+    means, expected = ({name: mean(values) for name, values in given.items()} for given in (rated, felt))
     leaning = mean(means.values()) - mean(expected.values())
     assert abs(leaning) < 3 * 7 / 12**0.5, "what people add of their own"
-    assert means == pytest.approx({name: each + leaning for name, each in expected.items()}, abs=4.5)
+    assert means == pytest.approx({name: value + leaning for name, value in expected.items()}, abs=4.5)
 
 
 @cache
@@ -213,8 +215,8 @@ def test_a_generated_door_is_rated_as_its_models_predict():
 
     maker, off, apart = maker_for(None), [], []
     for (attribute, target), rated in matched().items():
-        made = maker.design({**dict.fromkeys(maker.attributes, 50.0), attribute: target})
-        off += [abs(rated[name] - felt) for name, felt in zip(maker.attributes, made.predicted, strict=True)]
+        designed = maker.design({**dict.fromkeys(maker.attributes, 50.0), attribute: target})
+        off += [abs(rated[name] - felt) for name, felt in zip(maker.attributes, designed.predicted, strict=True)]
         apart += [abs(value - 50) for value in rated.values()]
     assert mean(off) < 0.6 * mean(apart), "half as far as a model that always predicts the middle"
 
@@ -230,8 +232,10 @@ def test_a_raised_wish_raises_what_people_rate_and_more_so_than_the_others():
 
 @pytest.mark.untraced
 def test_the_questionnaire_is_answered_around_the_thesis_means():
-    said = [final("door_authoring", f"P{number:03d}") for number in range(1, 101)]
-    assert {item: mean(each[item] for each in said) for item in THESIS_MEANS} == pytest.approx(THESIS_MEANS, abs=0.35)
+    answers = [final("door_authoring", f"P{number:03d}") for number in range(1, 101)]
+    assert {item: mean(answer[item] for answer in answers) for item in THESIS_MEANS} == pytest.approx(
+        THESIS_MEANS, abs=0.35
+    )
     assert isinstance(plan_for("door_authoring").closing[0], Likert)
 
 
@@ -245,19 +249,19 @@ def test_authoring_feels_what_was_wished_and_ends_with_it():
 
 
 def test_the_thesis_numbers_hold():
-    textures = found_study("texture_ratings").study
+    textures = read_shipped("texture_ratings").study
     classes = {s.columns["class"] for s in textures.stimuli}
     assert len(textures.stimuli) == 50 and len(classes) == 16
     assert [s.id for s in textures.stimuli if s.columns["class"] == "aluminum"] == ["T46"]
     assert textures.scale is not None and textures.scale.step is None
-    assert len(found_study("texture_adjectives").study.adjectives.words) == 57
-    assert len(found_study("door_adjectives").study.adjectives.words) == 68
-    similarity = found_study("texture_similarity").study
+    assert len(read_shipped("texture_adjectives").study.adjectives.words) == 57
+    assert len(read_shipped("door_adjectives").study.adjectives.words) == 68
+    similarity = read_shipped("texture_similarity").study
     pairs = {(s.columns["texture"], s.columns["method"]) for s in similarity.stimuli}
     assert len(similarity.stimuli) == len(pairs) == 24
-    wishes = {(s.columns["attribute"], s.columns["target"]) for s in found_study("door_matching").study.stimuli}
+    wishes = {(s.columns["attribute"], s.columns["target"]) for s in read_shipped("door_matching").study.stimuli}
     assert len(wishes) == 14
-    capture = found_study("texture_capture").study
+    capture = read_shipped("texture_capture").study
     seconds = {g: {s.columns["seconds"] for s in capture.stimuli_of(g)} for g in ("perception", "rendering")}
     assert seconds == {"perception": {"60"}, "rendering": {"20"}}
     assert [len(capture.stimuli_of(g)) for g in ("perception", "pilot", "rendering")] == [50, 2, 6]
@@ -265,27 +269,27 @@ def test_the_thesis_numbers_hold():
 
 def test_the_raters_of_generated_doors_are_those_of_door_ratings():
     """Weights per unit of a column, and levels, are those of door_ratings on the models' scale (rounding aside)."""
-    declared, known = found_study("door_matching").study.simulation.latents, expected()
+    declared, known = read_shipped("door_matching").study.simulation.latents, expected()
     assert set(declared) == set(known)
     for attribute, weights in known.items():
         assert declared[attribute] == pytest.approx(weights, abs=0.006), attribute
 
 
 def test_the_readme_of_door_matching_says_what_is_so():
-    told = (SHIPPED / "door_matching" / "README.md").read_text(encoding="utf-8")
-    assert [row for row in table_rows() if row not in told] == []
-    assert f"for the fourteen lies {off_what_is_felt():.1f} from what is felt" in " ".join(told.split())
+    readme = (SHIPPED / "door_matching" / "README.md").read_text(encoding="utf-8")
+    assert [row for row in table_rows() if row not in readme] == []
+    assert f"for the fourteen lies {off_what_is_felt():.1f} from what is felt" in " ".join(readme.split())
     errors = []
     for participant in [f"P{number:03d}" for number in range(1, 17)]:
         answers = answers_of("door_matching", participant)
         for trial in plan_for("door_matching", participant).trials:
             columns = trial.stimulus.columns
             errors.append(abs(answers[trial.number][columns["attribute"]] - float(columns["target"])))
-    assert f"simulated participants only: {mean(errors):.1f} (16 of them, seed 1)" in told
+    assert f"simulated participants only: {mean(errors):.1f} (16 of them, seed 1)" in readme
 
 
 def test_no_word_of_a_method_reaches_the_participant():
-    study = found_study("texture_similarity").study
+    study = read_shipped("texture_similarity").study
     shown = json.dumps([study.title, study.instructions, [a.model_dump() for a in study.attributes], study.sides])
     assert not [method for method in ("AR", "DSTN", "HapInf", "FoTEN") if method in shown]
     assert all(isinstance(trial.form, Sliders) for trial in plan_for("texture_similarity").trials)
@@ -293,10 +297,10 @@ def test_no_word_of_a_method_reaches_the_participant():
 
 def test_words_and_similarities_need_no_numpy():
     """A session opens only what its study needs; only recordings and wishes are made with numpy."""
-    told = ["door_adjectives", "door_lexicon", "texture_similarity"]
+    studies = ["door_adjectives", "door_lexicon", "texture_similarity"]
     program = (
         "import sys\nfrom tests.studies.test_shipped_studies import events_of\n"
-        f"print(sum(len(events_of(name)) for name in {told}), 'numpy' in sys.modules)"
+        f"print(sum(len(events_of(name)) for name in {studies}), 'numpy' in sys.modules)"
     )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.split() == [str(sum(len(events_of(name)) for name in told)), "False"]
+    finished = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert finished.stdout.split() == [str(sum(len(events_of(name)) for name in studies)), "False"]

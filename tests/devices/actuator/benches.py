@@ -21,9 +21,9 @@ class Clock:
 
 
 def coil(clock, folder=None, **changes):
-    made = make("coil", Settings(**{"kind": "voice_coil", "driver": "twin", **changes}), folder, clock)
-    made.open()
-    return made
+    device = make("coil", Settings(**{"kind": "voice_coil", "driver": "twin", **changes}), folder, clock)
+    device.open()
+    return device
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Accelerometer:
         self.clock.s += timeout_s
         self.coil.output.advance()
         felt = self.coil.output.whole()[1]
-        each = np.repeat(felt, self.rate_hz // 1000)[self.given :]
-        self.given += len(each)
-        rows = self.spoilt(np.outer(each, [0.2, -0.3, 0.93]) + np.array([0.0, 0.0, 9.81]))
-        return {"acceleration": [Block(self.given - len(each), rows.astype("<f4").tobytes(), self.clock.ns())]}
+        samples = np.repeat(felt, self.rate_hz // 1000)[self.given :]
+        self.given += len(samples)
+        rows = self.spoilt(np.outer(samples, [0.2, -0.3, 0.93]) + np.array([0.0, 0.0, 9.81]))
+        return {"acceleration": [Block(self.given - len(samples), rows.astype("<f4").tobytes(), self.clock.ns())]}

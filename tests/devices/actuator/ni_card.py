@@ -43,7 +43,7 @@ class Task:
     running: bool = False
     closed: bool = False
     empty: bool = False
-    asked: dict = field(default_factory=dict)
+    settings: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.ao_channels = SimpleNamespace(add_ao_voltage_chan=self.add)
@@ -52,10 +52,10 @@ class Task:
 
     def add(self, channel, min_val, max_val):
         self.card.fail("channel")
-        self.asked |= {"channel": channel, "range": (min_val, max_val)}
+        self.settings |= {"channel": channel, "range": (min_val, max_val)}
 
     def clocked(self, rate, sample_mode, samps_per_chan):
-        self.asked |= {"rate": rate, "mode": sample_mode.name}
+        self.settings |= {"rate": rate, "mode": sample_mode.name}
 
     def control(self, mode):
         self.card.fail("reserve")
@@ -72,7 +72,7 @@ class Task:
             return
         free = self.out_stream.output_buf_size - (len(self.buffer) - self.generated)
         assert len(data) <= free, "more was written than fits: this would wait"
-        self.buffer += [float(each) for each in data]
+        self.buffer += [float(sample) for sample in data]
 
     def demand(self):
         if self.empty:

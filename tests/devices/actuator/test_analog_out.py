@@ -30,110 +30,110 @@ def output(card, **changes):
 
 def test_the_card_is_asked_for_a_clocked_output_without_regeneration():
     card = Card()
-    made = output(card)
-    made.open()
+    out = output(card)
+    out.open()
     assert card.tasks[0].closed
-    made.start(np.zeros)
+    out.start(np.zeros)
     task = card.tasks[1]
-    assert task.asked == {"channel": "Dev1/ao0", "range": (-10.0, 10.0), "rate": 1000, "mode": "CONTINUOUS"}
+    assert task.settings == {"channel": "Dev1/ao0", "range": (-10.0, 10.0), "rate": 1000, "mode": "CONTINUOUS"}
     assert task.out_stream.regen_mode.name == "DONT_ALLOW_REGENERATION" and task.out_stream.output_buf_size == 20
-    made.stop()
-    assert all(each.closed for each in card.tasks)
+    out.stop()
+    assert all(task.closed for task in card.tasks)
 
 
 def test_what_waits_in_the_queue_reaches_the_output_to_the_sample_and_the_buffer_stays_full():
     card, queue = Card(), Queue(100)
-    made = output(card)
-    made.start(queue.take)
+    out = output(card)
+    out.start(queue.take)
     sent = np.sin(np.arange(300.0) / 9)
     for place in range(0, 300, 5):
         queue.write(sent[place : place + 5])
         card.pass_ms(5)
-        assert made.feed()
+        assert out.feed()
         assert len(card.tasks[-1].buffer) - card.tasks[-1].generated == 20
     queue.rest()
     assert np.allclose(card.voltages[20:300], sent[:280])
-    made.stop()
+    out.stop()
 
 
 @pytest.mark.parametrize("code", sorted(analog_out.EMPTY))
 def test_a_card_that_ran_empty_is_a_fault_and_its_held_voltage_is_led_to_zero(code):
     card = Card()
-    made = output(card)
-    made.start(lambda count: np.full(count, 0.8))
+    out = output(card)
+    out.start(lambda count: np.full(count, 0.8))
     card.pass_ms(12)
     card.fails = {"ask": code}
-    assert not made.feed()
+    assert not out.feed()
     card.fails = {}
     assert card.voltages[-5] == 0.8 and card.voltages[-1] == pytest.approx(0.0)
-    fault = made.fault()
+    fault = out.fault()
     assert fault.what == "underrun" and "raise `ahead_ms`" in str(fault) and str(code) in str(fault)
-    assert not made.feed()
+    assert not out.feed()
 
 
 def test_an_underrun_of_the_card_itself_is_noticed_at_the_next_look():
     card = Card()
-    made = output(card)
-    made.start(np.ones)
+    out = output(card)
+    out.start(np.ones)
     card.pass_ms(25)
-    assert not made.feed()
-    assert made.fault().what == "underrun"
+    assert not out.feed()
+    assert out.fault().what == "underrun"
     ramp = card.voltages[-4:]
     assert card.voltages[-5] == 1.0 and ramp[-1] == pytest.approx(0.0) and np.all(np.diff([1.0, *ramp]) < 0)
 
 
 def test_cutting_drops_the_buffer_and_ramps_from_the_voltage_that_is_out_now():
     card = Card()
-    made = output(card)
-    made.start(lambda count: np.linspace(0.1, 2.0, count))
+    out = output(card)
+    out.start(lambda count: np.linspace(0.1, 2.0, count))
     card.pass_ms(10)
     held = card.voltages[-1]
-    made.cut()
+    out.cut()
     card.pass_ms(10)
     after = card.voltages[10:]
     assert len(after) == 4 and after[-1] == pytest.approx(0.0)
     assert after[0] == pytest.approx(held * 0.8535533905932737)
-    assert not made.feed()
-    made.start(np.zeros)
-    assert made.feed()
-    made.stop()
+    assert not out.feed()
+    out.start(np.zeros)
+    assert out.feed()
+    out.stop()
 
 
 def test_a_card_that_is_pulled_is_link_lost_and_stopping_it_stays_quiet():
     card = Card()
-    made = output(card)
-    made.start(np.ones)
+    out = output(card)
+    out.start(np.ones)
     card.fails = {"ask": -200045, "task": -200220}
-    assert not made.feed()
-    assert made.fault().what == "link_lost" and "see its cable" in str(made.fault())
-    made.stop()
+    assert not out.feed()
+    assert out.fault().what == "link_lost" and "see its cable" in str(out.fault())
+    out.stop()
 
 
 def test_the_thread_feeds_the_card_until_it_is_stopped():
     card, fed = Card(), threading.Event()
-    made = AnalogOut("coil", "Dev1/ao0", 10.0, 20, package=lambda: card, pause=lambda _s: None)
-    asked = []
+    out = AnalogOut("coil", "Dev1/ao0", 10.0, 20, package=lambda: card, pause=lambda _s: None)
+    waits = []
 
     def fill(count):
-        asked.append(count)
-        if len(asked) > 2:
+        waits.append(count)
+        if len(waits) > 2:
             fed.set()
         return np.zeros(count)
 
-    made.start(fill)
+    out.start(fill)
     card.pass_ms(5)
     for _ in range(50):
         if fed.wait(0.1):
             break
         card.pass_ms(1)
     assert fed.is_set()
-    thread = made._thread
-    made.stop()
+    thread = out._thread
+    out.stop()
     assert not thread.is_alive()
 
 
 @pytest.mark.parametrize(
-    ("act", "code", "told"),
+    ("act", "code", "message"),
     [
         ("channel", -200170, "no such output: correct `channel`"),
         ("channel", -200220, "its name in NI MAX"),
@@ -141,16 +141,16 @@ def test_the_thread_feeds_the_card_until_it_is_stopped():
         ("reserve", -200077, "see the NI-DAQmx message. NI-DAQmx -200077: The reserve failed."),
     ],
 )
-def test_a_card_that_cannot_be_had_says_why(act, code, told):
-    with pytest.raises(DeviceError, match=told):
+def test_a_card_that_cannot_be_had_says_why(act, code, message):
+    with pytest.raises(DeviceError, match=message):
         output(Card({act: code})).open()
 
 
 def test_without_the_driver_the_real_package_is_refused_in_words(tmp_path):
-    made = make("coil", Settings(kind="voice_coil", driver="nidaqmx"), tmp_path)
+    device = make("coil", Settings(kind="voice_coil", driver="nidaqmx"), tmp_path)
     with pytest.raises(DeviceError, match="coil: the NI-DAQmx driver is not installed on this machine"):
-        made.open()
-    made.close()
+        device.open()
+    device.close()
 
 
 def test_the_codes_are_those_of_the_package():

@@ -78,8 +78,8 @@ def test_the_heat_never_passes_its_limit_whatever_is_sent(kind):
     }[kind]
     limiter, keep, heat, hottest = Limiter(1.0, 0.3, 1.0), np.exp(-1 / 1000), 0.0, 0.0
     out = np.concatenate([limiter.limit(part) for part in np.array_split(sent, 77)])
-    for each in out:
-        heat = keep * heat + (1 - keep) * each * each
+    for sample in out:
+        heat = keep * heat + (1 - keep) * sample * sample
         hottest = max(hottest, heat)
     assert np.abs(out).max() <= 1.0 and hottest <= 0.3**2 * (1 + 1e-12)
 

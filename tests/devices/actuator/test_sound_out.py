@@ -69,9 +69,9 @@ def test_no_swing_between_two_samples_passes_the_peak():
 @pytest.mark.parametrize("rate", [44_100, 48_000])
 def test_a_sine_arrives_10_ms_later_as_the_same_sine(rate):
     x = np.sin(2 * np.pi * 250 * np.arange(1000) / 1000 + 0.3)
-    made = Upsampler(rate, source(x)).fill(rate)
+    upsampled = Upsampler(rate, source(x)).fill(rate)
     meant = np.sin(2 * np.pi * 250 * (np.arange(rate) / rate - 0.010) + 0.3)
-    assert np.abs(made - meant)[rate // 10 : rate * 9 // 10].max() < 0.002
+    assert np.abs(upsampled - meant)[rate // 10 : rate * 9 // 10].max() < 0.002
 
 
 def test_parts_of_any_length_make_the_same_samples_as_one():
@@ -85,9 +85,9 @@ def test_parts_of_any_length_make_the_same_samples_as_one():
 
 @pytest.mark.needs("sounddevice", "portaudio")
 def test_portaudio_plays_what_was_written_then_falls_silent_within_5_ms_and_the_filters_length(tmp_path):
-    tape, told = played(tmp_path, SCRIPT, channels=1)
+    tape, notes = played(tmp_path, SCRIPT, channels=1)
     sound = tape[:, 0] * 2.0
-    assert "'underruns': 0" in told and "'faults': []" in told
+    assert "'underruns': 0" in notes and "'faults': []" in notes
     sent = 0.36 * np.sin(2 * np.pi * 50 * np.arange(500) / 1000)
     meant = Upsampler(48_000, source(sent)).fill(24_000)
     first = int(np.flatnonzero(np.abs(sound) > 1e-6)[0])

@@ -22,11 +22,11 @@ class FakeMaker:
     attributes: tuple = LOWS
     antonyms: tuple = HIGHS
     identity: dict = field(default_factory=lambda: {"force": {"name": "fake", "sha256": "0" * 64}})
-    asked: list = field(default_factory=list)
+    wishes: list = field(default_factory=list)
 
     def design(self, wish, smoothing_deg=0.0):
         wish = np.asarray(wish, dtype=float)
-        self.asked.append((tuple(wish), smoothing_deg))
+        self.wishes.append((tuple(wish), smoothing_deg))
         force = np.zeros(621)
         for number, value in enumerate(wish):
             height = 4 + 0.25 * value * (1 if number % 2 == 0 else -0.4)

@@ -19,7 +19,7 @@ from palpate.devices.window.plot import axes_for, line_mask
 from palpate.devices.window.texts import placeholders, read_words
 from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.author.windows_for_tests import begun, page_for, typed, wish
+from tests.devices.author.windows_for_tests import open_author, page_for, typed, wish
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 BOX = Box(0, 0, 700, 400)
@@ -74,7 +74,7 @@ def test_nothing_overlaps_or_is_cut_on_any_screen_in_any_language(size, px_per_m
 
 
 def test_only_what_changed_is_painted_and_it_is_what_a_whole_painting_gives(tmp_path):
-    room = begun(tmp_path)
+    room = open_author(tmp_path)
     room.shell.shown.clear()
     wish(room, 2, 83)
     typed(room, "c")
@@ -113,5 +113,5 @@ def test_the_command_imports_neither_a_window_nor_arrays_to_say_how_it_is_used()
         "author(['--help'], standalone_mode=False)\n"
         "print(sorted({'numpy', 'psychopy', 'PIL', 'torch'} & set(sys.modules)))"
     )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.rstrip().endswith("[]") and "seven sliders" in found.stdout
+    finished = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert finished.stdout.rstrip().endswith("[]") and "seven sliders" in finished.stdout

@@ -11,7 +11,7 @@ from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
 from palpate.devices.door.live import LiveDoor
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.author.windows_for_tests import begun, click, typed, wish
+from tests.devices.author.windows_for_tests import click, open_author, typed, wish
 from tests.devices.door.firmware.plants import TinyPlant
 from tests.devices.door.link.lines_for_tests import FRAME_MS, Bench
 
@@ -86,10 +86,10 @@ def test_stop_ends_it_and_closing_the_window_too():
 
 def test_a_second_play_while_it_plays_is_refused_in_words():
     player, screen = player_on()
-    said = []
-    screen.at[20] = lambda: said.append(player.play(GENTLE, "design B"))
+    messages = []
+    screen.at[20] = lambda: messages.append(player.play(GENTLE, "design B"))
     player.play(GENTLE, "design A")
-    assert said == [Played("door_busy", "busy")] and said[0].wrong
+    assert messages == [Played("door_busy", "busy")] and messages[0].wrong
 
 
 def test_a_profile_beyond_the_limits_is_refused_and_a_milder_one_plays():
@@ -158,11 +158,11 @@ class HandedPlayer:
 
 
 def words(room):
-    return next(each for each in room.main.placed() if each.name == "words").text
+    return next(element for element in room.main.placed() if element.name == "words").text
 
 
 @pytest.mark.parametrize(
-    ("played", "said"),
+    ("played", "message"),
     [
         (Played("played"), "opened and brought back"),
         (Played("door_refuses", "60 N m at 3 degrees"), "The door refuses this profile: 60 N m at 3 degrees"),
@@ -170,16 +170,16 @@ def words(room):
         (Played("door_none", "not plugged in"), "no door to play on. not plugged in"),
     ],
 )
-def test_how_it_ended_is_said_in_the_window(tmp_path, played, said):
-    room = begun(tmp_path, player=HandedPlayer(played))
+def test_how_it_ended_is_said_in_the_window(tmp_path, played, message):
+    room = open_author(tmp_path, player=HandedPlayer(played))
     wish(room, 0, 80)
     click(room, "play")
-    assert said in words(room)
+    assert message in words(room)
     assert room.player.was == (tuple(FakeMaker().design(room.main.work.setting.wish).force_N), "design A")
 
 
 def test_while_it_plays_the_sliders_live_and_the_button_stops(tmp_path):
-    room = begun(tmp_path)
+    room = open_author(tmp_path)
     room.player = player = HandedPlayer(Played("stopped"))
 
     def meanwhile():
@@ -204,6 +204,6 @@ def test_while_it_plays_the_sliders_live_and_the_button_stops(tmp_path):
 
 
 def test_the_door_s_wish_to_be_put_right_is_shown(tmp_path):
-    room = begun(tmp_path, player=HandedPlayer(Played("played")))
+    room = open_author(tmp_path, player=HandedPlayer(Played("played")))
     room.door_is("asking", "the emergency stop is pressed. Put it right, then confirm.")
     assert "emergency stop" in words(room) and room.main.status.play == "confirm"

@@ -23,7 +23,7 @@ def room_in(lab, language="en", maker=None, **more):
     return DesignerApp(shell, page_for(language), maker or FakeMaker(), lab, **more)
 
 
-def begun(lab, **more):
+def open_author(lab, **more):
     room = room_in(lab, **more)
     room.begin()
     return room
@@ -31,8 +31,8 @@ def begun(lab, **more):
 
 def do(room, *inputs):
     """The inputs, each in a turn of its own."""
-    for each in inputs:
-        room.shell.turns.append([each])
+    for input_event in inputs:
+        room.shell.turns.append([input_event])
         room.turn()
     room.turn()
 
@@ -51,7 +51,7 @@ def on(room):
 
 
 def box_of(room, name):
-    return next(each.box for each in on(room).placed() if each.name == name)
+    return next(element.box for element in on(room).placed() if element.name == name)
 
 
 def click(room, name):

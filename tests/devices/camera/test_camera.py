@@ -35,9 +35,9 @@ def picture(seed, blur=0, white=0.0, side=SIDE, kind="PNG", mode="L"):
 def camera(folder, **changes):
     (folder / "incoming").mkdir(exist_ok=True)
     given = {"folder": "incoming", "pictures": "kept", "least_pixels": SIDE, "lights": 3, **changes}
-    made = make("camera", Settings(**{"kind": "camera", "driver": "folder", **given}), folder)
-    made.open()
-    return made
+    device = make("camera", Settings(**{"kind": "camera", "driver": "folder", **given}), folder)
+    device.open()
+    return device
 
 
 def arriving(folder, files):
@@ -53,24 +53,24 @@ def arriving(folder, files):
     return turn
 
 
-def shoot(made, folder, files, desk=None, clock=None, seconds=30.0, stimulus="T07"):
+def shoot(device, folder, files, desk=None, clock=None, seconds=30.0, stimulus="T07"):
     clock, desk = clock or Clock(), desk or Desk()
     request = Sense("camera", seconds, trial_of(stimulus))
-    return made.perform(request, Window(clock, arriving(folder, files)), desk, clock), desk
+    return device.perform(request, Window(clock, arriving(folder, files)), desk, clock), desk
 
 
 def test_pictures_are_hashed_kept_and_told_of_by_their_lights(tmp_path):
     files = [(f"IMG_{n}.png", picture(n)) for n in (3, 1, 2)]
-    came, desk = shoot(camera(tmp_path), tmp_path, files)
-    assert isinstance(came, Reply) and came.value["recorded"] and came.value["left_out"] == []
-    pictures = came.value["pictures"]
-    assert [each["light"] for each in pictures] == [1, 2, 3]
-    assert [each["from"] for each in pictures] == ["IMG_3.png", "IMG_1.png", "IMG_2.png"]
-    for each, (_, data) in zip(pictures, files, strict=True):
-        assert each["sha256"] == hashlib.sha256(data).hexdigest()
-        assert (tmp_path / "kept" / each["file"]).read_bytes() == data
-        assert each["file"].startswith("T07/light0") and (each["width"], each["height"]) == (SIDE, SIDE)
-        assert each["flags"] == []
+    outcome, desk = shoot(camera(tmp_path), tmp_path, files)
+    assert isinstance(outcome, Reply) and outcome.value["recorded"] and outcome.value["left_out"] == []
+    pictures = outcome.value["pictures"]
+    assert [picture["light"] for picture in pictures] == [1, 2, 3]
+    assert [picture["from"] for picture in pictures] == ["IMG_3.png", "IMG_1.png", "IMG_2.png"]
+    for entry, (_, data) in zip(pictures, files, strict=True):
+        assert entry["sha256"] == hashlib.sha256(data).hexdigest()
+        assert (tmp_path / "kept" / entry["file"]).read_bytes() == data
+        assert entry["file"].startswith("T07/light0") and (entry["width"], entry["height"]) == (SIDE, SIDE)
+        assert entry["flags"] == []
     assert desk.demands == [
         f"T07, light {n} of 3: take the picture. Confirm only where no more come." for n in (1, 2, 3)
     ]
@@ -80,12 +80,12 @@ def test_pictures_are_hashed_kept_and_told_of_by_their_lights(tmp_path):
 def test_pictures_are_kept_in_the_lab_unless_the_rig_file_says_where(tmp_path):
     lab = tmp_path / "lab"
     for given, place in (({"pictures": None}, lab / "pictures"), ({"pictures": "kept"}, tmp_path / "kept")):
-        made = camera(tmp_path, lights=1, **given)
-        made.keep_in(lab)
+        device = camera(tmp_path, lights=1, **given)
+        device.keep_in(lab)
         data = picture(7)
-        came, _ = shoot(made, tmp_path, [(f"{place.name}.png", data)])
-        assert (place / came.value["pictures"][0]["file"]).read_bytes() == data
-        assert made.health(0).facts["kept in"] == ("LAB/pictures" if given["pictures"] is None else str(place))
+        outcome, _ = shoot(device, tmp_path, [(f"{place.name}.png", data)])
+        assert (place / outcome.value["pictures"][0]["file"]).read_bytes() == data
+        assert device.health(0).facts["kept in"] == ("LAB/pictures" if given["pictures"] is None else str(place))
 
 
 def test_a_twin_has_as_many_lights_as_the_simulated_surfaces_and_no_more():
@@ -97,7 +97,7 @@ def test_a_twin_has_as_many_lights_as_the_simulated_surfaces_and_no_more():
 
 
 def test_files_that_come_at_once_are_ordered_by_name_where_the_rig_says_so(tmp_path):
-    made, clock = camera(tmp_path, order="name", lights=["left", "right"]), Clock()
+    device, clock = camera(tmp_path, order="name", lights=["left", "right"]), Clock()
     (tmp_path / "incoming" / "old.png").write_bytes(picture(9))
 
     def both():
@@ -106,13 +106,13 @@ def test_files_that_come_at_once_are_ordered_by_name_where_the_rig_says_so(tmp_p
             path.exists() or path.write_bytes(picture(n))
 
     desk = Desk()
-    came = made.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock, both), desk, clock)
-    assert [each["from"] for each in came.value["pictures"]] == ["1.png", "2.png"]
+    outcome = device.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock, both), desk, clock)
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["1.png", "2.png"]
     assert desk.demands[0].startswith("T07, light 1 of 2 (left): take the picture")
 
 
 def test_a_file_that_is_still_being_written_is_waited_for(tmp_path):
-    made, clock, data = camera(tmp_path, lights=1, settle_s=0.5), Clock(), picture(1)
+    device, clock, data = camera(tmp_path, lights=1, settle_s=0.5), Clock(), picture(1)
     path, sizes = tmp_path / "incoming" / "slow.png", iter(range(0, len(data), len(data) // 40))
 
     def grows():
@@ -120,44 +120,44 @@ def test_a_file_that_is_still_being_written_is_waited_for(tmp_path):
         if not path.exists() or path.stat().st_size < len(data):
             path.write_bytes(data[:size])
 
-    came = made.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock, grows), Desk(), clock)
-    assert came.value["pictures"][0]["sha256"] == hashlib.sha256(data).hexdigest()
-    assert came.value["seconds"] > 2.0
+    outcome = device.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock, grows), Desk(), clock)
+    assert outcome.value["pictures"][0]["sha256"] == hashlib.sha256(data).hexdigest()
+    assert outcome.value["seconds"] > 2.0
 
 
 def test_a_cut_off_file_is_no_picture_until_it_is_whole(tmp_path):
     whole = picture(1, kind="JPEG")
     files = [("a.jpg", whole[: len(whole) // 2]), ("b.jpg", picture(2, kind="JPEG")), *[("x.txt", b"")] * 4]
-    came, _ = shoot(camera(tmp_path, lights=2), tmp_path, files, seconds=6.0)
-    assert isinstance(came, Fault) and came.value["what"] == "silent"
-    assert "camera gave 1 of 2 pictures of T07 in 6 s, without light 2; a.jpg is broken (" in came.value["message"]
-    came, _ = shoot(camera(tmp_path, lights=2), tmp_path, [*files[:2], *files[2:], ("a.jpg", whole)])
-    assert [each["from"] for each in came.value["pictures"]] == ["b.jpg", "a.jpg"]
+    outcome, _ = shoot(camera(tmp_path, lights=2), tmp_path, files, seconds=6.0)
+    assert isinstance(outcome, Fault) and outcome.value["what"] == "silent"
+    assert "camera gave 1 of 2 pictures of T07 in 6 s, without light 2; a.jpg is broken (" in outcome.value["message"]
+    outcome, _ = shoot(camera(tmp_path, lights=2), tmp_path, [*files[:2], *files[2:], ("a.jpg", whole)])
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["b.jpg", "a.jpg"]
 
 
 def test_the_same_picture_twice_counts_once_also_from_another_sample(tmp_path):
-    made = camera(tmp_path, lights=2)
-    came, _ = shoot(made, tmp_path, [("1.png", picture(1)), ("2.png", picture(1)), ("3.png", picture(3))])
-    assert [each["from"] for each in came.value["pictures"]] == ["1.png", "3.png"]
-    assert came.value["left_out"] == ["2.png"]
+    device = camera(tmp_path, lights=2)
+    outcome, _ = shoot(device, tmp_path, [("1.png", picture(1)), ("2.png", picture(1)), ("3.png", picture(3))])
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["1.png", "3.png"]
+    assert outcome.value["left_out"] == ["2.png"]
     files = [("4.png", picture(3)), ("5.png", picture(5)), ("6.png", picture(6))]
-    came, _ = shoot(made, tmp_path, files, stimulus="T12")
-    assert [each["from"] for each in came.value["pictures"]] == ["5.png", "6.png"]
+    outcome, _ = shoot(device, tmp_path, files, stimulus="T12")
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["5.png", "6.png"]
 
 
 @pytest.mark.parametrize(
-    ("bad", "told"),
+    ("bad", "message"),
     [({"blur": 5}, "blurred"), ({"white": 0.3}, "over exposed"), ({"side": 150}, "too small")],
 )
-def test_a_bad_picture_is_asked_for_again_and_replaced_or_kept_where_it_is_confirmed(tmp_path, bad, told):
+def test_a_bad_picture_is_asked_for_again_and_replaced_or_kept_where_it_is_confirmed(tmp_path, bad, message):
     files = [("1.png", picture(1, **bad)), ("2.png", picture(2))]
-    again = f"T07, light 1 of 2: the picture is {told}. Take it again, or confirm to keep it."
-    came, desk = shoot(camera(tmp_path, lights=2), tmp_path, [*files, ("3.png", picture(3))])
+    again = f"T07, light 1 of 2: the picture is {message}. Take it again, or confirm to keep it."
+    outcome, desk = shoot(camera(tmp_path, lights=2), tmp_path, [*files, ("3.png", picture(3))])
     assert desk.demands[-1] == again
-    assert [each["from"] for each in came.value["pictures"]] == ["3.png", "2.png"]
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["3.png", "2.png"]
     files = [("4.png", picture(4, **bad)), ("5.png", picture(5))]
-    came, desk = shoot(camera(tmp_path, lights=2), tmp_path, files, Keeps(again))
-    assert came.value["pictures"][0]["flags"] == [told.replace(" ", "_")]
+    outcome, desk = shoot(camera(tmp_path, lights=2), tmp_path, files, Keeps(again))
+    assert outcome.value["pictures"][0]["flags"] == [message.replace(" ", "_")]
 
 
 class Keeps(Desk):
@@ -172,47 +172,47 @@ class Keeps(Desk):
 
 
 def test_an_experimenter_who_has_no_more_pictures_says_so_and_the_next_attempt_asks_first(tmp_path):
-    made, clock = camera(tmp_path, lights=2), Clock()
-    came, _ = shoot(made, tmp_path, [], Desk(confirms=[2.0]), clock)
-    assert isinstance(came, Fault) and clock.t_ns < 4 * 10**9
-    assert came.value["message"] == "camera gave 0 of 2 pictures of T07 in 2 s, without lights 1, 2"
+    device, clock = camera(tmp_path, lights=2), Clock()
+    outcome, _ = shoot(device, tmp_path, [], Desk(confirms=[2.0]), clock)
+    assert isinstance(outcome, Fault) and clock.t_ns < 4 * 10**9
+    assert outcome.value["message"] == "camera gave 0 of 2 pictures of T07 in 2 s, without lights 1, 2"
     files = [(f"{n}.png", picture(n)) for n in range(2)]
-    came, desk = shoot(made, tmp_path, files, Desk(confirms=[0.2]))
-    assert isinstance(came, Reply)
+    outcome, desk = shoot(device, tmp_path, files, Desk(confirms=[0.2]))
+    assert isinstance(outcome, Reply)
     assert desk.demands[0] == (
         "camera gave 0 of 2 pictures of T07 in 2 s, without lights 1, 2. Put it right, then confirm."
     )
 
 
 def test_a_pause_is_not_waiting_and_what_was_taken_stays(tmp_path):
-    made, clock, request = camera(tmp_path, lights=2), Clock(), Sense("camera", 5.0, trial_of("T07"))
+    device, clock, request = camera(tmp_path, lights=2), Clock(), Sense("camera", 5.0, trial_of("T07"))
     desk = Desk(asides=[None] * 60 + [Aside({"do": "pause"})])
-    came = made.perform(request, Window(clock, arriving(tmp_path, [("1.png", picture(1))])), desk, clock)
-    assert came == Aside({"do": "pause"})
+    outcome = device.perform(request, Window(clock, arriving(tmp_path, [("1.png", picture(1))])), desk, clock)
+    assert outcome == Aside({"do": "pause"})
     clock.t_ns += 600 * 10**9
     desk.asides = [Aside({"do": "go_on"})]
-    assert made.perform(request, Window(clock), desk, clock).value == {"do": "go_on"}
-    came = made.perform(request, Window(clock, arriving(tmp_path, [("2.png", picture(2))])), desk, clock)
-    assert isinstance(came, Reply) and came.value["seconds"] <= 5.0
+    assert device.perform(request, Window(clock), desk, clock).value == {"do": "go_on"}
+    outcome = device.perform(request, Window(clock, arriving(tmp_path, [("2.png", picture(2))])), desk, clock)
+    assert isinstance(outcome, Reply) and outcome.value["seconds"] <= 5.0
 
 
 def test_another_request_starts_over(tmp_path):
-    made, clock = camera(tmp_path, lights=2), Clock()
+    device, clock = camera(tmp_path, lights=2), Clock()
     desk = Desk(asides=[None] * 60 + [Aside({"do": "repeat", "which": "this"})])
     window = Window(clock, arriving(tmp_path, [("1.png", picture(1))]))
-    assert isinstance(made.perform(Sense("camera", 30.0, trial_of("T07")), window, desk, clock), Aside)
-    came, _ = shoot(made, tmp_path, [("2.png", picture(2)), ("3.png", picture(3))])
-    assert [each["from"] for each in came.value["pictures"]] == ["2.png", "3.png"]
+    assert isinstance(device.perform(Sense("camera", 30.0, trial_of("T07")), window, desk, clock), Aside)
+    outcome, _ = shoot(device, tmp_path, [("2.png", picture(2)), ("3.png", picture(3))])
+    assert [picture["from"] for picture in outcome.value["pictures"]] == ["2.png", "3.png"]
 
 
 def test_a_folder_that_goes_is_a_fault_and_one_that_is_not_there_is_refused(tmp_path):
-    made, clock = camera(tmp_path), Clock()
+    device, clock = camera(tmp_path), Clock()
     gone = Window(clock, lambda: (tmp_path / "incoming").exists() and (tmp_path / "incoming").rmdir())
-    came = made.perform(Sense("camera", 30.0, trial_of("T07")), gone, Desk(), clock)
-    assert came.value["what"] == "link_lost" and "incoming cannot be read: No such file" in came.value["message"]
+    outcome = device.perform(Sense("camera", 30.0, trial_of("T07")), gone, Desk(), clock)
+    assert outcome.value["what"] == "link_lost" and "incoming cannot be read: No such file" in outcome.value["message"]
     with pytest.raises(DeviceError, match="the camera's folder .* cannot be read"):
-        made.open()
-    assert not made.health(0.0).ok
+        device.open()
+    assert not device.health(0.0).ok
 
 
 def test_a_full_disk_is_a_fault_and_leaves_no_half_picture(tmp_path, monkeypatch):
@@ -220,24 +220,24 @@ def test_a_full_disk_is_a_fault_and_leaves_no_half_picture(tmp_path, monkeypatch
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("os.fsync", full)
-    came, _ = shoot(camera(tmp_path), tmp_path, [("1.png", picture(1))])
-    assert came.value["what"] == "refused" and came.value["message"].endswith("no space left on the device")
+    outcome, _ = shoot(camera(tmp_path), tmp_path, [("1.png", picture(1))])
+    assert outcome.value["what"] == "refused" and outcome.value["message"].endswith("no space left on the device")
     assert not list((tmp_path / "kept").rglob("*"))
 
 
 def test_the_twin_photographs_what_it_is_shown_and_keeps_it_as_it_is(tmp_path):
-    made = make("camera", Settings(kind="camera", driver="twin", pictures="kept"), tmp_path)
-    made.open()
-    assert made.health(0.0).ok
+    device = make("camera", Settings(kind="camera", driver="twin", pictures="kept"), tmp_path)
+    device.open()
+    assert device.health(0.0).ok
     clock, request = Clock(), Sense("camera", 30.0, trial_of("T07"))
     with pytest.raises(DeviceError, match="has nothing before it"):
-        made.perform(request, Window(clock), Desk(), clock)
-    made.pictures_of = lambda asked: (picture([n, len(asked.trial.stimulus.id)]) for n in range(10))
-    came = made.perform(request, Window(clock), Desk(), clock)
-    assert len(came.value["pictures"]) == 10 and came.value["by"] == "twin"
-    assert {tuple(each["flags"]) for each in came.value["pictures"]} == {("too_small",)}
-    again = made.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock), Desk(), clock)
-    assert again.value["pictures"] == came.value["pictures"]
+        device.perform(request, Window(clock), Desk(), clock)
+    device.pictures_of = lambda sense: (picture([n, len(sense.trial.stimulus.id)]) for n in range(10))
+    outcome = device.perform(request, Window(clock), Desk(), clock)
+    assert len(outcome.value["pictures"]) == 10 and outcome.value["by"] == "twin"
+    assert {tuple(picture["flags"]) for picture in outcome.value["pictures"]} == {("too_small",)}
+    again = device.perform(Sense("camera", 30.0, trial_of("T07")), Window(clock), Desk(), clock)
+    assert again.value["pictures"] == outcome.value["pictures"]
 
 
 @pytest.mark.parametrize("kind", ["PNG", "JPEG", "TIFF"])
@@ -257,8 +257,8 @@ def test_sixteen_bits_and_sigmas_raw_files_are_understood():
     assert deep.flags == () and deep.white == 0.0 and deep.sharpness > 5
     raw = bytearray(b"FOVb" + bytes(24) + (5424).to_bytes(4, "little") + (3616).to_bytes(4, "little") + bytes(60))
     whole = bytes(raw + b"SECd" + bytes(8) + len(raw).to_bytes(4, "little"))
-    found = look(whole, Limits(1568, 0.05, 0.05))
-    assert (found.width, found.height, found.sharpness, found.flags) == (5424, 3616, None, ())
+    image = look(whole, Limits(1568, 0.05, 0.05))
+    assert (image.width, image.height, image.sharpness, image.flags) == (5424, 3616, None, ())
     with pytest.raises(Incomplete, match="before its directory"):
         look(whole[:-6], Limits(1568, 0.05, 0.05))
 

@@ -52,21 +52,21 @@ class State:
 
     card: Card
     channels: list[str] = field(default_factory=list)
-    told: dict[str, object] = field(default_factory=dict)
+    arguments: dict[str, object] = field(default_factory=dict)
     rate_hz: float = 0.0
     buffer: int = 0
     overwrite: object = constants.OverwriteMode.DO_NOT_OVERWRITE_UNREAD_SAMPLES
     relative_to: object = ReadRelativeTo.CURRENT_READ_POSITION
     offset: int = 0
     position: int = 0
-    begun_s: float | None = None
+    started_s: float | None = None
     overrun: bool = False
 
     @property
     def acquired(self) -> int:
-        if self.begun_s is None or self.card.stalled:
+        if self.started_s is None or self.card.stalled:
             return self.position
-        return int((self.card.now_s - self.begun_s) * self.rate_hz + 1e-9)
+        return int((self.card.now_s - self.started_s) * self.rate_hz + 1e-9)
 
     def read(self, count: int) -> np.ndarray:
         self.card.check()
@@ -104,7 +104,7 @@ class AIChannelCollection:
             absent = any(name.partition("/")[0] not in devices for name in missing)
             raise ERROR("no such thing", -200220 if absent else -200170)
         self.state.channels += names
-        self.state.told |= {"terminals": terminal_config, "range": (min_val, max_val)}
+        self.state.arguments |= {"terminals": terminal_config, "range": (min_val, max_val)}
 
 
 class Timing:
@@ -119,7 +119,7 @@ class Timing:
         sample_mode=constants.AcquisitionType.FINITE,
         samps_per_chan=1000,
     ):
-        self.state.told |= {"mode": sample_mode, "asked": samps_per_chan}
+        self.state.arguments |= {"mode": sample_mode, "asked": samps_per_chan}
         if rate * len(self.state.channels) > self.state.card.fastest_hz:
             raise ERROR("too fast", -200081)
         base = self.state.card.timebase_hz
@@ -213,11 +213,11 @@ def task_class(card: Card):
 
         def start(self):
             card.check()
-            self.state.begun_s, self.state.position = card.now_s, 0
+            self.state.started_s, self.state.position = card.now_s, 0
 
         def stop(self):
             card.check()
-            self.state.begun_s = None
+            self.state.started_s = None
 
         def close(self):
             card.closed.append("closed")

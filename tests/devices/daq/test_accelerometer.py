@@ -24,12 +24,12 @@ UP = {name: np.eye(3)["xyz".index(name[1])] * (1 if name[0] == "+" else -1) for 
 
 def sensor(bend=None, **settings):
     clock = Clock()
-    made = make("vibration", Settings(kind="accelerometer", driver="twin", **settings), Path())
-    made.elapsed_s = clock
+    device = make("vibration", Settings(kind="accelerometer", driver="twin", **settings), Path())
+    device.elapsed_s = clock
     if bend is not None:
-        made.daq = Bent(made.daq, bend)
-    made.open()
-    return made, clock
+        device.daq = Bent(device.daq, bend)
+    device.open()
+    return device, clock
 
 
 def test_volts_are_metres_per_second_squared_by_each_axis_own_scaling() -> None:
@@ -52,20 +52,20 @@ def test_at_another_supply_both_voltages_are_in_proportion() -> None:
 @settings(max_examples=examples(50), deadline=None)
 def test_six_positions_give_the_scaling_back(sensitivity, zero) -> None:
     readings = {name: np.array(zero) + up * sensitivity for name, up in UP.items()}
-    found = calibrate(readings, 3.0)
-    assert found.scaling.sensitivity_V == pytest.approx(sensitivity, abs=1e-12)
-    assert found.scaling.zero_V == pytest.approx(zero, abs=1e-12)
-    assert found.worst_g < 1e-12
+    scaling = calibrate(readings, 3.0)
+    assert scaling.scaling.sensitivity_V == pytest.approx(sensitivity, abs=1e-12)
+    assert scaling.scaling.zero_V == pytest.approx(zero, abs=1e-12)
+    assert scaling.worst_g < 1e-12
 
 
 def test_a_tilted_stand_shows_in_the_residual_of_its_position() -> None:
     """Two degrees off: the other axes feel sin 2 deg = 0.035 g; over three axes that is 0.02 g RMS."""
     tilt = np.array([np.cos(np.radians(2)), np.sin(np.radians(2)), 0])
     readings = {name: 1.5 + 0.3 * (tilt if name == "+x" else up) for name, up in UP.items()}
-    found = calibrate(readings, 3.0)
-    assert max(found.residual_g, key=found.residual_g.get) == "+x"
-    assert found.residual_g["+x"] == pytest.approx(0.0168, abs=5e-4)
-    assert found.residual_g["-z"] < 0.004
+    scaling = calibrate(readings, 3.0)
+    assert max(scaling.residual_g, key=scaling.residual_g.get) == "+x"
+    assert scaling.residual_g["+x"] == pytest.approx(0.0168, abs=5e-4)
+    assert scaling.residual_g["-z"] < 0.004
 
 
 def test_readings_may_hold_many_rows_and_their_noise_averages_out() -> None:
@@ -104,19 +104,19 @@ def test_a_calibrated_twin_measures_what_a_scene_holds() -> None:
         "noise_V": 0.0,
         "stuck_s": 0,
     }
-    made, clock = sensor(**own)
-    made.expect(Steady(acceleration_is=(2.0, -3.0, 9.0)))
-    data = rows(made.signals[0], run(made, clock, 0.5))
+    device, clock = sensor(**own)
+    device.expect(Steady(acceleration_is=(2.0, -3.0, 9.0)))
+    data = rows(device.signals[0], run(device, clock, 0.5))
     assert len(data) == 1500
     assert np.abs(data - [2, -3, 9]).max() < 10 / 2**16 / 2 / 0.3 * G
-    assert "six positions" in made.signals[0].calibration
+    assert "six positions" in device.signals[0].calibration
 
 
 def test_the_twin_has_the_sensors_bandwidth() -> None:
     """The data sheet's Z axis ends at 550 Hz: there a first-order low-pass passes 1 / sqrt 2 (here as sampled)."""
-    made, clock = sensor(noise_V=0.0, rate_hz=10_000)
-    made.expect(Steady(acceleration_is=(0.0, 0.0, 0.0), hz=550.0, swing=(10.0, 10.0, 10.0)))
-    data = rows(made.signals[0], run(made, clock, 0.5))[1000:]
+    device, clock = sensor(noise_V=0.0, rate_hz=10_000)
+    device.expect(Steady(acceleration_is=(0.0, 0.0, 0.0), hz=550.0, swing=(10.0, 10.0, 10.0)))
+    data = rows(device.signals[0], run(device, clock, 0.5))[1000:]
     passed = np.sqrt(2) * data.std(axis=0) / 10
     hold = np.exp(-2 * np.pi * np.array([1600, 1600, 550]) / 10_000)
     expected = (1 - hold) / np.abs(1 - hold * np.exp(-2j * np.pi * 550 / 10_000))
@@ -125,23 +125,23 @@ def test_the_twin_has_the_sensors_bandwidth() -> None:
 
 
 def test_clipping_is_counted_and_a_long_one_is_a_fault() -> None:
-    made, clock = sensor(noise_V=0.0005, bandwidth_hz=(1e5, 1e5, 1e5))
-    made.expect(Steady(acceleration_is=(0.0, 0.0, 0.0), hz=30.0, swing=(4 * G, 0.0, 0.0)))
-    data = rows(made.signals[0], run(made, clock, 1.0))
+    device, clock = sensor(noise_V=0.0005, bandwidth_hz=(1e5, 1e5, 1e5))
+    device.expect(Steady(acceleration_is=(0.0, 0.0, 0.0), hz=30.0, swing=(4 * G, 0.0, 0.0)))
+    data = rows(device.signals[0], run(device, clock, 1.0))
     share = 2 * np.arccos(3 / 4) / np.pi
-    assert made.transducer.clipped == pytest.approx(3000 * share, rel=0.02)
-    assert made.transducer.longest == pytest.approx(3000 / 30 * share / 2, abs=1.5)
+    assert device.transducer.clipped == pytest.approx(3000 * share, rel=0.02)
+    assert device.transducer.longest == pytest.approx(3000 / 30 * share / 2, abs=1.5)
     assert data[:, 0].max() > 3 * G
-    made.expect(Steady(acceleration_is=(-3.5 * G, 0.0, 0.0), hz=1.0, swing=(0.01, 0.01, 0.01)))
+    device.expect(Steady(acceleration_is=(-3.5 * G, 0.0, 0.0), hz=1.0, swing=(0.01, 0.01, 0.01)))
     with pytest.raises(DeviceFault, match="x is clipped at 0.45.* V for 0.1 s") as caught:
-        run(made, clock, 1.0)
+        run(device, clock, 1.0)
     assert caught.value.what == "over_range"
 
 
 @pytest.mark.parametrize("cut", [1, 7, 100, 3000])
 def test_the_longest_clipping_does_not_depend_on_how_samples_are_read(cut) -> None:
-    made, _ = sensor()
-    sharp = made.transducer
+    device, _ = sensor()
+    sharp = device.transducer
     sharp.begin()
     volts = np.random.default_rng(3).normal(1.5, 0.01, (3000, 3))
     volts[500:600, 1] = 2.9 + 0.001 * np.arange(100) % 0.003
@@ -159,16 +159,16 @@ def test_the_longest_clipping_does_not_depend_on_how_samples_are_read(cut) -> No
     ],
 )
 def test_what_no_sound_sensor_gives_is_a_fault_by_name(bend, what, words) -> None:
-    made, clock = sensor(bend)
+    device, clock = sensor(bend)
     with pytest.raises(DeviceFault, match=f"vibration: .*{words}") as caught:
-        run(made, clock, 1.0)
+        run(device, clock, 1.0)
     assert caught.value.what == what
 
 
 def test_gravity_is_not_taken_as_nothing() -> None:
-    made, _clock = sensor()
+    device, _clock = sensor()
     with pytest.raises(DeviceError, match="an accelerometer has no zero to take; calibrate it in six positions"):
-        made.transducer.zero(np.zeros((10, 3)))
+        device.transducer.zero(np.zeros((10, 3)))
 
 
 @pytest.mark.parametrize(

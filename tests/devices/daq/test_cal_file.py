@@ -41,12 +41,12 @@ def plain(force="N", torque="N-m", extra="", rows=None, kind=0, root="", **attri
 
 def test_the_sample_says_what_stands_in_it_in_newtons_and_newton_metres() -> None:
     file = read_cal_file(SAMPLE)
-    found = calibration(file, "sample")
+    sensor_calibration = calibration(file, "sample")
     assert (file.serial, file.body, file.part, file.date) == ("FT00000", "Nano17", "SI-50-0.5", "2026-11-21")
     assert (file.low_V, file.high_V) == (-10.0, 10.0)
-    assert found.rated.tolist() == [50.0, 50.0, 70.0, 0.5, 0.5, 0.5]
-    assert found.matrix[0] == pytest.approx(file.user["Fx"])
-    assert found.matrix[5] == pytest.approx(np.array(file.user["Tz"]) / 1000)
+    assert sensor_calibration.rated.tolist() == [50.0, 50.0, 70.0, 0.5, 0.5, 0.5]
+    assert sensor_calibration.matrix[0] == pytest.approx(file.user["Fx"])
+    assert sensor_calibration.matrix[5] == pytest.approx(np.array(file.user["Tz"]) / 1000)
 
 
 @pytest.mark.parametrize(
@@ -66,9 +66,9 @@ def test_the_sample_says_what_stands_in_it_in_newtons_and_newton_metres() -> Non
 )
 def test_units_become_newtons_and_newton_metres(tmp_path, force, torque, newton, newton_metre) -> None:
     """The pound-force is 4.4482216152605 N exactly; NIST SP 811 gives 1.129848 E-1 N m for the pound-force inch."""
-    found = calibration(read_cal_file(written(tmp_path, plain(force, torque))), "FT")
-    assert np.diag(found.matrix) == pytest.approx([newton] * 3 + [newton_metre] * 3, rel=1e-12)
-    assert found.rated == pytest.approx([10 * newton] * 3 + [10 * newton_metre] * 3, rel=1e-12)
+    sensor_calibration = calibration(read_cal_file(written(tmp_path, plain(force, torque))), "FT")
+    assert np.diag(sensor_calibration.matrix) == pytest.approx([newton] * 3 + [newton_metre] * 3, rel=1e-12)
+    assert sensor_calibration.rated == pytest.approx([10 * newton] * 3 + [10 * newton_metre] * 3, rel=1e-12)
 
 
 def test_rows_before_the_transform_and_rows_after_it_give_the_same_matrix(tmp_path) -> None:
@@ -98,9 +98,9 @@ def test_a_transform_tells_the_torque_about_the_new_origin_and_turns_the_axes_af
 @settings(max_examples=examples(60), deadline=None)
 def test_a_transform_keeps_the_force_and_the_work_of_a_wrench(shift, load) -> None:
     """Force length and the product force x torque are invariants of a rigid change of frame."""
-    told = moved(shift[:3], shift[3:]) @ load
-    assert np.linalg.norm(told[:3]) == pytest.approx(np.linalg.norm(load[:3]), abs=1e-9)
-    assert told[:3] @ told[3:] == pytest.approx(np.dot(load[:3], load[3:]), abs=1e-8)
+    moved_load = moved(shift[:3], shift[3:]) @ load
+    assert np.linalg.norm(moved_load[:3]) == pytest.approx(np.linalg.norm(load[:3]), abs=1e-9)
+    assert moved_load[:3] @ moved_load[3:] == pytest.approx(np.dot(load[:3], load[3:]), abs=1e-8)
 
 
 def test_the_wrench_is_the_matrix_times_the_volts_without_the_bias() -> None:
@@ -196,10 +196,10 @@ def test_a_damaged_file_is_read_or_refused_and_nothing_else(tmp_path_factory, da
         text[at : at + data.draw(st.integers(0, 9))] = data.draw(st.binary(max_size=6))
     path = written(tmp_path_factory.mktemp("cal"), bytes(text))
     try:
-        found = calibration(read_cal_file(path), "FT")
+        sensor_calibration = calibration(read_cal_file(path), "FT")
     except DeviceError as error:
         assert "FT" in str(error)
     else:
-        assert np.isfinite(found.matrix).all()
-        assert (found.rated > 0).all()
+        assert np.isfinite(sensor_calibration.matrix).all()
+        assert (sensor_calibration.rated > 0).all()
         assert torque_Nm(read_cal_file(path), "FT") > 0

@@ -20,32 +20,32 @@ HERE = Path()
 
 def sensor(bend=None, zero_s=0.0, clock=None, **settings) -> tuple[DaqSensor, Clock]:
     clock = clock or Clock()
-    made = make("force", Settings(kind="force_torque", driver="twin", zero_s=zero_s, **settings), HERE)
-    made.elapsed_s = clock
+    device = make("force", Settings(kind="force_torque", driver="twin", zero_s=zero_s, **settings), HERE)
+    device.elapsed_s = clock
     if bend is not None:
-        made.daq = Bent(made.daq, bend)
-    return made, clock
+        device.daq = Bent(device.daq, bend)
+    return device, clock
 
 
 def zeroed(bend=None, **settings) -> tuple[DaqSensor, Clock]:
     """One whose twin's offsets are known and taken as its zero; its clock stands at 0."""
-    made, clock = sensor(bend, **settings)
-    made.open()
-    made.transducer.bias_V = np.linspace(-0.5, 0.5, 6)
-    return made, clock
+    device, clock = sensor(bend, **settings)
+    device.open()
+    device.transducer.bias_V = np.linspace(-0.5, 0.5, 6)
+    return device, clock
 
 
 def test_the_wrench_of_a_scene_comes_out_at_its_rate_in_newtons_and_newton_metres() -> None:
-    made, clock = zeroed(noise_V=0.0, stuck_s=0)
+    device, clock = zeroed(noise_V=0.0, stuck_s=0)
     load = (3.0, -2.0, 20.0, 0.05, -0.04, 0.03)
-    made.expect(Steady(load))
-    blocks = run(made, clock, 0.5)
-    data = rows(made.signals[0], blocks)
+    device.expect(Steady(load))
+    blocks = run(device, clock, 0.5)
+    data = rows(device.signals[0], blocks)
     assert (len(data), blocks[0].first, blocks[1].first) == (5000, 0, 500)
     assert [block.at_ns for block in blocks[:2]] == [50_000_000, 100_000_000]
-    step = np.abs(made.transducer.matrix).sum(axis=1) * 20 / 2**16 / 2  # half a step of every gauge at once
+    step = np.abs(device.transducer.matrix).sum(axis=1) * 20 / 2**16 / 2  # half a step of every gauge at once
     assert (np.abs(data - load) <= step + 1e-6).all()
-    assert made.signals[0].units == ("N", "N", "N", "N m", "N m", "N m")
+    assert device.signals[0].units == ("N", "N", "N", "N m", "N m", "N m")
 
 
 def test_a_frame_moves_and_turns_the_wrench_of_one_and_the_same_gauges() -> None:
@@ -60,17 +60,17 @@ def test_a_frame_moves_and_turns_the_wrench_of_one_and_the_same_gauges() -> None
 
 
 def test_samples_nobody_read_are_lost_by_number_and_said_so() -> None:
-    made, clock = zeroed(buffer_s=0.5)
-    made.start(clock.ns)
+    device, clock = zeroed(buffer_s=0.5)
+    device.start(clock.ns)
     clock.now_s = 2.0
-    (block,) = made.read(0.0)["wrench"]
+    (block,) = device.read(0.0)["wrench"]
     assert (block.first, block.lost, block.why) == (
         15_000,
         15_000,
         "not read in time: overwritten in the card's buffer",
     )
     clock.now_s = 2.1
-    (after,) = made.read(0.0)["wrench"]
+    (after,) = device.read(0.0)["wrench"]
     assert (after.first, after.lost, after.why) == (20_000, 0, "")
 
 
@@ -81,14 +81,14 @@ def test_its_zero_is_taken_when_it_is_opened_and_again_when_asked() -> None:
         clock.now_s += 0.01
         return clock.now_s
 
-    made, _ = sensor(zero_s=0.5, clock=clock)
-    made.elapsed_s = ticking
-    made.open()
-    assert made.transducer.bias_V == pytest.approx(np.linspace(-0.5, 0.5, 6), abs=2e-4)
-    assert made.describe()["bias_V"] == made.transducer.bias_V.tolist()
-    made.transducer.bias_V = np.zeros(6)
-    made.tare(0.2)
-    assert made.transducer.bias_V == pytest.approx(np.linspace(-0.5, 0.5, 6), abs=4e-4)
+    device, _ = sensor(zero_s=0.5, clock=clock)
+    device.elapsed_s = ticking
+    device.open()
+    assert device.transducer.bias_V == pytest.approx(np.linspace(-0.5, 0.5, 6), abs=2e-4)
+    assert device.describe()["bias_V"] == device.transducer.bias_V.tolist()
+    device.transducer.bias_V = np.zeros(6)
+    device.tare(0.2)
+    assert device.transducer.bias_V == pytest.approx(np.linspace(-0.5, 0.5, 6), abs=4e-4)
 
 
 @pytest.mark.parametrize("moves", [lambda n: 0.3 * np.sin(n / 800), lambda n: n * 1e-5])
@@ -103,17 +103,17 @@ def test_a_zero_is_not_taken_of_what_moves(moves) -> None:
         volts[:, 1] += moves(np.arange(first, first + len(volts)))
         return volts
 
-    made, _ = sensor(bend, zero_s=0.5, clock=clock)
-    made.elapsed_s = ticking
+    device, _ = sensor(bend, zero_s=0.5, clock=clock)
+    device.elapsed_s = ticking
     with pytest.raises(DeviceError, match="force: it moved while its zero was taken: .* let the tool rest and open it"):
-        made.open()
-    assert not made.daq.is_open
+        device.open()
+    assert not device.daq.is_open
 
 
 def test_a_zero_that_no_sample_comes_for_is_refused_and_not_waited_for() -> None:
-    made, _ = sensor(zero_s=0.5)
+    device, _ = sensor(zero_s=0.5)
     with pytest.raises(DeviceError, match="no sample came while its zero was taken"):
-        made.open()
+        device.open()
 
 
 def nan(volts, first):
@@ -154,48 +154,48 @@ def saturated(volts, first):
     ],
 )
 def test_what_no_sound_sensor_gives_is_a_fault_by_name(bend, what, words) -> None:
-    made, clock = zeroed(bend)
+    device, clock = zeroed(bend)
     with pytest.raises(DeviceFault, match=f"force: {words}") as caught:
-        run(made, clock, 1.0)
+        run(device, clock, 1.0)
     assert (caught.value.what, caught.value.device) == (what, "force")
     assert what in FAULTS
-    made.close()
+    device.close()
 
 
 def test_loads_beyond_the_rated_are_counted_and_far_beyond_are_a_fault() -> None:
-    made, clock = zeroed(noise_V=0.0005)
-    made.expect(Steady(wrench_is=(0, 0, 60.0, 0, 0, 0), hz=10.0, swing=(0, 0, 15.0, 0, 0, 0)))
-    run(made, clock, 0.5)
+    device, clock = zeroed(noise_V=0.0005)
+    device.expect(Steady(wrench_is=(0, 0, 60.0, 0, 0, 0), hz=10.0, swing=(0, 0, 15.0, 0, 0, 0)))
+    run(device, clock, 0.5)
     share = np.arccos(10 / 15) / np.pi  # of a sine above 2/3 of its height
-    assert made.transducer.beyond == pytest.approx(5000 * share, rel=0.02)
-    made.expect(Steady(wrench_is=(0, 0, 85.0, 0, 0, 0)))
+    assert device.transducer.beyond == pytest.approx(5000 * share, rel=0.02)
+    device.expect(Steady(wrench_is=(0, 0, 85.0, 0, 0, 0)))
     with pytest.raises(DeviceFault, match="Fz is 121 % of its rated load .120 % is let pass.; unload") as caught:
-        run(made, clock, 0.1)
+        run(device, clock, 0.1)
     assert caught.value.what == "overload"
 
 
 def test_a_sensor_that_falls_silent_is_a_fault_after_half_a_second() -> None:
-    made, clock = zeroed()
-    made.start(clock.ns)
+    device, clock = zeroed()
+    device.start(clock.ns)
     clock.now_s = 0.1
-    assert made.read(0.0)["wrench"]
-    made.daq.daq = None
-    made.daq.pace = None
+    assert device.read(0.0)["wrench"]
+    device.daq.daq = None
+    device.daq.pace = None
     clock.now_s = 0.5
-    assert made.read(0.0)["wrench"] == ()
+    assert device.read(0.0)["wrench"] == ()
     clock.now_s = 0.7
     with pytest.raises(DeviceFault, match="no sample for 0.6 s") as caught:
-        made.read(0.0)
+        device.read(0.0)
     assert caught.value.what == "silent"
 
 
 def test_temperature_is_compensated_where_a_thermistor_is_wired(tmp_path) -> None:
     wired = {"channel": "Dev1/ai6", "bias_slopes": [0.1] * 6, "gain_slopes": [0.05] * 6, "reference_V": 1.0}
-    made, clock = zeroed(thermistor=wired, noise_V=0.0)
-    assert len(made.daq.wiring.channels) == 7
-    made.daq = Bent(made.daq, lambda volts, first: volts + np.r_[np.zeros(6), first * 1e-9])
-    made.expect(Steady((1.0, 2.0, 3.0, 0.01, 0.02, 0.03)))
-    data = rows(made.signals[0], run(made, clock, 0.2))
+    device, clock = zeroed(thermistor=wired, noise_V=0.0)
+    assert len(device.daq.wiring.channels) == 7
+    device.daq = Bent(device.daq, lambda volts, first: volts + np.r_[np.zeros(6), first * 1e-9])
+    device.expect(Steady((1.0, 2.0, 3.0, 0.01, 0.02, 0.03)))
+    data = rows(device.signals[0], run(device, clock, 0.2))
     assert np.abs(data - [1, 2, 3, 0.01, 0.02, 0.03]).max() < 0.01
 
 
@@ -208,11 +208,11 @@ def test_a_thermistor_without_slopes_and_a_sensor_without_a_file_are_refused() -
 
 def test_a_calibration_file_lies_beside_the_rig_file(tmp_path) -> None:
     (tmp_path / "FT1.cal").write_bytes(SAMPLE.read_bytes())
-    made = make("force", Settings(kind="force_torque", driver="nidaqmx", calibration="FT1.cal"), tmp_path)
-    told = made.describe()
-    assert told["calibration"]["serial"] == "FT00000"
-    assert told["driver"] == "nidaqmx"
-    assert made.transducer.calibrated == "2026-11-21"
+    device = make("force", Settings(kind="force_torque", driver="nidaqmx", calibration="FT1.cal"), tmp_path)
+    description = device.describe()
+    assert description["calibration"]["serial"] == "FT00000"
+    assert description["driver"] == "nidaqmx"
+    assert device.transducer.calibrated == "2026-11-21"
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from tests.devices.daq import board
 pytestmark = pytest.mark.needs("nidaqmx")
 
 SIX = tuple(f"Dev1/ai{n}" for n in range(6))
-MADE_BY_A_TASK = (board.AIChannelCollection, board.Timing, board.InStream)
+PARTS_OF_A_TASK = (board.AIChannelCollection, board.Timing, board.InStream)
 WIRING = Wiring(SIX, -10.0, 10.0, 10_000.0, buffer_s=0.2, terminals="diff")
 
 
@@ -34,14 +34,14 @@ def card(monkeypatch):
 
 @pytest.fixture
 def daq(card):
-    made = NiDaq("force", WIRING)
-    made.open()
-    yield made
+    daq = NiDaq("force", WIRING)
+    daq.open()
+    yield daq
     card.broken = 0
-    made.close()
+    daq.close()
 
 
-def begun(daq, card):
+def started(daq, card):
     daq.start(Pace(card.elapsed_s, card.wait))
     return daq
 
@@ -60,7 +60,7 @@ def begun(daq, card):
 def test_the_stand_in_has_the_names_and_signatures_of_the_real_package(ours, theirs) -> None:
     checked = 0
     for name, mine in vars(ours).items():
-        if name.startswith("_") and (name != "__init__" or ours in MADE_BY_A_TASK):
+        if name.startswith("_") and (name != "__init__" or ours in PARTS_OF_A_TASK):
             continue
         real = getattr(theirs, name)
         if isinstance(mine, property):
@@ -96,7 +96,7 @@ def test_without_the_package_it_says_what_to_install(monkeypatch) -> None:
 def test_the_task_is_wired_clocked_and_buffered_as_told(daq) -> None:
     state = daq.task.state
     assert state.channels == list(SIX)
-    assert state.told == {
+    assert state.arguments == {
         "terminals": constants.TerminalConfiguration.DIFF,
         "range": (-10.0, 10.0),
         "mode": constants.AcquisitionType.CONTINUOUS,
@@ -108,18 +108,18 @@ def test_the_task_is_wired_clocked_and_buffered_as_told(daq) -> None:
 
 
 def test_every_sample_comes_once_in_order_however_it_is_read(daq, card) -> None:
-    begun(daq, card)
-    came = []
+    started(daq, card)
+    blocks = []
     for timeout_s, passes_s in ((0.05, 0.0), (0.0, 0.013), (0.05, 0.1), (0.02, 0.0003), (0.0, 0.0)):
         card.wait(passes_s)
-        came.append(daq.read(700, timeout_s).volts)
-    volts = np.concatenate(came)
+        blocks.append(daq.read(700, timeout_s).volts)
+    volts = np.concatenate(blocks)
     assert np.array_equal(volts, card.volts(0, len(volts), 6).T)
-    assert [len(each) for each in came] == [50, 130, 700, 303, 0]
+    assert [len(block) for block in blocks] == [50, 130, 700, 303, 0]
 
 
 def test_a_read_that_finds_nothing_waits_no_longer_than_told(daq, card) -> None:
-    begun(daq, card)
+    started(daq, card)
     card.stalled = True
     before = card.now_s
     assert not len(daq.read(100, 0.05).volts)
@@ -127,7 +127,7 @@ def test_a_read_that_finds_nothing_waits_no_longer_than_told(daq, card) -> None:
 
 
 def test_what_was_overwritten_is_counted_and_sampling_goes_on(daq, card) -> None:
-    begun(daq, card)
+    started(daq, card)
     card.wait(0.05)
     assert len(daq.read(5000, 0.0).volts) == 500
     card.wait(1.0)
@@ -146,7 +146,7 @@ def test_what_was_overwritten_is_counted_and_sampling_goes_on(daq, card) -> None
      (-200989, "refused")],
 )  # fmt: skip
 def test_a_card_that_fails_while_it_samples_is_a_fault_by_name(daq, card, code, what) -> None:
-    begun(daq, card)
+    started(daq, card)
     card.wait(0.1)
     card.broken = code
     with pytest.raises(DeviceFault, match=f"force: .* NI-DAQmx {code}: The card said") as caught:
@@ -156,7 +156,7 @@ def test_a_card_that_fails_while_it_samples_is_a_fault_by_name(daq, card, code, 
 
 
 def test_a_loss_that_cannot_be_counted_is_a_fault_not_a_guess(daq, card, monkeypatch) -> None:
-    begun(daq, card)
+    started(daq, card)
     card.wait(1.0)
     monkeypatch.setattr(board.InStream, "curr_read_pos", property(lambda self: 3))
     with pytest.raises(DeviceFault, match="how many are missing is unknown") as caught:

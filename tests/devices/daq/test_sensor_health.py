@@ -24,7 +24,7 @@ def block(first, rows, at_s, lost=0):
 
 
 @dataclass
-class Told:
+class Scripted:
     """A sensor that gives these blocks, one read each, and lets time pass."""
 
     blocks: list
@@ -41,10 +41,10 @@ class Told:
         self.clock.now_s += self.step_s
         if not self.blocks:
             return {"position": ()}
-        found = self.blocks.pop(0)
-        if isinstance(found, Exception):
-            raise found
-        return {"position": (found,)}
+        scripted_block = self.blocks.pop(0)
+        if isinstance(scripted_block, Exception):
+            raise scripted_block
+        return {"position": (scripted_block,)}
 
     def stop(self):
         self.calls.append("stop")
@@ -54,18 +54,18 @@ def test_rate_mean_noise_and_losses_are_those_of_the_samples() -> None:
     rng = np.random.default_rng(1)
     data = rng.normal([3, -2], [0.5, 0.1], (1000, 2)).astype("<f4")
     clock = Clock()
-    sensor = Told(
+    sensor = Scripted(
         [block(10 * n + 5, data[10 * n : 10 * n + 10], 0.1 * (n + 1), 5 * (n == 0)) for n in range(100)],
         clock,
         0.125,
     )
-    (found,) = sensed(sensor, 5.0, clock.ns)
+    (measured,) = sensed(sensor, 5.0, clock.ns)
     used = data[:400].astype(float)
     assert sensor.calls == ["start", "stop"]
-    assert found.rate_hz == pytest.approx(100.0)
-    assert found.mean == pytest.approx(used.mean(axis=0))
-    assert found.noise == pytest.approx(used.std(axis=0, ddof=1))
-    assert found.lost == 5
+    assert measured.rate_hz == pytest.approx(100.0)
+    assert measured.mean == pytest.approx(used.mean(axis=0))
+    assert measured.noise == pytest.approx(used.std(axis=0, ddof=1))
+    assert measured.lost == 5
 
 
 def test_the_rate_is_a_slope_that_one_late_block_hardly_moves() -> None:
@@ -78,7 +78,7 @@ def test_the_rate_is_a_slope_that_one_late_block_hardly_moves() -> None:
 
 def test_a_silent_signal_is_a_fault_and_a_frozen_clock_ends_it_too() -> None:
     clock = Clock()
-    sensor = Told([], clock, step_s=0.0)
+    sensor = Scripted([], clock, step_s=0.0)
     with pytest.raises(DeviceFault, match="tracker: no sample of position came") as caught:
         sensed(sensor, 1.0, clock.ns)
     assert caught.value.what == "silent"
@@ -87,21 +87,21 @@ def test_a_silent_signal_is_a_fault_and_a_frozen_clock_ends_it_too() -> None:
 
 def test_a_fault_stops_the_sensor_and_goes_on_up() -> None:
     clock = Clock()
-    sensor = Told([block(0, np.zeros((10, 2)), 0.1), DeviceFault("tracker", "link_lost", "gone")], clock)
+    sensor = Scripted([block(0, np.zeros((10, 2)), 0.1), DeviceFault("tracker", "link_lost", "gone")], clock)
     with pytest.raises(DeviceFault, match="gone"):
         sensed(sensor, 1.0, clock.ns)
     assert sensor.calls == ["start", "stop"]
 
 
 def test_what_is_no_number_counts_neither_into_mean_nor_noise() -> None:
-    found = reading("tracker", TWO, [block(0, [[1, np.nan], [2, np.nan], [3, np.nan], [np.inf, np.nan]], 0.1)])
-    assert (found.mean[0], found.noise[0]) == (2.0, 1.0)
-    assert np.isnan(found.mean[1])
+    result = reading("tracker", TWO, [block(0, [[1, np.nan], [2, np.nan], [3, np.nan], [np.inf, np.nan]], 0.1)])
+    assert (result.mean[0], result.noise[0]) == (2.0, 1.0)
+    assert np.isnan(result.mean[1])
 
 
 def test_all_that_a_rate_promises_is_enough() -> None:
     clock = Clock()
-    sensor = Told([block(100 * n, np.zeros((100, 2)), 0.0) for n in range(9)], clock, step_s=0.0)
+    sensor = Scripted([block(100 * n, np.zeros((100, 2)), 0.0) for n in range(9)], clock, step_s=0.0)
     assert sensed(sensor, 2.0, clock.ns)[0].rate_hz == 0.0
     assert len(sensor.blocks) == 7
 
@@ -114,26 +114,26 @@ def twin(kind=force_torque, bend=None, **settings):
         return clock.now_s
 
     name = kind.__name__.rpartition(".")[2]
-    made = kind.make("it", kind.Settings(kind=name, driver="twin", **settings), Path())
-    made.elapsed_s = ticking
-    made.open()
+    device = kind.make("it", kind.Settings(kind=name, driver="twin", **settings), Path())
+    device.elapsed_s = ticking
+    device.open()
     if bend is not None:
-        made.daq = Bent(made.daq, bend)
-    return made
+        device.daq = Bent(device.daq, bend)
+    return device
 
 
 @pytest.mark.parametrize("kind", [force_torque, accelerometer])
 def test_a_twin_at_rest_is_well_and_its_noise_floor_is_the_one_set(kind) -> None:
-    made = twin(kind)
-    made.expect(Steady((50.0,) * 6, (99.0, 0.0, 0.0)))
-    health = made.health(1.0)
-    made.close()
-    (found,) = health.readings
+    device = twin(kind)
+    device.expect(Steady((50.0,) * 6, (99.0, 0.0, 0.0)))
+    health = device.health(1.0)
+    device.close()
+    (result,) = health.readings
     assert health.ok, health.summary
-    assert found.rate_hz == pytest.approx(found.signal.rate_hz, rel=0.01)
+    assert result.rate_hz == pytest.approx(result.signal.rate_hz, rel=0.01)
     volts = 0.002 if kind is force_torque else 0.0023
-    scale = np.sqrt((made.transducer.matrix**2).sum(axis=1)) if kind is force_torque else np.full(3, 9.80665 / 0.3)
-    assert found.noise == pytest.approx(volts * scale, rel=0.08)
+    scale = np.sqrt((device.transducer.matrix**2).sum(axis=1)) if kind is force_torque else np.full(3, 9.80665 / 0.3)
+    assert result.noise == pytest.approx(volts * scale, rel=0.08)
 
 
 @pytest.mark.parametrize(
@@ -147,61 +147,61 @@ def test_a_twin_at_rest_is_well_and_its_noise_floor_is_the_one_set(kind) -> None
     ],
 )
 def test_health_says_what_is_wrong(kind, bend, words) -> None:
-    made = twin(kind, bend)
-    health = made.health(0.5)
-    made.close()
+    device = twin(kind, bend)
+    health = device.health(0.5)
+    device.close()
     assert not health.ok
-    assert np.isfinite(sum(sum(each.mean) for each in health.readings))
+    assert np.isfinite(sum(sum(reading.mean) for reading in health.readings))
     assert re.search(words, health.summary), health.summary
 
 
 def test_a_rate_that_is_not_the_one_set_and_lost_samples_are_told() -> None:
     clock = Clock()
-    made = twin(accelerometer, buffer_s=0.1)
-    slow = made.daq.read
+    device = twin(accelerometer, buffer_s=0.1)
+    slow = device.daq.read
 
     def every_second_one(most, timeout_s):
         taken = slow(most, timeout_s)
         return type(taken)(taken.volts[::2], taken.lost)
 
-    made.daq.read = every_second_one
-    assert re.search(r"it runs at 1[45]\d\d.* Hz; 3000 are set", made.health(0.5).summary)
-    made.daq.read = slow
-    made.elapsed_s = clock
+    device.daq.read = every_second_one
+    assert re.search(r"it runs at 1[45]\d\d.* Hz; 3000 are set", device.health(0.5).summary)
+    device.daq.read = slow
+    device.elapsed_s = clock
 
     def late(most, timeout_s):
         clock.now_s += 0.3
         return slow(most, timeout_s)
 
-    made.daq.read = late
-    assert re.search(r"[\d,]+ samples? lost", made.health(1.0).summary)
-    made.close()
+    device.daq.read = late
+    assert re.search(r"[\d,]+ samples? lost", device.health(1.0).summary)
+    device.close()
 
 
 def test_reading_in_one_thread_while_another_stops_and_closes_gives_blocks_or_nothing() -> None:
-    made = force_torque.make("it", force_torque.Settings(kind="force_torque", driver="twin", zero_s=0), Path())
-    made.open()
+    device = force_torque.make("it", force_torque.Settings(kind="force_torque", driver="twin", zero_s=0), Path())
+    device.open()
     wrong: list[BaseException] = []
-    came = threading.Event()
+    first_block = threading.Event()
 
     def read_on() -> None:
         try:
             while not done.is_set():
-                if made.read(0.002)["wrench"]:
-                    came.set()
+                if device.read(0.002)["wrench"]:
+                    first_block.set()
         except BaseException as error:
             wrong.append(error)
 
     done = threading.Event()
     thread = threading.Thread(target=read_on)
-    made.start(time.monotonic_ns)
+    device.start(time.monotonic_ns)
     thread.start()
-    assert came.wait(10)
-    made.safe()
-    made.stop()
-    made.start(time.monotonic_ns)
-    made.close()
-    made.close()
+    assert first_block.wait(10)
+    device.safe()
+    device.stop()
+    device.start(time.monotonic_ns)
+    device.close()
+    device.close()
     done.set()
     thread.join(10)
     assert not wrong

@@ -57,7 +57,7 @@ def test_each_takes_its_own_inputs_in_its_own_range_at_its_own_rate(card) -> Non
     force.open(), vibration.open()
     state = card.holder.state
     assert state.channels == [*(f"Dev1/ai{n}" for n in range(6)), "Dev1/ai8", "Dev1/ai9", "Dev1/ai10"]
-    assert state.told["range"] == (-5.0, 5.0)  # of those added last
+    assert state.arguments["range"] == (-5.0, 5.0)  # of those added last
     force.start(pace), vibration.start(pace)
     card.wait(0.2)
     fast, slow = everything(force), everything(vibration)
@@ -84,7 +84,7 @@ def test_one_that_starts_later_begins_with_the_next_sample_and_disturbs_nobody(c
     card.wait(0.1)
     assert (len(everything(vibration)[0]), force.read(10, 0.0).lost) == (300, 0)
     vibration.stop()
-    assert card.holder.state.begun_s is None
+    assert card.holder.state.started_s is None
 
 
 def test_what_the_card_loses_each_sensor_counts_in_its_own_samples(card) -> None:

@@ -25,7 +25,7 @@ def counting(scene, rate_hz):
         first += 64
 
 
-def begun(clock, ideal=counting, noise_V=0.0, key=(1,)):
+def started(clock, ideal=counting, noise_V=0.0, key=(1,)):
     daq = TwinDaq("force", WIRING, ideal, noise_V, key)
     daq.open()
     daq.start(Pace.by_clock(clock))
@@ -34,18 +34,18 @@ def begun(clock, ideal=counting, noise_V=0.0, key=(1,)):
 
 def test_samples_fall_due_at_the_rate_and_each_comes_once() -> None:
     clock = Clock()
-    daq = begun(clock)
-    came = []
+    daq = started(clock)
+    blocks = []
     for passes_s in (0.0, 0.0105, 0.2, 0.0, 0.4):
         clock.now_s += passes_s
-        came.append(daq.read(150, 0.0).volts)
-    assert [len(each) for each in came] == [0, 10, 150, 50, 150]
-    assert np.concatenate(came)[:, 0] == pytest.approx(np.arange(360) / 1000, abs=1e-4)
+        blocks.append(daq.read(150, 0.0).volts)
+    assert [len(block) for block in blocks] == [0, 10, 150, 50, 150]
+    assert np.concatenate(blocks)[:, 0] == pytest.approx(np.arange(360) / 1000, abs=1e-4)
 
 
 def test_what_is_not_read_in_time_is_overwritten_and_counted() -> None:
     clock = Clock()
-    daq = begun(clock)
+    daq = started(clock)
     clock.now_s = 0.1
     daq.read(1000, 0.0)
     clock.now_s = 3.1
@@ -59,7 +59,7 @@ def test_what_is_not_read_in_time_is_overwritten_and_counted() -> None:
 
 def test_hours_that_nobody_reads_are_lost_in_small_pieces() -> None:
     clock = Clock()
-    daq = begun(clock, lambda scene, rate_hz: repeat(np.zeros((512, 2))))
+    daq = started(clock, lambda scene, rate_hz: repeat(np.zeros((512, 2))))
     clock.now_s = 3600.0
     taken = daq.read(10_000, 0.0)
     assert (taken.lost, len(taken.volts)) == (3_600_000 - 500, 500)
@@ -72,7 +72,7 @@ def test_real_time_is_waited_for_and_no_longer_than_told() -> None:
         waits.append(seconds)
         clock.now_s += seconds
 
-    daq = begun(clock)
+    daq = started(clock)
     daq.start(Pace(clock, wait))
     assert len(daq.read(1000, 0.02).volts) == 5
     assert len(daq.read(1000, 0.001).volts) == 1
@@ -88,7 +88,7 @@ def test_sixteen_bits_round_to_a_step_and_cut_at_the_range() -> None:
 def test_the_noise_depends_on_its_key_and_not_on_how_it_is_read() -> None:
     def read(steps, key):
         clock = Clock()
-        daq = begun(clock, lambda scene, rate_hz: repeat(np.zeros((100, 2))), 0.01, key)
+        daq = started(clock, lambda scene, rate_hz: repeat(np.zeros((100, 2))), 0.01, key)
         parts = []
         for step in steps:
             clock.now_s += step
@@ -103,7 +103,7 @@ def test_the_noise_depends_on_its_key_and_not_on_how_it_is_read() -> None:
 
 def test_no_two_acts_share_their_noise() -> None:
     clock = Clock()
-    daq = begun(clock, lambda scene, rate_hz: repeat(np.zeros((100, 2))), 0.01)
+    daq = started(clock, lambda scene, rate_hz: repeat(np.zeros((100, 2))), 0.01)
     clock.now_s = 0.4
     first = daq.read(400, 0.0).volts
     daq.start(Pace.by_clock(clock))

@@ -13,9 +13,9 @@ from tests.examples import examples
 
 
 def watch(stuck_s=0.1):
-    made = VoltageCheck("it", ("a", "b"), 0.0, 10.0, 1000.0, stuck_s)
-    made.begin()
-    return made
+    check = VoltageCheck("it", ("a", "b"), 0.0, 10.0, 1000.0, stuck_s)
+    check.begin()
+    return check
 
 
 @given(st.integers(1, 400), st.lists(st.integers(1, 60), min_size=30, max_size=30))

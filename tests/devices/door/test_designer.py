@@ -59,17 +59,17 @@ def designer(lab):
 
 
 def test_a_wish_that_can_be_had(designer):
-    made = designer.design({"Soft": 45, "Light": 60})
-    assert made.force_N == pytest.approx(np.full(621, 18.0))
-    assert made.predicted == pytest.approx([60, 38.2]) and made.off == pytest.approx([0, -6.8])
-    assert made.attainable and made.words == ""
-    assert np.array_equal(designer.design([60, 45]).force_N, made.force_N)
+    design = designer.design({"Soft": 45, "Light": 60})
+    assert design.force_N == pytest.approx(np.full(621, 18.0))
+    assert design.predicted == pytest.approx([60, 38.2]) and design.off == pytest.approx([0, -6.8])
+    assert design.attainable and design.words == ""
+    assert np.array_equal(designer.design([60, 45]).force_N, design.force_N)
 
 
 def test_a_wish_that_cannot_names_the_nearest_possible(designer):
-    made = designer.design([60, 95])
-    assert not made.attainable and np.array_equal(made.force_N, designer.design([60, 45]).force_N)
-    assert made.words == "These wishes cannot be met together. The nearest door found: Soft 38 (wished 95)."
+    design = designer.design([60, 95])
+    assert not design.attainable and np.array_equal(design.force_N, designer.design([60, 45]).force_N)
+    assert design.words == "These wishes cannot be met together. The nearest door found: Soft 38 (wished 95)."
 
 
 def test_within_ten_a_wish_counts_as_had_and_a_stricter_designer_says_otherwise(designer):
@@ -81,8 +81,8 @@ def test_ratings_are_shown_within_the_scale_and_are_those_of_the_shown_profile(t
     folder = tmp_path / "models"
     write_force(folder, gain=1.0)
     write_perception(folder, gain=4.0)
-    made = designer_for(tmp_path).design([90, 40])
-    assert made.force_N.max() == 60 and made.predicted.tolist() == [100, 34]
+    design = designer_for(tmp_path).design([90, 40])
+    assert design.force_N.max() == 60 and design.predicted.tolist() == [100, 34]
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_smoothing_takes_ripples_away_and_keeps_ends_lines_and_limits(tmp_path):
 def test_a_gaussian_takes_from_a_wave_what_theory_says():
     """A sine of period T keeps exp(-2 (pi sd / T)^2) of its height."""
     wave = np.sin(2 * np.pi * ANGLE / 10)
-    kept = smoothed(wave, 2.0)[250:370]
-    assert kept == pytest.approx(wave[250:370] * np.exp(-2 * (np.pi * 2 / 10) ** 2), abs=1e-4)
+    passed = smoothed(wave, 2.0)[250:370]
+    assert passed == pytest.approx(wave[250:370] * np.exp(-2 * (np.pi * 2 / 10) ** 2), abs=1e-4)
 
 
 def test_the_record_names_both_models(lab, designer):
@@ -165,9 +165,9 @@ def test_models_that_do_not_belong_together_are_refused(lab):
 
 
 def test_a_rig_needs_neither_torch_nor_modeling():
-    asked = "import sys, palpate.devices.door.designer; print([m for m in sys.modules if m.split('.')[0] in %r])"
+    program = "import sys, palpate.devices.door.designer; print([m for m in sys.modules if m.split('.')[0] in %r])"
     names = ("torch", "sklearn", "joblib", "scipy", "pandas", "modeling")
     ran = subprocess.run(
-        [sys.executable, "-c", asked % (names,)], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", program % (names,)], capture_output=True, text=True, timeout=60, check=True
     )
     assert ran.stdout.strip() == "[]"

@@ -31,23 +31,25 @@ def write_csv(path, column, values, rate_hz):
 @pytest.mark.parametrize("seconds", [5.0, 8.0])
 def test_a_recording_is_normalised_back_into_its_profile(tmp_path, car, seconds):
     profile = profile_of(car)
-    found = opened_once(profile, seconds, "round trip", car)
-    force = write_csv(tmp_path / "force.csv", "force_N", found.force_N, RATE_HZ)
-    every = np.interp(np.arange(round(seconds * 80)) / 80, np.arange(len(found.angle_deg)) / RATE_HZ, found.angle_deg)
+    opening = opened_once(profile, seconds, "round trip", car)
+    force = write_csv(tmp_path / "force.csv", "force_N", opening.force_N, RATE_HZ)
+    every = np.interp(
+        np.arange(round(seconds * 80)) / 80, np.arange(len(opening.angle_deg)) / RATE_HZ, opening.angle_deg
+    )
     angle = write_csv(tmp_path / "angle.csv", "angle_deg", every, 80.0)
-    made = str(tmp_path / "made.csv")
-    done = CliRunner().invoke(doors, ["normalise", force, "--angle-file", angle, "--zero", "--out", made])
+    made_path = str(tmp_path / "made.csv")
+    done = CliRunner().invoke(doors, ["normalise", force, "--angle-file", angle, "--zero", "--out", made_path])
     assert done.exit_code == 0, done.output
-    error_N = np.array(read_profile(made)) - np.array(profile)
+    error_N = np.array(read_profile(made_path)) - np.array(profile)
     assert np.sqrt(np.mean(error_N**2)) < 0.25
     assert np.abs(error_N[20:600]).max() < 0.8
 
 
 def test_a_hand_that_rests_is_unsteady_and_lets_go():
-    found = opened_once(profile_of("K8"), 6.0, "hand")
-    assert len(found.force_N) == len(found.angle_deg) == 6000
-    assert set(found.force_N[:600]) == {0.0} and found.force_N[-1] == pytest.approx(0, abs=0.3)
-    speed = np.diff(found.angle_deg)[1400:4600]
+    opening = opened_once(profile_of("K8"), 6.0, "hand")
+    assert len(opening.force_N) == len(opening.angle_deg) == 6000
+    assert set(opening.force_N[:600]) == {0.0} and opening.force_N[-1] == pytest.approx(0, abs=0.3)
+    speed = np.diff(opening.angle_deg)[1400:4600]
     assert 0.02 < speed.std() / speed.mean() < 0.2
 
 
@@ -62,7 +64,7 @@ def test_only_the_key_decides():
 
 
 @pytest.mark.parametrize(
-    ("profile", "seconds", "said"),
+    ("profile", "seconds", "message"),
     [
         ((1.0,) * 620, 5.0, "621 points"),
         ((0.0,) * 621, 5.0, "zero throughout"),
@@ -70,6 +72,6 @@ def test_only_the_key_decides():
         ((1.0,) * 621, float("nan"), "from 2 to 600 s"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused(profile, seconds, said):
-    with pytest.raises(DoorDataError, match=said):
+def test_what_cannot_be_recorded_is_refused(profile, seconds, message):
+    with pytest.raises(DoorDataError, match=message):
         opened_once(profile, seconds, "refused")

@@ -17,10 +17,10 @@ K8 = read_profile(SHIPPED / "door_capture" / "profiles" / "K8.csv")
 
 
 def rows(pieces, count):
-    found = [next(pieces)]
-    while sum(map(len, found)) < count:
-        found.append(next(pieces))
-    return np.concatenate(found)[:count]
+    taken = [next(pieces)]
+    while sum(map(len, taken)) < count:
+        taken.append(next(pieces))
+    return np.concatenate(taken)[:count]
 
 
 def test_what_it_shows_is_the_opening():

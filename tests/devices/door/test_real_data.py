@@ -25,7 +25,7 @@ def opening(name, sensor="ati"):
     """Angle in degrees from the path of the hand, and what the hand pulled along it, in N."""
     axes = [f"ee_{axis}_m" for axis in "xyz"], [f"{sensor}_f{axis}_N" for axis in "xyz"]
     read = read_columns(DATA / f"{name}.csv", [*axes[0], *axes[1]])
-    positions, forces = (np.column_stack([read[each] for each in names]) for names in axes)
+    positions, forces = (np.column_stack([read[name] for name in names]) for names in axes)
     hinge = fit_hinge(positions)
     angle = hinge.angle_deg(positions)
     turned = np.radians(angle)[:, None]
@@ -53,9 +53,9 @@ def test_a_time_series_of_either_sensor_becomes_its_profile(name, sensor):
     hinge, angle, force = opening(name, sensor)
     assert hinge.radius == pytest.approx(RADIUS_M[name], abs=0.002)
     assert 90 < angle.max() < 98
-    made = normalise(angle, force)
-    assert made.padded_points == 0 and made.widest_gap_deg < 2
-    assert np.abs(made.force_N - by_hand(angle, force))[1:-1].max() < 0.02
+    profile = normalise(angle, force)
+    assert profile.padded_points == 0 and profile.widest_gap_deg < 2
+    assert np.abs(profile.force_N - by_hand(angle, force))[1:-1].max() < 0.02
 
 
 def test_two_sensors_that_disagree_are_never_mixed():
@@ -80,9 +80,9 @@ def test_backlash_leaves_no_trace_in_the_profile():
 def test_an_angle_that_does_not_begin_at_zero_is_counted_from_the_first_motion(offset_deg):
     _, angle, force = opening("lab_cabinet_log")
     expected = normalise(angle, force, zero=True)
-    made = normalise(angle + offset_deg, force, zero=True)
-    assert made.zero_deg == pytest.approx(offset_deg, abs=1e-9)
-    assert made.force_N == pytest.approx(expected.force_N, abs=1e-6)
+    profile = normalise(angle + offset_deg, force, zero=True)
+    assert profile.zero_deg == pytest.approx(offset_deg, abs=1e-9)
+    assert profile.force_N == pytest.approx(expected.force_N, abs=1e-6)
 
 
 def test_an_offset_that_is_not_told_is_refused_and_says_what_to_do():
@@ -94,9 +94,9 @@ def test_an_offset_that_is_not_told_is_refused_and_says_what_to_do():
 def test_a_door_that_is_at_rest_first_shaking_by_the_trackers_noise_keeps_its_profile():
     _, angle, force = opening("ikea_cabinet_log")
     rest = np.random.default_rng(1).normal(0, 0.02, 300)
-    made = normalise(np.r_[rest, angle] + 40, np.r_[np.zeros(300), force], zero=True)
-    assert made.zero_deg == pytest.approx(40, abs=0.05)
-    assert np.abs(made.force_N - normalise(angle, force).force_N)[5:].max() < 0.1
+    profile = normalise(np.r_[rest, angle] + 40, np.r_[np.zeros(300), force], zero=True)
+    assert profile.zero_deg == pytest.approx(40, abs=0.05)
+    assert np.abs(profile.force_N - normalise(angle, force).force_N)[5:].max() < 0.1
 
 
 @pytest.mark.parametrize("wrong", [np.negative, np.radians, np.zeros_like])
@@ -127,6 +127,6 @@ def test_the_command_makes_the_profile_of_a_path_that_was_turned_into_an_angle(t
     rows = "".join(f"{a:.9f},{f:.9f}\n" for a, f in zip(angle, force, strict=True))
     (tmp_path / "door.csv").write_text("angle_deg,force_N\n" + rows, encoding="utf-8")
     arguments = ["normalise", str(tmp_path / "door.csv"), "--zero", "--out", str(tmp_path / "out.csv")]
-    said = CliRunner().invoke(doors, arguments, catch_exceptions=False)
-    assert "621 points from 998 rows" in said.output
+    result = CliRunner().invoke(doors, arguments, catch_exceptions=False)
+    assert "621 points from 998 rows" in result.output
     assert read_profile(tmp_path / "out.csv") == pytest.approx(normalise(angle, force).force_N, abs=1e-4)

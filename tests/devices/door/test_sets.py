@@ -13,10 +13,10 @@ from palpate.signals.doors.grid import DoorDataError
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from palpate.studies.catalogue import SHIPPED
 
-MADE = ("door_adjectives", "door_capture", "door_matching")
+STUDIES = ("door_adjectives", "door_capture", "door_matching")
 
 
-@pytest.mark.parametrize("study", MADE)
+@pytest.mark.parametrize("study", STUDIES)
 def test_the_stimuli_of_a_study_are_what_the_program_makes(study, tmp_path):
     folder = SHIPPED / study
     assert differences(study, folder) == []
@@ -29,8 +29,8 @@ def test_a_changed_missing_or_foreign_file_is_named(tmp_path):
     (tmp_path / "profiles" / "New_10.csv").write_text("angle_deg,force_N\n")
     (tmp_path / "profiles" / "New_90.csv").unlink()
     (tmp_path / "profiles" / "mine.csv").touch()
-    told = [line.removeprefix(str(tmp_path / "profiles")) for line in differences("door_matching", tmp_path)]
-    assert told == ["/New_10.csv: differs", "/New_90.csv: missing", "/mine.csv: not a file of this study"]
+    lines = [line.removeprefix(str(tmp_path / "profiles")) for line in differences("door_matching", tmp_path)]
+    assert lines == ["/New_10.csv: differs", "/New_90.csv: missing", "/mine.csv: not a file of this study"]
     with pytest.raises(DoorDataError, match="'toy' has no made stimuli"):
         make("toy", tmp_path)
 
@@ -42,8 +42,8 @@ def test_the_six_doors_are_those_of_door_ratings():
 
 
 def test_a_studys_profiles_are_compared_and_remade_by_its_name(tmp_path):
-    made = CliRunner().invoke(doors, ["make", "--study", "door_matching", "--out", str(tmp_path)])
-    assert made.exit_code == 0 and len(list((tmp_path / "profiles").glob("*.csv"))) == 14
+    result = CliRunner().invoke(doors, ["make", "--study", "door_matching", "--out", str(tmp_path)])
+    assert result.exit_code == 0 and len(list((tmp_path / "profiles").glob("*.csv"))) == 14
     compared = ["make", "--study", "door_matching", "--check", str(tmp_path)]
     assert CliRunner().invoke(doors, compared).output.endswith(": equal\n")
     changed = next((tmp_path / "profiles").glob("*.csv"))
@@ -53,11 +53,11 @@ def test_a_studys_profiles_are_compared_and_remade_by_its_name(tmp_path):
 
 
 def test_what_is_kept_is_what_a_file_holds_and_within_the_bounds():
-    made = Doors(maker_for(None))
+    stored_doors = Doors(maker_for(None))
     for value in (0.0, 50.0, 100.0):
-        force_N = np.array(made.force_N(dict.fromkeys(made.maker.attributes, value)))
+        force_N = np.array(stored_doors.force_N(dict.fromkeys(stored_doors.maker.attributes, value)))
         assert force_N.shape == (621,) and (np.round(force_N, 4) == force_N).all()
         assert np.abs(force_N).max() <= LIMIT_N
         assert np.abs(np.diff(force_N)).max() <= STEEPEST_N_DEG / 10 + 1e-4
     with pytest.raises(DoorDataError, match="Loud"):
-        made.force_N({"Loud": 50.0})
+        stored_doors.force_N({"Loud": 50.0})

@@ -25,9 +25,9 @@ def run(*arguments: object) -> Result:
 
 def test_make_rebuilds_the_committed_folder_byte_for_byte(tmp_path) -> None:
     assert len(json.loads(run("make", "--out", tmp_path, "--json").output)["files"]) == 91
-    made = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.csv")}
+    rebuilt = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.csv")}
     committed = [STUDY / "stimuli.csv", *(STUDY / "profiles").iterdir()]
-    assert made == {path.relative_to(STUDY): path.read_bytes() for path in committed}
+    assert rebuilt == {path.relative_to(STUDY): path.read_bytes() for path in committed}
 
 
 def test_check_finds_the_committed_folder_equal() -> None:

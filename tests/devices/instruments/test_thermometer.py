@@ -279,9 +279,11 @@ def test_it_is_recorded_beside_trials_and_an_unplugged_one_costs_no_answer():
     lines[0].dialogue[READ] = [OSError("unplugged")]
     inner.meanwhile = lambda: wait_until(lambda: sensor.port is None)
     assert isinstance(world.perform(request), Reply)  # the answer is kept
-    came = world.perform(request)
-    came = world.perform(request) if isinstance(came, Chunk) else came
-    assert isinstance(came, Fault) and came.value["what"] == "link_lost" and "unplugged" in came.value["message"]
+    outcome = world.perform(request)
+    outcome = world.perform(request) if isinstance(outcome, Chunk) else outcome
+    assert isinstance(outcome, Fault)
+    assert outcome.value["what"] == "link_lost"
+    assert "unplugged" in outcome.value["message"]
     desk.confirms = False
     assert isinstance(world.perform(request), Aside)
     desk.confirms = True

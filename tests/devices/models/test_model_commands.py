@@ -35,7 +35,7 @@ def lab(tmp_path, monkeypatch):
 
 
 def run(command, *arguments) -> Result:
-    return CliRunner().invoke(command, [str(each) for each in arguments], catch_exceptions=False)
+    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def text(result: Result) -> str:
@@ -48,12 +48,12 @@ def test_the_list_names_what_there_is_and_what_is_broken(lab):
     feeling(lab / "shipped", "other")
     edited(feeling(lab / "models", "newer"), format="palpate-model/2")
     feeling(lab / "models", "cut").with_suffix(".safetensors").write_bytes(b"x")
-    found = text(run(models, "list"))
-    assert "feeling lab by hand force profile -> ratings 2.50 " in found
-    assert "shape lab by hand ratings -> force profile 4.25 (loop_fresh) " in found
-    assert "other shipped by hand force profile -> ratings 2.50 - " in found
-    assert re.search(r"newer lab .* BROKEN: .* format 'palpate-model/2'", found)
-    assert re.search(r"cut lab .* BROKEN: .* 1 bytes found", found)
+    printed = text(run(models, "list"))
+    assert "feeling lab by hand force profile -> ratings 2.50 " in printed
+    assert "shape lab by hand ratings -> force profile 4.25 (loop_fresh) " in printed
+    assert "other shipped by hand force profile -> ratings 2.50 - " in printed
+    assert re.search(r"newer lab .* BROKEN: .* format 'palpate-model/2'", printed)
+    assert re.search(r"cut lab .* BROKEN: .* 1 bytes found", printed)
     rows = json.loads(run(models, "list", "--json").stdout)
     assert [row["name"] for row in rows] == ["cut", "feeling", "newer", "shape", "other"]
 
@@ -65,9 +65,9 @@ def test_a_model_that_another_part_reads_is_listed_as_what_it_is(tmp_path):
     folder.mkdir()
     (folder / "texture-attributes.json").write_text(json.dumps({"format": FORMAT}))
     (folder / "odd.json").write_text(json.dumps({"format": ["palpate-attributes/1"]}))
-    found = text(run(models, "list", "--lab", tmp_path))
-    assert re.search(r"texture-attributes lab .* read by `palpate textures index`", found)
-    assert re.search(r"odd lab .* BROKEN: ", found)
+    printed = text(run(models, "list", "--lab", tmp_path))
+    assert re.search(r"texture-attributes lab .* read by `palpate textures index`", printed)
+    assert re.search(r"odd lab .* BROKEN: ", printed)
 
 
 def test_the_list_says_when_a_model_was_made_and_an_empty_lab_what_to_do(lab, tmp_path_factory):
@@ -83,7 +83,7 @@ def test_a_card_is_told_in_words(lab):
         training={"data": {"lab.sqlite": "ab12"}, "seconds": 3.5, "of": list("abcdefghij")},
         notes=("simulated people",),
     )
-    found = text(run(models, "card", "feeling"))
+    printed = text(run(models, "card", "feeling"))
     for words in (
         "feeling: A small model", "method by hand", "takes a force profile: 621 numbers, N",
         "Damped (0) to Recoiling (100)", "0 and 100 are -8 and 8 on the scale that people answered on",
@@ -92,48 +92,48 @@ def test_a_card_is_told_in_words(lab):
         "training data.lab.sqlite: ab12 seconds: 3.5 of: a, b, c, d, e, f, g, h, and 2 more (--json shows all)",
         "notes simulated people",
     ):  # fmt: skip
-        assert words in found
+        assert words in printed
     assert json.loads(run(models, "card", "feeling", "--json").stdout)["metrics"] == {"mae": 2.5}
 
 
 def test_two_models_are_compared_on_the_same_profiles(lab):
     feeling(lab / "models", "moved", offset=60.0, metrics={"mae": 3.0, "r2": 0.5})
-    found = text(run(models, "compare", "feeling", "moved", "--on", "ramp.csv"))
-    assert "mae 2.5 3 " in found
-    assert "r2 - 0.5 " in found
-    assert "answers to the same 1 profiles are apart by (0..100): mean greatest at feeling moved 5 10 ramp" in found
-    assert "feeling - moved 0.00 10.00" in found
-    told = json.loads(run(models, "compare", "feeling", "moved", "--json").stdout)
-    assert told["inputs"] == 90
-    assert told["apart"][0]["by_name"]["Easy-to-pull"] == 0
-    assert told["metrics"]["moved"]["ms"] > 0
+    printed = text(run(models, "compare", "feeling", "moved", "--on", "ramp.csv"))
+    assert "mae 2.5 3 " in printed
+    assert "r2 - 0.5 " in printed
+    assert "answers to the same 1 profiles are apart by (0..100): mean greatest at feeling moved 5 10 ramp" in printed
+    assert "feeling - moved 0.00 10.00" in printed
+    comparison = json.loads(run(models, "compare", "feeling", "moved", "--json").stdout)
+    assert comparison["inputs"] == 90
+    assert comparison["apart"][0]["by_name"]["Easy-to-pull"] == 0
+    assert comparison["metrics"]["moved"]["ms"] > 0
 
 
 def test_models_that_count_0_to_100_otherwise_are_compared_on_one_scale(lab):
     wide = {"scale": (-16.0, 16.0)}
     edited(feeling(lab / "models", "wide", offset=20.0), gives=RATINGS.model_copy(update=wide).model_dump(mode="json"))
     edited(shape(lab / "models", "wished"), takes=RATINGS.model_copy(update=wide).model_dump(mode="json"))
-    told = json.loads(run(models, "compare", "feeling", "wide", "--on", "ramp.csv", "--json").stdout)
-    assert told["apart"][0]["by_name"] == pytest.approx({"Easy-to-pull": 30 - 10, "Damped": 80 - 50})
-    told = json.loads(run(models, "compare", "shape", "wished", "--json").stdout)
-    assert told["apart"][0]["greatest"] == pytest.approx(0.62 * 20)
+    comparison = json.loads(run(models, "compare", "feeling", "wide", "--on", "ramp.csv", "--json").stdout)
+    assert comparison["apart"][0]["by_name"] == pytest.approx({"Easy-to-pull": 30 - 10, "Damped": 80 - 50})
+    comparison = json.loads(run(models, "compare", "shape", "wished", "--json").stdout)
+    assert comparison["apart"][0]["greatest"] == pytest.approx(0.62 * 20)
 
 
 def test_models_of_a_profile_are_compared_on_the_same_wishes(lab):
     shape(lab / "models", "steeper", steep=0.2)
-    told = json.loads(run(models, "compare", "shape", "steeper", "--json").stdout)
-    assert (told["inputs"], told["apart"][0]["at"]) == (5, "Damped=90")
-    assert told["apart"][0]["greatest"] == pytest.approx(0.1 / 100 * 620 * 90)
+    comparison = json.loads(run(models, "compare", "shape", "steeper", "--json").stdout)
+    assert (comparison["inputs"], comparison["apart"][0]["at"]) == (5, "Damped=90")
+    assert comparison["apart"][0]["greatest"] == pytest.approx(0.1 / 100 * 620 * 90)
 
 
 def test_a_profile_is_told_how_it_would_feel(lab):
-    found = text(run(predict, "feeling", "ramp.csv"))
-    assert "90 % interval: split conformal" in found
-    assert "ramp.csv Easy-to-pull |------=O==---------------| Hard-to-pull 30.0 24.0 to 36.0 -3.20" in found
-    assert "Damped |-----------------==O==---| Recoiling 80.0 72.0 to 88.0 +4.80" in found
-    told = json.loads(run(predict, "feeling", "ramp.csv", "ramp.csv", "--json").stdout)
-    assert (told["model"], told["coverage"], len(told["profiles"])) == ("feeling", 0.9, 2)
-    first = told["profiles"][1]["ratings"][0]
+    printed = text(run(predict, "feeling", "ramp.csv"))
+    assert "90 % interval: split conformal" in printed
+    assert "ramp.csv Easy-to-pull |------=O==---------------| Hard-to-pull 30.0 24.0 to 36.0 -3.20" in printed
+    assert "Damped |-----------------==O==---| Recoiling 80.0 72.0 to 88.0 +4.80" in printed
+    predictions = json.loads(run(predict, "feeling", "ramp.csv", "ramp.csv", "--json").stdout)
+    assert (predictions["model"], predictions["coverage"], len(predictions["profiles"])) == ("feeling", 0.9, 2)
+    first = predictions["profiles"][1]["ratings"][0]
     expected = {"predicted": 30, "low": 24, "high": 36, "on_scale": -3.2, "raw": 30}
     assert {name: first[name] for name in expected} == pytest.approx(expected)
 
@@ -147,9 +147,9 @@ def test_an_answer_beyond_the_scale_is_cut_there_and_said_so(lab):
     spike = RAMP.copy()
     spike[300] = 1e6
     Path("spike.csv").write_text(profile_text(spike))
-    found = text(run(predict, "feeling", "spike.csv"))
-    assert "Hard-to-pull 100.0 94.0 to 100.0 +8.00" in found
-    assert "far beyond 0 to 100 before it was cut there: Easy-to-pull, Damped" in found
+    printed = text(run(predict, "feeling", "spike.csv"))
+    assert "Hard-to-pull 100.0 94.0 to 100.0 +8.00" in printed
+    assert "far beyond 0 to 100 before it was cut there: Easy-to-pull, Damped" in printed
 
 
 def test_a_profile_beyond_what_the_model_answers_to_is_refused_by_name(lab):
@@ -166,8 +166,8 @@ def test_a_recording_is_normalised_when_it_is_said_to_be_one(lab):
     Path("raw.csv").write_text(f"angle_deg,force_N\n{rows}\n")
     with pytest.raises(ValueError, match=r"line 2: angle 3 found, 0\.0 expected\. Or let .* --recording"):
         run(predict, "feeling", "raw.csv")
-    found = json.loads(run(predict, "feeling", "--recording", "--zero", "raw.csv", "--json").stdout)
-    assert found["profiles"][0]["ratings"][0]["predicted"] == pytest.approx(32.5, abs=0.05)
+    predictions = json.loads(run(predict, "feeling", "--recording", "--zero", "raw.csv", "--json").stdout)
+    assert predictions["profiles"][0]["ratings"][0]["predicted"] == pytest.approx(32.5, abs=0.05)
 
 
 def test_a_wish_becomes_a_profile_that_the_door_accepts(lab):
@@ -186,9 +186,9 @@ def test_a_profile_that_the_door_would_refuse_is_said_to_be_one(lab):
     shape(lab / "models", "wild", steep=9.0)
     result = run(predict, "wild", "--wish", "Damped=90")
     assert "the door would refuse to play it" in result.stderr
-    told = json.loads(run(predict, "wild", "--wish", "Damped=90", "--json").stdout)
-    assert "N m at" in told["door_refuses"]
-    assert told["wish"] == {"Easy-to-pull": 50.0, "Damped": 90.0}
+    predictions = json.loads(run(predict, "wild", "--wish", "Damped=90", "--json").stdout)
+    assert "N m at" in predictions["door_refuses"]
+    assert predictions["wish"] == {"Easy-to-pull": 50.0, "Damped": 90.0}
 
 
 @pytest.mark.parametrize(

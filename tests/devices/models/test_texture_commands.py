@@ -20,8 +20,14 @@ NEXT = Port(kind="acceleration", size=2, unit="m/s^2")
 
 
 def texture(window, **others):
-    told = {"id": "cloth", "label": "Cloth", "speed_mm_s": (10.0, 150.0), "force_N": (0.2, 2.0), "rms_m_s2": 1.5}
-    return Texture(**{**told, "peak_m_s2": 9.0, "window": window, **others})
+    texture_entry = {
+        "id": "cloth",
+        "label": "Cloth",
+        "speed_mm_s": (10.0, 150.0),
+        "force_N": (0.2, 2.0),
+        "rms_m_s2": 1.5,
+    }
+    return Texture(**{**texture_entry, "peak_m_s2": 9.0, "window": window, **others})
 
 
 def window_port(window):
@@ -60,7 +66,7 @@ def lab(tmp_path, monkeypatch):
 
 
 def run(command, *arguments):
-    return CliRunner().invoke(command, [str(each) for each in arguments], catch_exceptions=False)
+    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def text(result):
@@ -70,14 +76,14 @@ def text(result):
 
 def test_models_of_textures_are_listed_with_the_others(lab):
     feeling(lab / "models")
-    found = text(run(models, "list"))
-    assert "texture-cloth-fnn lab by hand texture's last samples -> the next acceleration" in found
-    assert "texture-cloth-ar shipped by hand" in found
-    assert "feeling lab by hand force profile -> ratings" in found
+    printed = text(run(models, "list"))
+    assert "texture-cloth-fnn lab by hand texture's last samples -> the next acceleration" in printed
+    assert "texture-cloth-ar shipped by hand" in printed
+    assert "feeling lab by hand force profile -> ratings" in printed
 
 
 def test_a_textures_card_is_told_in_words(lab):
-    found = text(run(models, "card", "texture-cloth-ar"))
+    printed = text(run(models, "card", "texture-cloth-ar"))
     for words in (
         "takes a texture's last samples: 12 numbers, m/s^2, mm/s, N", "gives the next acceleration: 2 numbers, m/s^2",
         "texture Cloth (cloth): 1000 Hz, 4 samples looked back at",
@@ -85,7 +91,7 @@ def test_a_textures_card_is_told_in_words(lab):
         "begins with 4 samples of its own at 45 mm/s and 0.8 N",
         "2. autoregression of order 1 between 1 points over speed and force, 1 triangles",
     ):  # fmt: skip
-        assert words in found
+        assert words in printed
 
 
 def test_every_kind_of_step_has_words(lab):
@@ -99,27 +105,27 @@ def test_every_kind_of_step_has_words(lab):
         Part(start=1, stop=3), Affine(gain=2.0), Dense(weight="d", bias="db"),
     )  # fmt: skip
     saved(lab / "models", steps, ones, window_port(3), NEXT.model_copy(update={"size": 1}), "all", texture=texture(3))
-    found = text(run(models, "card", "all"))
+    printed = text(run(models, "card", "all"))
     for words in (
         "2. keep it as x", "3. layer normalisation of 3 numbers",
         "4. attention: 1 heads over 3 channels to x, none after itself, 2 places ask",
         "5. long short-term memory: 3 to 2, from the last place to the first", "6. channels and places change places",
         "8. go on with x", "9. join x below it", "10. channels 2 to 3",
     ):  # fmt: skip
-        assert words in found
+        assert words in printed
 
 
 def test_models_of_one_texture_are_compared_whatever_they_look_back(lab):
-    told = json.loads(run(models, "compare", "texture-cloth-ar", "texture-cloth-fnn", "--json").stdout)
-    assert told["inputs"] == 25
-    assert told["apart"][0]["mean"] > 0
-    assert told["metrics"]["texture-cloth-fnn"]["ms"] > 0
+    comparison = json.loads(run(models, "compare", "texture-cloth-ar", "texture-cloth-fnn", "--json").stdout)
+    assert comparison["inputs"] == 25
+    assert comparison["apart"][0]["mean"] > 0
+    assert comparison["metrics"]["texture-cloth-fnn"]["ms"] > 0
     autoregressive(lab / "models", "same", window=9)
-    told = json.loads(run(models, "compare", "texture-cloth-ar", "same", "--json").stdout)
-    assert told["apart"][0]["greatest"] == pytest.approx(0, abs=1e-12)
-    found = text(run(models, "compare", "same", "texture-cloth-fnn"))
-    assert "answers to the same 25 windows, for the mean of the next acceleration, are apart by (m/s^2)" in found
-    assert "mm/s," in found
+    comparison = json.loads(run(models, "compare", "texture-cloth-ar", "same", "--json").stdout)
+    assert comparison["apart"][0]["greatest"] == pytest.approx(0, abs=1e-12)
+    printed = text(run(models, "compare", "same", "texture-cloth-fnn"))
+    assert "answers to the same 25 windows, for the mean of the next acceleration, are apart by (m/s^2)" in printed
+    assert "mm/s," in printed
 
 
 def test_models_of_a_spectrum_are_compared_on_the_same_noise(lab):
@@ -127,8 +133,8 @@ def test_models_of_a_spectrum_are_compared_on_the_same_noise(lab):
     for name, bias in (("one", 0.0), ("two", 1.0)):
         tensors = {"w": np.ones((3, 5)), "b": np.full(3, bias)}
         saved(lab / "models", (Dense(weight="w", bias="b"),), tensors, takes, gives, name, texture=texture(5, hop=2))
-    told = json.loads(run(models, "compare", "one", "two", "--json").stdout)
-    assert (told["inputs"], told["apart"][0]["mean"]) == (25, pytest.approx(1))
+    comparison = json.loads(run(models, "compare", "one", "two", "--json").stdout)
+    assert (comparison["inputs"], comparison["apart"][0]["mean"]) == (25, pytest.approx(1))
     assert "2 samples between spectra" in text(run(models, "card", "one"))
     with pytest.raises(ValueError, match="one takes 5 numbers of texture_drive, texture-cloth-ar 12 .*texture_window"):
         run(models, "compare", "one", "texture-cloth-ar")
@@ -171,8 +177,8 @@ def test_a_texture_is_not_predicted_but_rendered(lab):
 
 
 def test_a_texture_of_the_toolkit_has_a_card_too(lab):
-    found = text(run(models, "card", FILE))
-    assert "hatt-small_sample: Small Sample (HaTT)" in found
-    assert "Models_Small.xml, 5.1 kB, intact" in found
-    told = json.loads(run(models, "compare", FILE, FILE, "--json").stdout)
-    assert told["apart"][0]["greatest"] == 0
+    printed = text(run(models, "card", FILE))
+    assert "hatt-small_sample: Small Sample (HaTT)" in printed
+    assert "Models_Small.xml, 5.1 kB, intact" in printed
+    comparison = json.loads(run(models, "compare", FILE, FILE, "--json").stdout)
+    assert comparison["apart"][0]["greatest"] == 0

@@ -12,11 +12,11 @@ RMS = 1.0
 
 
 def texture(**changes):
-    told = {
+    texture_entry = {
         "id": "cloth", "label": "Cloth", "window": M, "speed_mm_s": (20.0, 200.0), "force_N": (0.3, 3.0),
         "rms_m_s2": RMS, "peak_m_s2": 6.0, "start": "start",
     }  # fmt: skip
-    return Texture(**{**told, **changes})
+    return Texture(**{**texture_entry, **changes})
 
 
 def resonance(radius=0.9, hertz=150.0):
@@ -29,12 +29,12 @@ def resonance(radius=0.9, hertz=150.0):
 
 def innovation(weights):
     """The SD that makes the level 1, from the impulse response."""
-    heard = np.zeros(4000)
-    heard[0] = 1.0
+    samples = np.zeros(4000)
+    samples[0] = 1.0
     for n in range(1, 4000):
-        past = heard[max(0, n - M) : n]
-        heard[n] = past @ weights[M - len(past) :]
-    return 1 / np.sqrt(np.sum(heard**2))
+        past = samples[max(0, n - M) : n]
+        samples[n] = past @ weights[M - len(past) :]
+    return 1 / np.sqrt(np.sum(samples**2))
 
 
 def model(weights=None, sd=None, outputs=2, start=None, by_speed=0.0, bias=0.0, name="texture-cloth-ar", **changes):
@@ -72,14 +72,14 @@ def spectra(frames=2, size=32, hop=8, level=1.0, noise=1, name="texture-cloth-ga
     return Model(card_of((Dense(weight="w", bias="b"),), 0, name, described, takes, gives), tensors)
 
 
-def write(folder: Path, made: Model) -> Path:
+def write(folder: Path, texture_model: Model) -> Path:
     """The model as its two files; the card's path."""
     import hashlib
 
     from safetensors.numpy import save
 
-    content = save({key: np.ascontiguousarray(value) for key, value in made.tensors.items()})
-    card = made.card
+    content = save({key: np.ascontiguousarray(value) for key, value in texture_model.tensors.items()})
+    card = texture_model.card
     weights = card.weights.model_copy(update={"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)})
     folder.mkdir(parents=True, exist_ok=True)
     (folder / weights.file).write_bytes(content)

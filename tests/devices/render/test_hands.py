@@ -43,7 +43,7 @@ def test_a_stylus_recording_goes_through_the_filters_of_a_real_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("t_s,speed,force_N\n0,1,1\n", r"the column speed_mm_s is missing; t_s, speed_mm_s, force_N or t_s, x_mm"),
         ("", r"found none"),
@@ -55,8 +55,8 @@ def test_a_stylus_recording_goes_through_the_filters_of_a_real_one(tmp_path):
         ("t_s,speed_mm_s,force_N\n0,1,1\n900000,1,1\n", r"Is t_s in seconds\?"),
     ],
 )
-def test_a_table_that_is_no_hand_is_refused(tmp_path, text, told):
-    with pytest.raises(RenderError, match=told):
+def test_a_table_that_is_no_hand_is_refused(tmp_path, text, message):
+    with pytest.raises(RenderError, match=message):
         read_hand(written(tmp_path, text))
 
 
@@ -83,16 +83,16 @@ def test_spaces_about_names_and_numbers_mean_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (lambda n, r: r._replace(t_s=0.1) if n == 50 else r, r"time stamps that run backwards, in 1 of 133 rows"),
         (lambda n, r: r._replace(pressure=7.0) if n else r, r"pressures outside 0 to 1.* in 13. of 133 rows"),
     ],
 )
-def test_reports_that_no_tablet_gives_are_refused(tmp_path, spoil, told):
+def test_reports_that_no_tablet_gives_are_refused(tmp_path, spoil, message):
     reports = [spoil(n, report) for n, report in enumerate(strokes())]
     rows = "".join(f"{r.t_s},{r.x_mm},{r.y_mm},{r.pressure}\n" for r in reports)
-    with pytest.raises(RenderError, match=told):
+    with pytest.raises(RenderError, match=message):
         read_hand(written(tmp_path, "t_s,x_mm,y_mm,pressure\n" + rows))
 
 

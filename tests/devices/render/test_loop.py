@@ -64,9 +64,9 @@ def test_on_time_every_sample_is_played_once_in_order_and_none_is_missing():
     loop, coil = at_work()
     loop.run(500)
     coil.check()
-    heard = played(coil)
-    np.testing.assert_array_equal(heard, np.arange(1.0, len(heard) + 1))
-    assert len(heard) >= 499
+    samples = played(coil)
+    np.testing.assert_array_equal(samples, np.arange(1.0, len(samples) + 1))
+    assert len(samples) >= 499
     assert coil.queue.underruns == coil.queue.missing == loop.ready.late == 0
     assert loop.ready.steps == 500
     assert loop.ready.worst_us == pytest.approx(50.0)
@@ -77,8 +77,8 @@ def test_a_stall_shorter_than_the_buffer_is_late_and_not_felt(stall):
     loop, coil = at_work({200: stall})
     loop.run(500)
     coil.check()
-    heard = played(coil)
-    np.testing.assert_array_equal(heard, np.arange(1.0, len(heard) + 1))
+    samples = played(coil)
+    np.testing.assert_array_equal(samples, np.arange(1.0, len(samples) + 1))
     assert coil.queue.underruns == 0
     assert loop.ready.late == int(stall)
     assert loop.ready.skipped == int(stall) - 1
@@ -89,13 +89,13 @@ def test_after_a_stall_longer_than_the_buffer_the_last_sample_has_decayed_and_al
     loop, coil = at_work({200: 25.0}, us=1.0)
     loop.run(500)
     coil.check()
-    heard = played(coil)
+    samples = played(coil)
     gap = 200 + 10 - 1
-    np.testing.assert_array_equal(heard[:gap], np.arange(1.0, gap + 1))
+    np.testing.assert_array_equal(samples[:gap], np.arange(1.0, gap + 1))
     missing = coil.queue.missing
     assert 14 <= missing <= 16
-    np.testing.assert_allclose(heard[gap : gap + missing], gap * DECAY ** np.arange(1, missing + 1), rtol=1e-9)
-    np.testing.assert_array_equal(heard[gap + missing : gap + missing + 50], gap + np.arange(1.0, 51))
+    np.testing.assert_allclose(samples[gap : gap + missing], gap * DECAY ** np.arange(1, missing + 1), rtol=1e-9)
+    np.testing.assert_array_equal(samples[gap + missing : gap + missing + 50], gap + np.arange(1.0, 51))
     assert coil.queue.underruns == 1
     assert coil.record()["underruns"] == 1
     assert loop.ready.late == 25
@@ -117,18 +117,18 @@ def test_steps_that_take_too_long_are_all_late():
 
 
 def test_what_is_played_at_a_pace_is_what_is_played_at_once_whatever_stalls():
-    made, n = model(), 400
+    texture, n = model(), 400
     hand = Scripted([100.0] * 300 + [0.0] * 100, [1.0] * n)
-    kept = []
+    runs = []
     for stalls in ({}, {50: 3.0, 90: 40.0}):
         clock = Virtual(dict(stalls))
         coil = twin_coil(10, clock.s)
         coil.start()
         trace = Trace.own()
-        Loop(open_voice(made, seed=5), hand, on_coil(coil), clock, trace).run(n)
-        kept.append(trace.since(0)[1][0, :300])
-    np.testing.assert_array_equal(kept[0], kept[1])
-    np.testing.assert_array_equal(kept[0], play(made, np.full(300, 100.0), np.ones(300), 5))
+        Loop(open_voice(texture, seed=5), hand, on_coil(coil), clock, trace).run(n)
+        runs.append(trace.since(0)[1][0, :300])
+    np.testing.assert_array_equal(runs[0], runs[1])
+    np.testing.assert_array_equal(runs[0], play(texture, np.full(300, 100.0), np.ones(300), 5))
 
 
 def test_at_once_into_an_array_gives_one_sample_a_step():
@@ -162,15 +162,15 @@ def test_a_trace_tells_the_newest_samples_and_how_many_there_were():
 def test_quantiles_of_deadlines_are_at_most_a_cell_too_large():
     rng = np.random.default_rng(2)
     times = rng.lognormal(5.0, 1.0, 20_000)
-    told = Deadlines()
+    deadlines = Deadlines()
     for us in times:
-        told.note(round(1000 * us))
+        deadlines.note(round(1000 * us))
     for share in (0.5, 0.9, 0.99, 0.999):
         exact = np.quantile(times, share)
-        assert exact * 0.999 <= told.quantile_us(share) <= exact * 1.19
-    assert told.late == np.count_nonzero(np.round(1000 * times) > 1e6)
-    assert told.worst_us == pytest.approx(times.max(), rel=1e-4)
-    assert sum(told.record()["cells_us"].values()) == told.steps
+        assert exact * 0.999 <= deadlines.quantile_us(share) <= exact * 1.19
+    assert deadlines.late == np.count_nonzero(np.round(1000 * times) > 1e6)
+    assert deadlines.worst_us == pytest.approx(times.max(), rel=1e-4)
+    assert sum(deadlines.record()["cells_us"].values()) == deadlines.steps
     assert EDGES_US[0] == 4.0
 
 

@@ -29,24 +29,24 @@ def rig(tmp_path):
 
 def test_a_rigs_stylus_is_read_and_its_actuator_played(tmp_path, rig):
     job = Job(Sounds(write(tmp_path, model()), 1), None, rig, ahead=6)
-    with playing(job, Trace.own(), AtOnce()) as made:
-        made.loop.run(5)
-        record = made.record()
-    assert isinstance(made.hand, OnTablet)
+    with playing(job, Trace.own(), AtOnce()) as player:
+        player.loop.run(5)
+        record = player.record()
+    assert isinstance(player.hand, OnTablet)
     assert set(record["devices"]) == {"stylus", "actuator"}
     assert record["output"]["ahead_ms"] == 6
     assert record["made"] >= 6
     assert "dying away" in record["output"]["when_late"]
     with pytest.raises(DeviceFault):
-        made.sink.write([0.0])  # it is silent and let go of
+        player.sink.write([0.0])  # it is silent and let go of
 
 
 @pytest.mark.parametrize(("hand", "kind"), [(HAND, Scripted), (Shape(), Pushed)])
 def test_where_the_hand_is_given_the_rigs_stylus_is_left_alone(tmp_path, rig, hand, kind):
-    with playing(Job(Sounds(write(tmp_path, model())), hand, rig, ahead=8), Trace.own(), AtOnce()) as made:
-        made.loop.run(5)
-        assert isinstance(made.hand, kind)
-        assert set(made.record()["devices"]) == {"actuator"}
+    with playing(Job(Sounds(write(tmp_path, model())), hand, rig, ahead=8), Trace.own(), AtOnce()) as player:
+        player.loop.run(5)
+        assert isinstance(player.hand, kind)
+        assert set(player.record()["devices"]) == {"actuator"}
 
 
 def test_a_longer_buffer_than_the_actuators_is_refused(tmp_path, rig):

@@ -12,18 +12,18 @@ def test_the_hosts_ticks_and_the_threads_wait_are_read(tmp_path):
     stat, scheduled = tmp_path / "stat", tmp_path / "schedstat"
     stat.write_text(CPU)
     scheduled.write_text("123456789 2500000 77\n")
-    found = outside(stat, scheduled)
-    assert found.waited_s == 0.0025
-    assert found.stolen_s == 250 / os.sysconf("SC_CLK_TCK")
+    counts = outside(stat, scheduled)
+    assert counts.waited_s == 0.0025
+    assert counts.stolen_s == 250 / os.sysconf("SC_CLK_TCK")
 
 
 def test_what_the_system_does_not_tell_is_none(tmp_path):
     (tmp_path / "short").write_text("cpu  1 2 3\n")
     (tmp_path / "odd").write_text("no numbers here\n")
     for stat in ("none", "short", "odd"):
-        found = outside(tmp_path / stat, tmp_path / "odd")
-        assert found == Outside(None, None)
-        assert found.since(Outside(1.0, 1.0)) == {"stolen_s": None, "waited_s": None}
+        counts = outside(tmp_path / stat, tmp_path / "odd")
+        assert counts == Outside(None, None)
+        assert counts.since(Outside(1.0, 1.0)) == {"stolen_s": None, "waited_s": None}
 
 
 def test_what_was_added_is_kept():
@@ -34,7 +34,7 @@ def test_it_is_told_where_it_is_worth_a_line():
     ready = {"late": 0, "steps": 1, "late_share": 0.0, "median_us": 1.0, "p99_us": 1.0, "worst_us": 1.0}
     output = {"ahead_ms": 10, "underruns": 0, "missing": 0, "limited": 0, "compensated": True}
     record = {"ready": ready, "output": output, "priority": "normal", "outside": {"stolen_s": 0.12, "waited_s": 0.0}}
-    told = list(in_words(record, 1.0, 1.0))
-    assert any("0.12 s" in line and "host" in line for line in told)
-    assert not any("waiting" in line for line in told)
+    lines = list(in_words(record, 1.0, 1.0))
+    assert any("0.12 s" in line and "host" in line for line in lines)
+    assert not any("waiting" in line for line in lines)
     assert not any("host" in line for line in in_words({**record, "outside": {"stolen_s": None}}, 1.0, 1.0))

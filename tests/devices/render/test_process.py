@@ -33,9 +33,9 @@ def test_another_process_plays_what_is_played_at_once_and_tells_how_it_went(tmp_
     card = write(tmp_path, model())
     with Rendering(Job(Sounds(card, 7), HAND, seconds=0.2)) as running:
         record = running.wait(60.0)
-        count, heard = running.trace.since(0)
+        count, samples = running.trace.since(0)
     assert count == record["made"] > 0
-    np.testing.assert_array_equal(heard[0], play(model(), heard[1], heard[2], 7))
+    np.testing.assert_array_equal(samples[0], play(model(), samples[1], samples[2], 7))
     assert record["ready"]["steps"] >= 200
     assert record["voice"]["weights_sha256"] == open_voice(card, seed=0).card.weights.sha256
     assert record["output"]["ahead_ms"] == 10
@@ -136,15 +136,15 @@ def test_garbage_is_collected_again_afterwards():
 
 @pytest.mark.needs("linux")
 def test_what_was_granted_by_the_system_is_told():
-    told, shown = {}, []
+    granted, shown = {}, []
 
     def look():
-        told.update(in_front(real_time=False))
+        granted.update(in_front(real_time=False))
         lines = Path("/proc/thread-self/sched").read_text().splitlines()
         shown.extend(int(line.split(":")[1]) for line in lines if line.startswith("se.slice "))
 
     thread = threading.Thread(target=look)
     thread.start()
     thread.join()
-    assert (told["priority"], told["memory"]) == ("normal", "not locked")
-    assert (told["slices"] == "100 us") == (shown == [100_000])
+    assert (granted["priority"], granted["memory"]) == ("normal", "not locked")
+    assert (granted["slices"] == "100 us") == (shown == [100_000])

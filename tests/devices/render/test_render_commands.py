@@ -9,7 +9,7 @@ from palpate.signals.textures.voice import play
 from tests.devices.render.made import model, write
 
 
-def asked(*words):
+def run(*words):
     return CliRunner().invoke(render, [str(word) for word in words])
 
 
@@ -22,7 +22,7 @@ def lab(tmp_path):
 def test_a_recorded_hand_is_played_and_written(lab):
     hand = lab / "hand.csv"
     hand.write_text("t_s,speed_mm_s,force_N\n0,100,1\n1,100,1\n")
-    done = asked("cloth", "--method", "ar", "--lab", lab, "--hand", hand, "--seed", 3, "--out", lab / "felt.csv")
+    done = run("cloth", "--method", "ar", "--lab", lab, "--hand", hand, "--seed", 3, "--out", lab / "felt.csv")
     assert done.exit_code == 0, done.output
     assert "1.001 s at 1 kHz by " in done.output
     felt = np.genfromtxt(lab / "felt.csv", delimiter=",", names=True)
@@ -33,23 +33,23 @@ def test_a_recorded_hand_is_played_and_written(lab):
 
 def test_a_simulated_hand_gives_json_and_arrays(lab):
     words = ("cloth", "--method", "ar", "--lab", lab, "--hand", "simulated", "--seconds", 2)
-    done = asked(*words, "--json", "--out", lab / "felt.npz")
-    told = json.loads(done.output)
-    assert told["seconds"] == 2.0
-    assert told["voice"]["model"] == "texture-cloth-ar"
-    assert told["took"]["steps"] == 2000
+    done = run(*words, "--json", "--out", lab / "felt.npz")
+    report = json.loads(done.output)
+    assert report["seconds"] == 2.0
+    assert report["voice"]["model"] == "texture-cloth-ar"
+    assert report["took"]["steps"] == 2000
     arrays = np.load(lab / "felt.npz")
     assert arrays["acceleration_m_s2"].shape == (2000,)
-    assert told["level_m_s2"] > 0.5
-    mean = json.loads(asked(*words, "--json", "--mean").output)
+    assert report["level_m_s2"] > 0.5
+    mean = json.loads(run(*words, "--json", "--mean").output)
     assert mean["level_m_s2"] < 0.1
 
 
 def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
     words = ("cloth", "--method", "ar", "--lab", lab, "--hand", "simulated", "--seconds", 1)
-    done = asked(*words, "--paced", "--out", lab / "paced.npz")
+    done = run(*words, "--paced", "--out", lab / "paced.npz")
     assert done.exit_code == 0, done.output
-    asked(*words, "--out", lab / "once.npz")
+    run(*words, "--out", lab / "once.npz")
     paced, once = np.load(lab / "paced.npz"), np.load(lab / "once.npz")
     count = len(paced["acceleration_m_s2"])
     assert count > 0
@@ -59,7 +59,7 @@ def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("clot", "--method", "ar", "--hand", "simulated"), "no model of a texture 'clot'; did you mean 'cloth'?"),
         (("cloth", "--method", "arr", "--hand", "simulated"), "no model by the method 'arr'; did you mean 'ar'?"),
@@ -77,14 +77,14 @@ def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
         (("cloth", "--method", "ar", "--twins", "--rig", "rig.yaml"), "leave one out"),
     ],
 )
-def test_mistakes_are_told(lab, words, told):
-    done = asked(*words, "--lab", lab)
+def test_mistakes_are_told(lab, words, message):
+    done = run(*words, "--lab", lab)
     assert done.exit_code != 0
-    assert told in (done.output + str(done.exception))
+    assert message in (done.output + str(done.exception))
 
 
 def test_more_of_a_recording_than_there_is_cannot_be_played(lab):
     hand = lab / "hand.csv"
     hand.write_text("t_s,speed_mm_s,force_N\n0,100,1\n1,100,1\n")
-    done = asked("cloth", "--method", "ar", "--lab", lab, "--hand", hand, "--seconds", 5)
+    done = run("cloth", "--method", "ar", "--lab", lab, "--hand", hand, "--seconds", 5)
     assert "holds 1.001 s; 5 s of it cannot be played" in str(done.exception)

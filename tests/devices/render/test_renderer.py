@@ -52,12 +52,12 @@ class Noise(Loudest):
 
 
 def test_the_level_of_two_textures_does_not_dip_or_swell():
-    heard = []
+    samples = []
     for seed in range(2000):
         renderer = Renderer(Noise(seed))
         renderer.switch(Noise(seed + 5000))
-        heard.append(felt(renderer, CROSS_MS))
-    assert np.std(heard, axis=0) == pytest.approx(np.ones(CROSS_MS), abs=0.07)
+        samples.append(felt(renderer, CROSS_MS))
+    assert np.std(samples, axis=0) == pytest.approx(np.ones(CROSS_MS), abs=0.07)
 
 
 def test_the_last_of_several_wishes_is_played_and_silence_is_one():

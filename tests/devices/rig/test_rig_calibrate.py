@@ -49,7 +49,7 @@ def rig(tmp_path):
 
 
 @pytest.fixture
-def said(rig, monkeypatch, capsys):
+def run(rig, monkeypatch, capsys):
     """Call `palpate rig calibrate ...` with these lines typed; standard output, standard error."""
     monkeypatch.setitem(cli.get_command(None, "rig").commands, "calibrate", calibrate)
 
@@ -67,20 +67,20 @@ def changed_lines(path):
     return [line for line in path.read_text(encoding="utf-8").splitlines() if line not in RIG.splitlines()]
 
 
-def test_six_positions_find_the_true_sensitivity_and_zero_of_the_twin_and_say_how_well_they_fit(said, rig):
-    out, err = said("vibration", typed="\n" * 6)
+def test_six_positions_find_the_true_sensitivity_and_zero_of_the_twin_and_say_how_well_they_fit(run, rig):
+    out, err = run("vibration", typed="\n" * 6)
     assert [line.split(":")[0] for line in err.splitlines() if ": lay" in line] == [*POSITIONS]
     assert f"  calibrated: {DAY}" in out.splitlines() and "--write puts it there" in out
     assert rig.read_text() == RIG, "nothing is written unless it is asked for"
-    told = json.loads(said("vibration", "--yes", "--json")[0])
-    assert np.allclose(told["settings"]["sensitivity_V_per_g"], [0.34, 0.31, 0.29], atol=2e-4)
-    assert np.allclose(told["settings"]["zero_g_V"], [1.70, 1.41, 1.62], atol=2e-4)
-    assert told["settings"]["scaled_at_V"] == 3.3 and told["twin"] and not told["written"]
-    assert set(told["figures"]["residual_g"]) == {*POSITIONS} and 0 < told["figures"]["worst_g"] < 0.002
+    report = json.loads(run("vibration", "--yes", "--json")[0])
+    assert np.allclose(report["settings"]["sensitivity_V_per_g"], [0.34, 0.31, 0.29], atol=2e-4)
+    assert np.allclose(report["settings"]["zero_g_V"], [1.70, 1.41, 1.62], atol=2e-4)
+    assert report["settings"]["scaled_at_V"] == 3.3 and report["twin"] and not report["written"]
+    assert set(report["figures"]["residual_g"]) == {*POSITIONS} and 0 < report["figures"]["worst_g"] < 0.002
 
 
-def test_write_changes_the_entry_and_no_other_character(said, rig):
-    said("vibration", "--yes", "--write")
+def test_write_changes_the_entry_and_no_other_character(run, rig):
+    run("vibration", "--yes", "--write")
     [sensitivity, zero] = changed_lines(rig)
     assert sensitivity.endswith("], supply_V: 3.3,  # at the door")
     assert zero.startswith("              zero_g_V: [1.7") and zero.endswith(f"scaled_at_V: 3.3, calibrated: {DAY}}}")
@@ -88,15 +88,15 @@ def test_write_changes_the_entry_and_no_other_character(said, rig):
     assert health.ok and health.calibrated == DAY and "six positions" in health.readings[0].signal.calibration
 
 
-def test_a_real_one_is_read_in_real_time_after_an_enter_for_each_position(said, monkeypatch):
+def test_a_real_one_is_read_in_real_time_after_an_enter_for_each_position(run, monkeypatch):
     from palpate.devices.daq import accelerometer
 
-    made = accelerometer._daq
-    monkeypatch.setattr(accelerometer, "_daq", lambda name, settings, *rest: made(
+    daq_of = accelerometer._daq
+    monkeypatch.setattr(accelerometer, "_daq", lambda name, settings, *rest: daq_of(
         name, settings.model_copy(update={"driver": "twin"}), *rest))  # fmt: skip
-    out, err = said("bare", "--seconds", 0.2, typed="\n" * 6)
+    out, err = run("bare", "--seconds", 0.2, typed="\n" * 6)
     assert "bare (accelerometer):" in out and err.count("Enter: done") == 6
-    assert "nobody answered: run this at a terminal\n" in said("bare", typed="\n" * 2, status=2)[1]
+    assert "nobody answered: run this at a terminal\n" in run("bare", typed="\n" * 2, status=2)[1]
 
 
 class Hand:
@@ -131,33 +131,35 @@ class Tilted(Lying):
 @pytest.fixture
 def bench(rig):
     """A bench on which a hand lays the sensor; what it asks and says."""
-    asked, told = [], []
+    prompts, lines = [], []
     file = read_rig(rig)
     with opened_device(file, "vibration") as sensor:
 
         def laid(*scenes):
-            job = CalibrationJob(file, "vibration", DAY, asked.append, told.append)
+            job = CalibrationJob(file, "vibration", DAY, prompts.append, lines.append)
             hastened = Hand(*scenes).lays(sensor)
-            return Bench(job, hastened, sensor.transducer.scaling, 3000, hastened.clock.ns), asked, told
+            return Bench(job, hastened, sensor.transducer.scaling, 3000, hastened.clock.ns), prompts, lines
 
         yield laid
 
 
 def test_a_wrong_axis_and_a_sensor_that_moved_are_asked_for_again_by_name(bench):
-    laid, asked, told = bench(Lying("-y"), Lying("-x"), Dropped("+x"))
+    laid, prompts, lines = bench(Lying("-y"), Lying("-x"), Dropped("+x"))
     volts = laid.measured("+x")
     assert np.allclose(volts, [1.70 + 0.34, 1.41, 1.62], atol=1e-3)
-    assert len(asked) == 4 and asked[0].startswith("+x: lay") and all(each.startswith("+x again") for each in asked[1:])
-    assert "+x is requested and -y seems to be up: x -0.000 g, y -1.000 g" in told[0].replace("+0.000", "-0.000")
-    assert "-x seems to be up" in told[1] and "+x moved while it was read: " in told[2]
-    assert "wandered by 1.0" in told[2]
+    assert len(prompts) == 4
+    assert prompts[0].startswith("+x: lay")
+    assert all(prompt.startswith("+x again") for prompt in prompts[1:])
+    assert "+x is requested and -y seems to be up: x -0.000 g, y -1.000 g" in lines[0].replace("+0.000", "-0.000")
+    assert "-x seems to be up" in lines[1] and "+x moved while it was read: " in lines[2]
+    assert "wandered by 1.0" in lines[2]
 
 
 def test_a_tilted_position_is_found_by_the_fit_and_only_that_one_is_asked_for_again(bench):
-    laid, asked, told = bench(*map(Lying, POSITIONS[:2]), Tilted("+y"))
+    laid, prompts, lines = bench(*map(Lying, POSITIONS[:2]), Tilted("+y"))
     fit = laid.fitted({position: laid.measured(position) for position in POSITIONS})
-    assert [each.split(":")[0] for each in asked] == [*POSITIONS, "+y again"]
-    assert any("+y is off by" in each for each in told) and fit.worst_g < 0.002
+    assert [prompt.split(":")[0] for prompt in prompts] == [*POSITIONS, "+y again"]
+    assert any("+y is off by" in line for line in lines) and fit.worst_g < 0.002
 
 
 def test_five_bad_readings_of_a_position_end_it(bench):
@@ -166,40 +168,43 @@ def test_five_bad_readings_of_a_position_end_it(bench):
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [("noise_V: 0.1", "+x: 5 attempts and none that could be used"), ("noise_V: 0", "has stood at")],
 )
-def test_a_sensor_that_gives_nothing_usable_is_named_with_exit_code_1(said, rig, changed, told):
+def test_a_sensor_that_gives_nothing_usable_is_named_with_exit_code_1(run, rig, changed, message):
     rig.write_text(RIG.replace("scaled_at_V: 3.3}", f"scaled_at_V: 3.3, {changed}}}"))
     before = rig.read_text()
-    assert told in said("vibration", "--yes", "--write", status=1)[1]
+    assert message in run("vibration", "--yes", "--write", status=1)[1]
     assert rig.read_text() == before
 
 
-def test_a_coil_is_identified_by_the_sensor_on_it_and_its_file_is_what_the_rig_then_plays_by(said, rig):
-    out, err = said("actuator", "--with", "vibration", "--yes", "--write")
+def test_a_coil_is_identified_by_the_sensor_on_it_and_its_file_is_what_the_rig_then_plays_by(run, rig):
+    out, err = run("actuator", "--with", "vibration", "--yes", "--write")
     assert "will shake at up to 0.5 V for some 12 s. Fasten vibration" in err
     assert all(f"  {word}: " in out for word in ("gain", "ripple", "delay", "coherence"))
-    found = load(rig.parent / f"actuator-{DAY}.json")
-    assert found.date == DAY and found.ripple_dB < 1 and found.before_dB > 15 and 2 < found.delay_ms < 5
+    calibration = load(rig.parent / f"actuator-{DAY}.json")
+    assert calibration.date == DAY
+    assert calibration.ripple_dB < 1
+    assert calibration.before_dB > 15
+    assert 2 < calibration.delay_ms < 5
     new = [f"    calibration: actuator-{DAY}.json", f"    calibrated: {DAY}"]
     assert changed_lines(rig) == new
     health = check_device(read_rig(rig), "actuator", 0.2)
     assert health.ok and health.calibrated == DAY and "flat within" in health.summary
-    assert "exists, and records may name it; give --force" in said("actuator", "--yes", "--with", "vibration",
+    assert "exists, and records may name it; give --force" in run("actuator", "--yes", "--with", "vibration",
                                                                              status=2)[1]  # fmt: skip
 
 
-def test_a_calibration_that_is_named_before_it_is_there_does_not_stand_in_its_own_way(said, rig):
+def test_a_calibration_that_is_named_before_it_is_there_does_not_stand_in_its_own_way(run, rig):
     rig.write_text(RIG.replace("driver: twin  # until", "calibration: coil.json\n    driver: twin  # until"))
-    told = json.loads(said("actuator", "--with", "vibration", "--yes", "--seconds", 4, "--json")[0])
-    assert told["settings"]["calibration"] == f"actuator-{DAY}.json"
-    assert 0.9 < told["figures"]["coherence_median"] <= 1 and told["figures"]["ripple_dB"] < 1
+    report = json.loads(run("actuator", "--with", "vibration", "--yes", "--seconds", 4, "--json")[0])
+    assert report["settings"]["calibration"] == f"actuator-{DAY}.json"
+    assert 0.9 < report["figures"]["coherence_median"] <= 1 and report["figures"]["ripple_dB"] < 1
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("coil", "sensor", "options", "told"),
+    ("coil", "sensor", "options", "message"),
     [
         ("peak_V: 1", "noise_V: 0.1", ("--level", 0.001), "coherence below 0.8"),
         ("peak_V: 1", "sensitivity_V_per_g: [3, 0.3, 0.3]", (), "samples of on_it are clipped: give a lower"),
@@ -208,11 +213,11 @@ def test_a_calibration_that_is_named_before_it_is_there_does_not_stand_in_its_ow
     ],
 )
 def test_a_recording_that_identifies_nothing_is_refused_by_name_and_leaves_no_file(
-    said, rig, coil, sensor, options, told
+    run, rig, coil, sensor, options, message
 ):
     coil, sensor = f"{{kind: voice_coil, driver: twin, {coil}}}", f"{{kind: accelerometer, driver: twin, {sensor}}}"
     rig.write_text(f"rig: booth\ndevices:\n  coil: {coil}\n  on_it: {sensor}\n")
-    assert told in said("coil", "--yes", "--seconds", 6, *options, status=1)[1]
+    assert message in run("coil", "--yes", "--seconds", 6, *options, status=1)[1]
     assert not [*rig.parent.glob("*.json")]
 
 
@@ -236,31 +241,31 @@ def test_what_is_felt_on_the_coil_is_what_it_does_at_any_rate_of_the_sensor(rig)
         assert all(after >= before for before, after in pairwise(felt))
 
 
-def test_a_tablets_pairs_give_the_curve_and_what_is_left_over(said, rig, tmp_path):
+def test_a_tablets_pairs_give_the_curve_and_what_is_left_over(run, rig, tmp_path):
     pairs = tmp_path / "pairs.csv"
     rows = [f"{y / 10},{0.2 * np.exp(2.9 * y / 10):.4f}" for y in range(1, 11)]
     pairs.write_text("\n".join(["pressure,force_N", *rows]))
-    out, _ = said("stylus", "--pairs", pairs, "--write", "--figure", tmp_path / "force.png")
+    out, _ = run("stylus", "--pairs", pairs, "--write", "--figure", tmp_path / "force.png")
     assert "residual of 10 pairs: " in out and "F = 0.2 exp(2.9 y) N" in out
     assert f"drawn: {tmp_path / 'force.csv'}" in out and (tmp_path / "force.png").is_file()
     force = read_rig(rig).devices["stylus"].force
     assert (force.a_N, force.b) == (pytest.approx(0.2, rel=1e-3), pytest.approx(2.9, rel=1e-3))
     pairs.write_text("pressure,force_N\n0.1,soft\n")
-    assert "pairs.csv, line 2: two numbers are expected" in said("stylus", "--pairs", pairs, status=2)[1]
+    assert "pairs.csv, line 2: two numbers are expected" in run("stylus", "--pairs", pairs, status=2)[1]
     pairs.write_text("pressure,force_N\n0.1,0.2\n")
-    assert "pairs.csv: 1 pressures and 1 forces" in said("stylus", "--pairs", pairs, status=2)[1]
+    assert "pairs.csv: 1 pressures and 1 forces" in run("stylus", "--pairs", pairs, status=2)[1]
 
 
-def test_every_kind_is_calibrated_here_or_says_where(said):
+def test_every_kind_is_calibrated_here_or_says_where(run):
     measured = {name for name, kind in KINDS.items() if isinstance(kind.calibration, CalibrationMethod)}
     assert measured == {"accelerometer", "tablet", "voice_coil"}
     for name, word in [("force", ".cal"), ("tracker", "Motive"), ("door", "handle_radius_m"), ("noise", "sound level"),
                        ("camera", "focus"), ("stage", "nothing to calibrate")]:  # fmt: skip
-        assert word in said(name, status=2)[1]
+        assert word in run(name, status=2)[1]
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("vibratoin",), "names no device 'vibratoin'; did you mean 'vibration'?"),
         (("vibration", "--pairs", __file__), "--pairs is for tablet; vibration is of kind accelerometer"),
@@ -278,22 +283,24 @@ def test_every_kind_is_calibrated_here_or_says_where(said):
         (("stylus", "--pairs", "nowhere.csv"), "'nowhere.csv' does not exist"),
     ],
 )
-def test_a_mistake_is_told_with_what_to_do(said, rig, words, told):
-    out, err = said(*words, status=2)
-    assert told in " ".join(err.split()) and not out
+def test_a_mistake_is_told_with_what_to_do(run, rig, words, message):
+    out, err = run(*words, status=2)
+    assert message in " ".join(err.split()) and not out
     assert rig.read_text() == RIG
 
 
-def test_a_sensor_too_slow_for_the_coil_or_for_so_few_seconds_is_refused(said, rig):
+def test_a_sensor_too_slow_for_the_coil_or_for_so_few_seconds_is_refused(run, rig):
     rig.write_text(RIG.replace("supply_V: 3.3,  #", "supply_V: 3.3, rate_hz: 400,  #"))
-    assert "vibration samples at 400 Hz" in said("actuator", "--with", "vibration", "--yes", status=2)[1]
-    told = said("vibration", "--yes", "--seconds", 0.2, status=2)[1]
-    assert "80 samples a position; 100 are needed: give --seconds 0.25 or more" in told
+    assert "vibration samples at 400 Hz" in run("actuator", "--with", "vibration", "--yes", status=2)[1]
+    message = run("vibration", "--yes", "--seconds", 0.2, status=2)[1]
+    assert "80 samples a position; 100 are needed: give --seconds 0.25 or more" in message
 
 
 def test_the_command_is_light_until_it_is_called():
     heavy = {"numpy", "scipy", "yaml", "pydantic", "nidaqmx", "sounddevice"}
     loaded = f"import palpate.devices.rig.commands_calibrate, sys; print({heavy} & {{*sys.modules}} or 'none')"
-    told = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, timeout=60, check=True)
-    assert told.stdout.strip() == "none"
+    loaded_modules = subprocess.run(
+        [sys.executable, "-c", loaded], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert loaded_modules.stdout.strip() == "none"
     assert isinstance(calibrate, click.Command)

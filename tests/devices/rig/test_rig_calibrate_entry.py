@@ -37,11 +37,11 @@ def test_however_an_entry_is_written_only_its_settings_change(tmp_path, layout, 
     assert written.startswith(mark) and (newline == "\n") == (b"\r" not in written)
     comments = [line.partition("#")[2].strip() for line in text.splitlines() if "#" in line]
     assert [x.partition("#")[2].strip() for x in written.decode().splitlines() if "#" in x] == comments
-    assert [each.name for each in tmp_path.iterdir()] == ["rig.yaml"]
+    assert [path.name for path in tmp_path.iterdir()] == ["rig.yaml"]
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("  it:\n    kind: accelerometer\n    driver: twin\n    sensitivity_V_per_g:\n    - 0.3\n    - 0.3\n    - .3\n",
          "line 7: a value over lines of its own"),
@@ -50,13 +50,13 @@ def test_however_an_entry_is_written_only_its_settings_change(tmp_path, layout, 
         ("  it: {kind: accelerometer, driver: twin, supply_V: 9}\n", "supply_V"),
     ],
 )  # fmt: skip
-def test_an_entry_that_cannot_be_edited_safely_is_left_and_what_to_paste_is_told(tmp_path, text, told):
+def test_an_entry_that_cannot_be_edited_safely_is_left_and_what_to_paste_is_told(tmp_path, text, message):
     path = tmp_path / "rig.yaml"
     path.write_text("rig: booth\ndevices:\n" + text)
     before = path.read_bytes()
     with pytest.raises(RigFileError) as refused:
         write_settings(path, "it", NEW)
-    assert "was not changed" in str(refused.value) and told in str(refused.value)
+    assert "was not changed" in str(refused.value) and message in str(refused.value)
     assert str(refused.value).endswith(f"  sensitivity_V_per_g: [0.3, 0.31, 0.32]\n  calibrated: {DAY}")
     assert path.read_bytes() == before and len([*tmp_path.iterdir()]) == 1
 

@@ -24,7 +24,7 @@ devices:
 
 
 @pytest.fixture
-def said(tmp_path, capsys):
+def run(tmp_path, capsys):
     """Call `palpate rig ...`; what it says on the stream that its exit code goes with."""
 
     def call(*arguments, status=0):
@@ -44,8 +44,8 @@ def lab(tmp_path):
     return tmp_path
 
 
-def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(said, lab):
-    text = said("check", "vibration", "--seconds", 0.2, "--lab", lab)
+def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(run, lab):
+    text = run("check", "vibration", "--seconds", 0.2, "--lab", lab)
     assert "ok     vibration (accelerometer, twin): " in text and "calibrated 2026-03-01" in text
     assert "Hz measured, 3000 Hz nominal" in text
     assert "by ADXL335, typical values of the data sheet" in text
@@ -55,26 +55,28 @@ def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(said, la
 
 
 @pytest.mark.needs("serial")
-def test_what_cannot_be_opened_is_told_beside_what_can_and_the_exit_code_says_so(said, lab):
-    text = said("check", "--seconds", 0.2, "--lab", lab, status=1)
+def test_what_cannot_be_opened_is_told_beside_what_can_and_the_exit_code_says_so(run, lab):
+    text = run("check", "--seconds", 0.2, "--lab", lab, status=1)
     assert "ok     noise" in text and "ok     vibration" in text
     assert "NOT OK camera (camera): camera: the camera's folder" in text and "cannot be read" in text
     assert "NOT OK scanner (stage): scanner: the scanner's port /dev/no-such-port cannot be opened" in text
 
 
-def test_as_json_the_same_is_data_without_nan(said, lab):
-    told = json.loads(
-        said("check", "noise", "vibration", "camera", "--seconds", 0.2, "--lab", lab, "--json", status=1),
+def test_as_json_the_same_is_data_without_nan(run, lab):
+    report = json.loads(
+        run("check", "noise", "vibration", "camera", "--seconds", 0.2, "--lab", lab, "--json", status=1),
         parse_constant=pytest.fail,
     )
-    assert [told[name]["ok"] for name in ("noise", "vibration", "camera")] == [True, True, False]
-    [reading] = told["vibration"]["readings"]
+    assert [report[name]["ok"] for name in ("noise", "vibration", "camera")] == [True, True, False]
+    [reading] = report["vibration"]["readings"]
     assert reading["nominal_hz"] == 3000 and reading["units"] == ["m/s^2"] * 3 and len(reading["noise"]) == 3
-    assert told["vibration"]["calibrated"] == "2026-03-01" and told["vibration"]["twin"] and not told["camera"]["twin"]
+    assert report["vibration"]["calibrated"] == "2026-03-01"
+    assert report["vibration"]["twin"]
+    assert not report["camera"]["twin"]
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("check", "vibratoin"), "names no device 'vibratoin'; did you mean 'vibration'?"),
         (("check", "--seconds", "0"), "0.2<=x<=60"),
@@ -83,60 +85,60 @@ def test_as_json_the_same_is_data_without_nan(said, lab):
         (("simulate",), "exists; give another --out, or --force"),
     ],
 )
-def test_a_mistake_is_told_with_what_to_do(said, lab, words, told):
+def test_a_mistake_is_told_with_what_to_do(run, lab, words, message):
     where = () if words[0] == "kinds" else ("--lab", lab)
-    assert told in said(*words, *where, status=2)
+    assert message in run(*words, *where, status=2)
 
 
-def test_without_a_rig_file_the_way_to_one_is_told(said, tmp_path):
-    assert f"palpate rig simulate --out {rig_path(tmp_path)}" in said("check", "--lab", tmp_path, status=2)
+def test_without_a_rig_file_the_way_to_one_is_told(run, tmp_path):
+    assert f"palpate rig simulate --out {rig_path(tmp_path)}" in run("check", "--lab", tmp_path, status=2)
 
 
-def test_a_mistake_in_the_file_is_told_with_its_line(said, lab):
+def test_a_mistake_in_the_file_is_told_with_its_line(run, lab):
     rig_path(lab).write_text(RIG.replace("driver: folder", "driver: folders"), encoding="utf-8")
-    assert "line 5: devices.camera.driver: found 'folders'" in said("check", "--lab", lab, status=2)
+    assert "line 5: devices.camera.driver: found 'folders'" in run("check", "--lab", lab, status=2)
 
 
-def test_a_rig_of_twins_serves_every_need_of_the_shipped_studies_but_samples(said, tmp_path):
-    assert "palpate rig check --rig" in said("simulate", "--lab", tmp_path)
+def test_a_rig_of_twins_serves_every_need_of_the_shipped_studies_but_samples(run, tmp_path):
+    assert "palpate rig check --rig" in run("simulate", "--lab", tmp_path)
     rig = read_rig(rig_path(tmp_path))
     assert {rig.kind(name) for name in rig.devices} == {*KINDS.places} and all(map(rig.is_twin, rig.devices))
     needs = {need for study in SHIPPED.glob("*/study.yaml") for need in read_study(study).study.needs}
     assert (needs & {*TAKES}) - {*rig.needs} == {"samples"}, "samples are mounted by hand unless a lab says otherwise"
     rig_path(tmp_path).write_text("mine")
-    said("simulate", "--lab", tmp_path, status=2)
+    run("simulate", "--lab", tmp_path, status=2)
     assert rig_path(tmp_path).read_text() == "mine"
-    said("simulate", "--force", "--out", rig_path(tmp_path))
+    run("simulate", "--force", "--out", rig_path(tmp_path))
     assert read_rig(rig_path(tmp_path)).name == "twins"
 
 
-def test_kinds_are_listed_with_the_needs_that_take_them(said):
-    lines = said("kinds").splitlines()
+def test_kinds_are_listed_with_the_needs_that_take_them(run):
+    lines = run("kinds").splitlines()
     assert [line.split()[0] for line in lines] == [*KINDS]
     assert all(need in next(line for line in lines if line.startswith(kind)) for need in TAKES for kind in TAKES[need])
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_setting_is_told_with_what_it_takes_its_default_and_what_it_means(said, kind):
+def test_every_setting_is_told_with_what_it_takes_its_default_and_what_it_means(run, kind):
     settings = settings_of_kind(KINDS[kind])
-    assert {each.name.partition(".")[0] for each in settings} == {*KINDS[kind].settings.model_fields}
-    text = said("kinds", kind)
-    for each in settings:
-        assert each.meaning, f"MEANINGS of the kind {kind} says nothing of {each.name}"
-        assert f"{each.takes}; " in text and each.meaning in text
+    assert {setting.name.partition(".")[0] for setting in settings} == {*KINDS[kind].settings.model_fields}
+    text = run("kinds", kind)
+    for setting in settings:
+        assert setting.meaning, f"MEANINGS of the kind {kind} says nothing of {setting.name}"
+        assert f"{setting.takes}; " in text and setting.meaning in text
 
 
-def row(each):
-    default = each.default if each.default == "required" else f"`{each.default}`"
-    return f"| `{each.name}` | {each.takes} | {default} | {each.meaning} |"
+def row(setting):
+    default = setting.default if setting.default == "required" else f"`{setting.default}`"
+    return f"| `{setting.name}` | {setting.takes} | {default} | {setting.meaning} |"
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_page_of_the_rig_file_has_every_setting_of_every_kind(kind):
     section = PAGE.read_text(encoding="utf-8").partition(f"\n### `{kind}`\n")[2].partition("\n### ")[0]
     shared = {"kind", "calibrated"}
-    wanted = [row(each) for each in settings_of_kind(KINDS[kind]) if each.name not in shared]
-    assert [line for line in section.splitlines() if line.startswith("| `")] == wanted
+    expected = [row(setting) for setting in settings_of_kind(KINDS[kind]) if setting.name not in shared]
+    assert [line for line in section.splitlines() if line.startswith("| `")] == expected
 
 
 def test_the_page_of_the_rig_file_has_every_need():

@@ -38,7 +38,7 @@ def test_a_rig_file_names_devices_and_what_they_serve(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("rig: booth", "rigg: booth", r"line 1: rigg: unknown key; .*'rig'"),
         ("rig: booth", "rig: 7", r"line 1: rig: a name for the rig is expected"),
@@ -61,9 +61,9 @@ def test_a_rig_file_names_devices_and_what_they_serve(tmp_path):
         ("calibrated: 2026-03-01", "calibrated: last spring", r"line 4: devices.force.calibrated: found 'last spring'"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_with_its_line_and_the_nearest_name(tmp_path, old, new, said):
+def test_a_mistake_is_told_with_its_line_and_the_nearest_name(tmp_path, old, new, message):
     path = written(tmp_path, GOOD.replace(old, new, 1))
-    with pytest.raises(RigFileError, match=said) as caught:
+    with pytest.raises(RigFileError, match=message) as caught:
         read_rig(path)
     assert str(path) in str(caught.value)
 
@@ -71,11 +71,11 @@ def test_a_mistake_is_told_with_its_line_and_the_nearest_name(tmp_path, old, new
 def test_a_file_that_a_setting_names_is_part_of_what_the_ledger_keeps(tmp_path):
     rig = read_rig(written(tmp_path, GOOD.replace("calibrated: 2026-03-01", "calibration: FT1.cal")))
     assert "calibration_sha256" not in rig.definition(["force"])["force"]
-    found = []
+    parts = []
     for text in ("one", "other", "one"):
         (tmp_path / "FT1.cal").write_text(text)
-        found.append(rig.definition(["force"])["force"]["calibration_sha256"])
-    assert found[0] == found[2] != found[1]
+        parts.append(rig.definition(["force"])["force"]["calibration_sha256"])
+    assert parts[0] == parts[2] != parts[1]
 
 
 def test_all_mistakes_are_told_at_once(tmp_path):

@@ -63,8 +63,8 @@ def test_what_portaudio_writes_is_the_noise_sample_by_sample_with_its_ramps(tmp_
     for attempt in range(4):
         folder = tmp_path / str(attempt)
         folder.mkdir()
-        tape, told = played(folder, SCRIPT, channels=2)
-        assert np.array_equal(tape[:, 0], tape[:, 1]) and "'output': 'tape'" in told
+        tape, notes = played(folder, SCRIPT, channels=2)
+        assert np.array_equal(tape[:, 0], tape[:, 1]) and "'output': 'tape'" in notes
         if is_the_noise(tape[:, 0], meant):
             return
     raise AssertionError("four playbacks, and none is the noise that was meant")
@@ -104,7 +104,7 @@ class Sound:
         stream.close = lambda ignore_errors: setattr(stream, "closed", True)
         return stream
 
-    def wanted(self, frames=64, late=False):
+    def ask_for_samples(self, frames=64, late=False):
         out = np.full((frames, 2), np.nan, dtype="f4")
         self.streams[-1].callback(out, frames, None, SimpleNamespace(output_underflow=late))
         return out
@@ -115,18 +115,18 @@ def card(sound, **given):
 
 
 @pytest.mark.parametrize(
-    ("error", "told"),
+    ("error", "message"),
     [
         (ImportError("No module named 'sounddevice'"), "needs the package sounddevice: pip install"),
         (OSError("PortAudio library not found"), "PortAudio library not found.: apt-get install libportaudio2"),
     ],
 )
-def test_without_the_package_or_the_library_the_refusal_says_what_to_install(monkeypatch, error, told):
+def test_without_the_package_or_the_library_the_refusal_says_what_to_install(monkeypatch, error, message):
     def missing(_name):
         raise error
 
     monkeypatch.setattr(card_module.importlib, "import_module", missing)
-    with pytest.raises(DeviceError, match=told):
+    with pytest.raises(DeviceError, match=message):
         Card("noise", None, 48_000).open()
 
 
@@ -175,7 +175,7 @@ def test_samples_that_cannot_be_had_are_silence_and_a_fault():
     used = card(sound)
     used.open()
     used.start(lambda count: {}[count])
-    assert not sound.wanted().any()
+    assert not sound.ask_for_samples().any()
     assert "its samples could not be read: 64" in str(used.fault())
 
 
@@ -184,8 +184,8 @@ def test_late_buffers_are_counted():
     used = card(sound)
     used.open()
     used.start(np.ones)
-    assert sound.wanted(late=True).all()
-    sound.wanted()
+    assert sound.ask_for_samples(late=True).all()
+    sound.ask_for_samples()
     assert used.facts()["late buffers"] == "1"
 
 
@@ -194,7 +194,7 @@ def test_the_noise_player_says_that_its_headphones_went():
     noise = MaskingNoise("noise", Settings(kind="masking_noise", driver="sound"), card(sound))
     noise.open()
     noise.start()
-    assert sound.wanted(48_000).any()
+    assert sound.ask_for_samples(48_000).any()
     sound.streams[0].finished_callback()
     with pytest.raises(DeviceFault, match="unplugged"):
         noise.check()

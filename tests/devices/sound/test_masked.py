@@ -97,8 +97,8 @@ def test_a_presentation_whose_headphones_went_is_marked_and_the_next_one_waits_u
             return Reply({"presented": True})
 
     room.masked.presents = Pulls()
-    came = room.act(Present(trial_of("T07")), Desk())
-    assert came == Fault({"device": "noise", "what": "link_lost", "message": "noise: the headphones are gone."})
+    outcome = room.act(Present(trial_of("T07")), Desk())
+    assert outcome == Fault({"device": "noise", "what": "link_lost", "message": "noise: the headphones are gone."})
     room.out.unplugged, room.masked.presents = False, HandMounted()
     desk = Desk(confirms=[0.2, 0.2])
     assert isinstance(room.act(Present(trial_of("T07")), desk), Reply)

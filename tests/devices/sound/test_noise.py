@@ -34,9 +34,9 @@ def test_a_level_in_dbfs_is_that_of_a_full_scale_sine_and_the_loudest_noise_neve
     sine = np.sin(2 * np.pi * np.arange(RATE) / 48)
     assert np.sqrt(np.mean(sine**2)) == pytest.approx(rms_of(0.0))
     for colour in ("white", "pink"):
-        made = loop(colour, RATE, 7) * rms_of(-12.0)
-        assert np.sqrt(np.mean(made**2)) == pytest.approx(rms_of(-12.0))
-        assert np.abs(made).max() < 1.0
+        noise = loop(colour, RATE, 7) * rms_of(-12.0)
+        assert np.sqrt(np.mean(noise**2)) == pytest.approx(rms_of(-12.0))
+        assert np.abs(noise).max() < 1.0
 
 
 THIRDS = {  # IEC 61672-1:2013, Table 3: nominal frequency in Hz and A-weighting in dB
@@ -93,7 +93,7 @@ def test_a_ramp_that_is_turned_round_halfway_goes_back_from_where_it_is():
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"level_dbfs": -20.0}, "nobody has measured how loud"),
         ({"level_db_spl": 60.0}, "needs db_spl_at_0_dbfs"),
@@ -104,8 +104,8 @@ def test_a_ramp_that_is_turned_round_halfway_goes_back_from_where_it_is():
         ({"loudness": 3}, "Extra inputs"),
     ],
 )
-def test_a_level_that_harms_or_cannot_be_had_is_refused(given, told):
-    with pytest.raises(ValidationError, match=told):
+def test_a_level_that_harms_or_cannot_be_had_is_refused(given, message):
+    with pytest.raises(ValidationError, match=message):
         settings(**given)
 
 

@@ -37,9 +37,9 @@ class Desk:
     typed: str | None = None
     clock: Clock | None = None
     demands: list = field(default_factory=list)
-    told: dict = field(default_factory=dict)
+    statuses: dict = field(default_factory=dict)
     standing: object = None
-    asked_ns: int = 0
+    demanded_ns: int = 0
 
     def poll(self):
         return self.asides.pop(0) if self.asides else None
@@ -50,7 +50,7 @@ class Desk:
         self.standing = prompt
         if prompt is not None:
             self.demands.append(prompt.text)
-            self.asked_ns = None
+            self.demanded_ns = None
 
     def answer(self):
         if self.typed is not None:
@@ -58,16 +58,16 @@ class Desk:
             return typed
         if self.standing is None or not self.confirms or self.clock is None:
             return None
-        if self.asked_ns is None:
-            self.asked_ns = self.clock.t_ns
-        if self.clock.t_ns - self.asked_ns >= self.confirms[0] * 1e9:
+        if self.demanded_ns is None:
+            self.demanded_ns = self.clock.t_ns
+        if self.clock.t_ns - self.demanded_ns >= self.confirms[0] * 1e9:
             self.confirms.pop(0)
             self.standing = None
             return True
         return None
 
     def tell(self, state):
-        self.told.update(state)
+        self.statuses.update(state)
 
 
 @dataclass

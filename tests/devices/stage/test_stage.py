@@ -29,20 +29,20 @@ def scanner_port():
     try:
         yield ours, os.ttyname(theirs)
     finally:
-        for each in (ours, theirs):
+        for handle in (ours, theirs):
             with suppress(OSError):
-                os.close(each)
+                os.close(handle)
 
 
 @contextmanager
 def stage_at(port, **changes):
-    made = make("stage", settings(port=port, **changes), None)
-    made.known = known_codes(STIMULI)
-    made.open()
+    stage = make("stage", settings(port=port, **changes), None)
+    stage.known = known_codes(STIMULI)
+    stage.open()
     try:
-        yield made
+        yield stage
     finally:
-        made.close()
+        stage.close()
 
 
 def sends(ours, parts):
@@ -62,9 +62,9 @@ def test_the_right_code_confirms_however_its_line_ends_and_in_however_many_parts
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock, desk = Clock(), Desk()
         window = Window(clock, sends(ours, [b"", b"T0", b"7" + end]))
-        came = stage.perform(Present(trial_of("T07")), window, desk, clock)
-    assert came == Reply({"presented": True, "by": "barcode", "seconds": came.value["seconds"], "code": "T07"})
-    assert came.value["seconds"] > 0
+        outcome = stage.perform(Present(trial_of("T07")), window, desk, clock)
+    assert outcome == Reply({"presented": True, "by": "barcode", "seconds": outcome.value["seconds"], "code": "T07"})
+    assert outcome.value["seconds"] > 0
     assert desk.demands == ["Put in place: T07 (sandpaper P60, box 3)"] and desk.standing is None
     assert window.pages == ["changing_sample"]
 
@@ -74,8 +74,8 @@ def test_a_wrong_sample_is_refused_by_name_and_the_right_one_is_taken_then():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock, desk = Clock(), Desk()
         window = Window(clock, sends(ours, [b"8801234567893\r", b"", b"nonsense\r\n", b"t07\r"]))
-        came = stage.perform(Present(trial_of("T07")), window, desk, clock)
-    assert came.value["wrong"] == ["8801234567893", "NONSENSE"] and came.value["by"] == "barcode"
+        outcome = stage.perform(Present(trial_of("T07")), window, desk, clock)
+    assert outcome.value["wrong"] == ["8801234567893", "NONSENSE"] and outcome.value["by"] == "barcode"
     assert desk.demands == [
         "Put in place: T07 (sandpaper P60, box 3)",
         "Put in place: T07 (sandpaper P60, box 3). T07 is requested, T12 was scanned.",
@@ -88,8 +88,8 @@ def test_a_column_of_codes_names_the_sample_and_its_id_does_too():
     for code in (b"8801234567893\n", b"T12\n"):
         with scanner_port() as (ours, port), stage_at(port) as stage:
             clock = Clock()
-            came = stage.perform(Present(trial_of("T12")), Window(clock, sends(ours, [code])), Desk(), clock)
-        assert came.value["by"] == "barcode"
+            outcome = stage.perform(Present(trial_of("T12")), Window(clock, sends(ours, [code])), Desk(), clock)
+        assert outcome.value["by"] == "barcode"
 
 
 @pytest.mark.needs("serial")
@@ -97,8 +97,8 @@ def test_a_code_from_before_it_was_asked_for_confirms_nothing():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         os.write(ours, b"T07\r")
         clock, desk = Clock(), Desk(confirms=[1.0])
-        came = stage.perform(Present(trial_of("T07")), Window(clock), desk, clock)
-    assert came.value["by"] == "experimenter" and "code" not in came.value
+        outcome = stage.perform(Present(trial_of("T07")), Window(clock), desk, clock)
+    assert outcome.value["by"] == "experimenter" and "code" not in outcome.value
 
 
 @pytest.mark.needs("serial")
@@ -106,8 +106,8 @@ def test_a_key_alone_is_not_enough_where_the_rig_says_so():
     with scanner_port() as (ours, port), stage_at(port, key_confirms=False) as stage:
         clock, desk = Clock(), Desk(confirms=[0.1])
         window = Window(clock, sends(ours, [b""] * 20 + [b"T07\r"]))
-        came = stage.perform(Present(trial_of("T07")), window, desk, clock)
-    assert came.value["by"] == "barcode" and came.value["seconds"] > 0.9
+        outcome = stage.perform(Present(trial_of("T07")), window, desk, clock)
+    assert outcome.value["by"] == "barcode" and outcome.value["seconds"] > 0.9
 
 
 @pytest.mark.needs("serial")
@@ -115,13 +115,13 @@ def test_an_aside_leaves_the_demand_and_the_refusal_standing_and_the_pause_out_o
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock, desk, request = Clock(), Desk(), Present(trial_of("T07"))
         desk.asides = [None, None, Aside({"do": "pause"})]
-        came = stage.perform(request, Window(clock, sends(ours, [b"T12\r"])), desk, clock)
-        assert came == Aside({"do": "pause"})
+        outcome = stage.perform(request, Window(clock, sends(ours, [b"T12\r"])), desk, clock)
+        assert outcome == Aside({"do": "pause"})
         clock.t_ns += 60 * 10**9
         desk.asides = [Aside({"do": "go_on"})]
         assert stage.perform(request, Window(clock), desk, clock) == Aside({"do": "go_on"})
-        came = stage.perform(request, Window(clock, sends(ours, [b"T07\r"])), desk, clock)
-    assert came.value["wrong"] == ["T12"] and came.value["seconds"] < 1.0
+        outcome = stage.perform(request, Window(clock, sends(ours, [b"T07\r"])), desk, clock)
+    assert outcome.value["wrong"] == ["T12"] and outcome.value["seconds"] < 1.0
     assert len(desk.demands) == 2 and desk.demands[1].endswith("T07 is requested, T12 was scanned.")
 
 
@@ -130,16 +130,16 @@ def test_a_scanner_that_is_pulled_is_a_fault_and_the_next_trial_asks_for_it_firs
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock = Clock()
         pulled = Window(clock, lambda: os.close(ours))
-        came = stage.perform(Present(trial_of("T07")), pulled, Desk(), clock)
-        assert isinstance(came, Fault) and came.value["what"] == "link_lost"
-        assert came.value["message"].startswith(f"stage: the scanner at {port} is gone")
+        outcome = stage.perform(Present(trial_of("T07")), pulled, Desk(), clock)
+        assert isinstance(outcome, Fault) and outcome.value["what"] == "link_lost"
+        assert outcome.value["message"].startswith(f"stage: the scanner at {port} is gone")
     with scanner_port() as (ours, port):
         stage.scanner.port = port
         desk = Desk(confirms=[0.2])
         window = Window(clock, sends(ours, [b"", b"", b"", b"", b"", b"", b"T07\r"]))
-        came = stage.perform(Present(trial_of("T07")), window, desk, clock)
+        outcome = stage.perform(Present(trial_of("T07")), window, desk, clock)
         stage.close()
-    assert came.value["by"] == "barcode"
+    assert outcome.value["by"] == "barcode"
     assert desk.demands[0].endswith("Put it right, then confirm.") and "is gone" in desk.demands[0]
 
 
@@ -149,10 +149,10 @@ def test_a_scanner_that_is_still_gone_is_a_fault_again_and_not_a_loop():
         stage.scanner.close()
         stage.scanner.port = "/dev/no-such-port"
         clock = Clock()
-        came = stage.perform(Present(trial_of("T07")), Window(clock), Desk(), clock)
-        assert came.value["message"].startswith("stage: the scanner's port /dev/no-such-port cannot be opened")
-        came = stage.perform(Present(trial_of("T07")), Window(clock), Desk(confirms=[3.0]), clock)
-        assert isinstance(came, Fault) and clock.t_ns >= 3 * 10**9
+        outcome = stage.perform(Present(trial_of("T07")), Window(clock), Desk(), clock)
+        assert outcome.value["message"].startswith("stage: the scanner's port /dev/no-such-port cannot be opened")
+        outcome = stage.perform(Present(trial_of("T07")), Window(clock), Desk(confirms=[3.0]), clock)
+        assert isinstance(outcome, Fault) and clock.t_ns >= 3 * 10**9
 
 
 @pytest.mark.needs("serial")
@@ -169,8 +169,8 @@ def test_a_typed_code_counts_as_a_scan_even_where_the_same_wrong_one_comes_twice
         if typed:
             desk.typed = typed.pop(0)
 
-    came = stage.perform(Present(trial_of("T07")), Window(clock, turn), desk, clock)
-    assert came.value == {**came.value, "by": "barcode", "code": "T07", "wrong": ["T12", "T12"]}
+    outcome = stage.perform(Present(trial_of("T07")), Window(clock, turn), desk, clock)
+    assert outcome.value == {**outcome.value, "by": "barcode", "code": "T07", "wrong": ["T12", "T12"]}
 
 
 def test_lines_are_whole_codes_whatever_the_bytes():
@@ -183,29 +183,29 @@ def test_lines_are_whole_codes_whatever_the_bytes():
 
 
 def test_a_code_that_two_samples_share_names_neither():
-    both = [each.model_copy(update={"columns": {"barcode": "1"}}) for each in STIMULI]
+    both = [stimulus.model_copy(update={"columns": {"barcode": "1"}}) for stimulus in STIMULI]
     assert known_codes(both) == {"T07": "T07", "T12": "T12"}
 
 
 def test_by_hand_it_is_as_ever_and_the_twin_takes_its_time():
     clock, desk = Clock(), Desk(confirms=[0.5])
-    came = make("stage", settings(driver="hand"), None).perform(Present(trial_of("T07")), Window(clock), desk, clock)
-    assert came.value["by"] == "experimenter" and came.value["seconds"] == pytest.approx(0.5, abs=0.051)
+    outcome = make("stage", settings(driver="hand"), None).perform(Present(trial_of("T07")), Window(clock), desk, clock)
+    assert outcome.value["by"] == "experimenter" and outcome.value["seconds"] == pytest.approx(0.5, abs=0.051)
     began = clock.t_ns
-    came = make("stage", settings(driver="twin", mount_s=4.0), None).perform(
+    outcome = make("stage", settings(driver="twin", mount_s=4.0), None).perform(
         Present(trial_of("T07")), Window(clock), desk, clock
     )
-    assert came.value["by"] == "twin" and clock.t_ns - began >= 4 * 10**9
+    assert outcome.value["by"] == "twin" and clock.t_ns - began >= 4 * 10**9
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"driver": "hand", "key_confirms": False}, "else nothing confirms a sample"),
         ({"driver": "hand", "port": "/dev/ttyUSB0"}, "port needs driver: barcode"),
         ({"baud": 1}, "greater than or equal to 300"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(given, told):
-    with pytest.raises(ValidationError, match=told):
+def test_settings_that_make_no_sense_are_refused(given, message):
+    with pytest.raises(ValidationError, match=message):
         settings(**given)

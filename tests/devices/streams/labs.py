@@ -55,7 +55,7 @@ class Fed:
     given: queue.Queue = field(default_factory=queue.Queue)
     fed: int = 0
     passed: int = 0
-    told: threading.Condition = field(default_factory=threading.Condition)
+    changed: threading.Condition = field(default_factory=threading.Condition)
 
     @property
     def signals(self):
@@ -90,27 +90,27 @@ class Fed:
             raise self.at_stop
 
     def read(self, timeout_s):
-        with self.told:
+        with self.changed:
             self.passed = self.fed - self.given.qsize()
-            self.told.notify_all()
+            self.changed.notify_all()
         try:
             one = self.given.get(timeout=timeout_s) if timeout_s else self.given.get_nowait()
         except queue.Empty:
             return {}
         if isinstance(one, Exception):
-            with self.told:
+            with self.changed:
                 self.passed = self.fed
-                self.told.notify_all()
+                self.changed.notify_all()
             raise one
         return {self.signal.name: (one,)}
 
     def feed(self, *what):
         """Give it blocks or an error, and wait until the thread has passed them on."""
-        with self.told:
+        with self.changed:
             for one in what:
                 self.fed += 1
                 self.given.put(one)
-            assert self.told.wait_for(lambda: self.passed == self.fed, WAIT_S)
+            assert self.changed.wait_for(lambda: self.passed == self.fed, WAIT_S)
 
 
 def fed_until(condition, what=WAIT_S):
@@ -185,10 +185,10 @@ def sense(seconds=2.0):
 
 def values(chunks, stream):
     """All samples of a stream as they stand in chunks: {number: row}."""
-    found = {}
+    by_number = {}
     for chunk in chunks:
         for piece in chunk.samples:
             if piece.stream == stream:
                 data = np.frombuffer(piece.data, "<f4").reshape(-1, len(piece.channels))
-                found |= {piece.first + place: tuple(row.tolist()) for place, row in enumerate(data)}
-    return found
+                by_number |= {piece.first + place: tuple(row.tolist()) for place, row in enumerate(data)}
+    return by_number

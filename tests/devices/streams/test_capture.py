@@ -35,23 +35,23 @@ class Lab:
         self.sensor.feed(block(self.given, 100, at_s=self.time() / 1e9))
         self.given += 100
 
-    def came(self, request, most=100):
+    def perform_until_end(self, request, most=100):
         """All that performing the request comes to, its reply or fault last."""
-        found = []
-        while len(found) < most:
-            found.append(self.capture.perform(request, self.window, self.desk, self.time))
-            if isinstance(found[-1], Reply | Fault):
-                return found
-        raise AssertionError(found)
+        outcomes = []
+        while len(outcomes) < most:
+            outcomes.append(self.capture.perform(request, self.window, self.desk, self.time))
+            if isinstance(outcomes[-1], Reply | Fault):
+                return outcomes
+        raise AssertionError(outcomes)
 
 
-def kinds(came):
-    return [type(each).__name__ for each in came]
+def kinds(outcomes):
+    return [type(outcome).__name__ for outcome in outcomes]
 
 
 def test_a_recording_comes_as_chunks_and_then_its_reply():
     lab = Lab()
-    *chunks, reply = lab.came(sense(2.0))
+    *chunks, reply = lab.perform_until_end(sense(2.0))
     assert kinds(chunks) == ["Chunk"] * 4
     assert sorted(values(chunks, STREAM)) == list(range(2000))
     assert (reply.value["recorded"], reply.value["seconds"], reply.value["by"]) == (True, 2.0, "rig")
@@ -64,26 +64,30 @@ def test_a_recording_comes_as_chunks_and_then_its_reply():
 
 def test_a_twin_is_told_what_it_will_sense():
     lab = Lab(scene_for=lambda request: f"strokes of {request.trial.stimulus.id}")
-    lab.came(sense(0.2))
+    lab.perform_until_end(sense(0.2))
     assert lab.sensor.log[0] == "expect strokes of T07"
 
 
 def test_the_experimenter_sees_level_samples_and_losses_while_it_lasts():
     lab = Lab()
-    lab.came(sense(2.0))
-    told = [each[STREAM] for each in lab.desk.seen if each.get(STREAM)]
-    assert told[0].startswith("RMS ") and told[0].endswith("m/s^2, 500 samples, 0 lost") and len(told) == 3
+    lab.perform_until_end(sense(2.0))
+    levels = [status[STREAM] for status in lab.desk.seen if status.get(STREAM)]
+    assert levels[0].startswith("RMS ") and levels[0].endswith("m/s^2, 500 samples, 0 lost") and len(levels) == 3
     assert lab.desk.states == {}
 
 
 def test_a_pause_breaks_it_off_and_the_trial_is_met_again():
     lab = Lab(script=[(0.7, {"do": "pause"}), (5.0, {"do": "note", "text": "phone"}), (9.0, {"do": "go_on"})])
-    came = lab.came(sense(2.0))
-    assert kinds(came) == ["Chunk", "Aside", "Chunk", "Aside", "Aside", "Fault"]
-    assert sorted(values([each for each in came if isinstance(each, Chunk)], STREAM)) == list(range(700))
-    assert came[-1].value == {"device": "session", "what": "interrupted", "message": "a pause broke the recording off"}
+    outcomes = lab.perform_until_end(sense(2.0))
+    assert kinds(outcomes) == ["Chunk", "Aside", "Chunk", "Aside", "Aside", "Fault"]
+    assert sorted(values([outcome for outcome in outcomes if isinstance(outcome, Chunk)], STREAM)) == list(range(700))
+    assert outcomes[-1].value == {
+        "device": "session",
+        "what": "interrupted",
+        "message": "a pause broke the recording off",
+    }
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
-    again = lab.came(sense(2.0))
+    again = lab.perform_until_end(sense(2.0))
     assert kinds(again) == ["Chunk"] * 4 + ["Reply"] and again[-1].value["seconds"] == 2.0
     assert lab.desk.prompts == []  # no device failed: nothing is to be put right
 
@@ -96,55 +100,55 @@ def test_to_repeat_and_to_abort_stop_it_at_once(do):
     assert isinstance(first, Chunk) and second == Aside(do)
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
     assert lab.desk.states == {}
-    assert kinds(lab.came(sense(0.5)))[-1] == "Reply"
+    assert kinds(lab.perform_until_end(sense(0.5)))[-1] == "Reply"
 
 
 def test_a_note_changes_nothing():
     lab = Lab(script=[(0.7, {"do": "note", "text": "loud outside"})])
-    came = lab.came(sense(2.0))
-    assert kinds(came).count("Aside") == 1 and came[-1].value["seconds"] == 2.0
-    assert sorted(values([each for each in came if isinstance(each, Chunk)], STREAM)) == list(range(2000))
+    outcomes = lab.perform_until_end(sense(2.0))
+    assert kinds(outcomes).count("Aside") == 1 and outcomes[-1].value["seconds"] == 2.0
+    assert sorted(values([outcome for outcome in outcomes if isinstance(outcome, Chunk)], STREAM)) == list(range(2000))
 
 
 def test_a_fault_makes_every_sensor_safe_then_keeps_what_there_was_then_is_told():
     lab = Lab(upset=[(0.8, DeviceFault("vibration", "overrun", "the buffer ran over"))])
-    came = lab.came(sense(2.0))
-    assert kinds(came) == ["Chunk", "Chunk", "Fault"]
+    outcomes = lab.perform_until_end(sense(2.0))
+    assert kinds(outcomes) == ["Chunk", "Chunk", "Fault"]
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
-    assert sorted(values(came[:2], STREAM)) == list(range(700))
-    assert came[-1].value == {"device": "vibration", "what": "overrun", "message": "vibration: the buffer ran over"}
+    assert sorted(values(outcomes[:2], STREAM)) == list(range(700))
+    assert outcomes[-1].value == {"device": "vibration", "what": "overrun", "message": "vibration: the buffer ran over"}
     assert lab.desk.states == {}
 
 
 def test_after_a_fault_nothing_is_recorded_before_somebody_has_confirmed():
     lab = Lab(upset=[(0.8, OSError("unplugged"))], script=[(20.0, {"do": "note", "text": "was the cable"})])
-    lab.came(sense(2.0))
+    lab.perform_until_end(sense(2.0))
     lab.desk.confirms, before = False, list(lab.sensor.log)
     request = sense(2.0)
     assert isinstance(lab.capture.perform(request, lab.window, lab.desk, lab.time), Aside)
     assert lab.sensor.log == before
     assert lab.desk.prompts == ["vibration: OSError: unplugged. Put it right, then confirm."]
     lab.desk.confirms = True
-    came = lab.came(request)
-    assert kinds(came) == ["Chunk"] * 4 + ["Reply"] and lab.desk.demanded is None
-    lab.came(sense(0.5))
+    outcomes = lab.perform_until_end(request)
+    assert kinds(outcomes) == ["Chunk"] * 4 + ["Reply"] and lab.desk.demanded is None
+    lab.perform_until_end(sense(0.5))
     assert len(lab.desk.prompts) == 1  # asked for once
 
 
 def test_a_sensor_that_cannot_be_had_any_more_is_a_fault_and_no_end_of_the_session():
     lab = Lab()
     lab.sensor.at_start = DeviceError("vibration: Dev1 is not there")
-    came = lab.came(sense(2.0))
-    assert kinds(came) == ["Fault"] and came[0].value["message"] == "vibration: Dev1 is not there"
+    outcomes = lab.perform_until_end(sense(2.0))
+    assert kinds(outcomes) == ["Fault"] and outcomes[0].value["message"] == "vibration: Dev1 is not there"
     assert lab.sensor.log[-2:] == ["stop", "safe"]
     lab.sensor.at_start = None
-    assert kinds(lab.came(sense(0.5)))[-1] == "Reply"
+    assert kinds(lab.perform_until_end(sense(0.5)))[-1] == "Reply"
 
 
 def test_what_cannot_be_made_safe_is_told_with_the_fault():
     lab = Lab(upset=[(0.3, DeviceFault("vibration", "silent", "gone"))])
     lab.sensor.at_stop = OSError("no answer")
-    (*_, fault) = lab.came(sense(2.0))
+    (*_, fault) = lab.perform_until_end(sense(2.0))
     assert fault.value["message"] == "vibration: gone; recording could not be made safe: OSError: no answer"
     assert lab.sensor.log[-1] == "safe"
 
@@ -156,16 +160,16 @@ class Quits(BaseException):
 def test_an_end_of_the_sitting_in_the_middle_leaves_nothing_running():
     lab = Lab(script=[(0.3, Quits())])
     with pytest.raises(Quits):
-        lab.came(sense(2.0))
+        lab.perform_until_end(sense(2.0))
     assert lab.sensor.log[-1] == "stop" and not lab.capture._last.hanging()
 
 
 def test_another_request_stops_the_one_that_was_given_up():
     lab = Lab()
     lab.capture.perform(sense(2.0), lab.window, lab.desk, lab.time)
-    came = lab.came(sense(0.5))
+    outcomes = lab.perform_until_end(sense(0.5))
     assert lab.sensor.log == ["expect None", "start", "stop"] * 2
-    assert sorted(values(came[:-1], STREAM)) == list(range(500))
+    assert sorted(values(outcomes[:-1], STREAM)) == list(range(500))
 
 
 def test_close_stops_it_and_may_be_called_at_any_time():
@@ -180,7 +184,7 @@ def test_close_stops_it_and_may_be_called_at_any_time():
 def test_a_recording_shorter_than_silence_is_no_recording_where_nothing_came():
     lab = Lab()
     lab.window.turn = lambda: lab.time.pass_s(0.1)
-    (fault,) = lab.came(sense(0.5))
+    (fault,) = lab.perform_until_end(sense(0.5))
     assert (fault.value["what"], fault.value["message"]) == ("silent", f"vibration: {STREAM}: nothing in 0.5 s")
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
 
@@ -188,7 +192,7 @@ def test_a_recording_shorter_than_silence_is_no_recording_where_nothing_came():
 def test_a_recording_shorter_than_that_is_none_either_where_no_number_came():
     lab = Lab()
     lab.window.turn = lambda: (lab.time.pass_s(0.1), lab.sensor.feed(no_numbers(lab.time)))
-    *chunks, fault = lab.came(sense(0.5))
+    *chunks, fault = lab.perform_until_end(sense(0.5))
     assert fault.value["what"] == "not_a_number"
     assert fault.value["message"] == f"vibration: {STREAM}: no numbers in 0.5 s"
     assert sorted(values(chunks, STREAM)) == list(range(500))  # kept as it came
@@ -211,7 +215,7 @@ def test_what_fails_last_is_a_fault_and_no_recording(last, what):
     lab = Lab()
     read = lab.sensor.read
     lab.sensor.read = lambda timeout_s: read(timeout_s) if timeout_s else last()
-    *chunks, fault = lab.came(sense(2.0))
+    *chunks, fault = lab.perform_until_end(sense(2.0))
     assert isinstance(fault, Fault) and fault.value["what"] == what
     assert sorted(values(chunks, STREAM)) == list(range(2000))
 
@@ -219,7 +223,7 @@ def test_what_fails_last_is_a_fault_and_no_recording(last, what):
 def test_a_sensor_that_cannot_be_stopped_at_the_end_is_a_fault_and_no_end_of_the_session():
     lab = Lab()
     lab.sensor.at_stop = OSError("no answer")
-    *chunks, fault = lab.came(sense(2.0))
+    *chunks, fault = lab.perform_until_end(sense(2.0))
     assert fault.value == {"device": "vibration", "what": "link_lost", "message": "vibration: OSError: no answer"}
     assert sorted(values(chunks, STREAM)) == list(range(2000)) and lab.sensor.log[-1] == "safe"
 
@@ -227,5 +231,5 @@ def test_a_sensor_that_cannot_be_stopped_at_the_end_is_a_fault_and_no_end_of_the
 def test_where_a_sensor_neither_starts_nor_stops_the_first_is_told():
     lab = Lab()
     lab.sensor.at_start, lab.sensor.at_stop = DeviceError("vibration: Dev1 is not there"), OSError("no answer")
-    (fault,) = lab.came(sense(2.0))
+    (fault,) = lab.perform_until_end(sense(2.0))
     assert fault.value["message"] == "vibration: Dev1 is not there"

@@ -19,26 +19,26 @@ DELAYS = {
 
 def arrivals(ppm, seconds, delay, seed, every_s=0.01, stall=None):
     """(device's seconds, host's ns); within the stall nothing is let through."""
-    chance, found, last_s = random.Random(seed), [], 0.0
+    chance, pairs, last_s = random.Random(seed), [], 0.0
     for n in range(1, round(seconds / every_s) + 1):
         t_s = n * every_s / (1 + ppm * 1e-6) + delay(chance)
         if stall is not None and stall[0] < t_s < stall[1]:
             t_s = stall[1]
         last_s = max(last_s, t_s)
-        found.append((n * every_s, round((100 + last_s) * NS)))
-    return found
+        pairs.append((n * every_s, round((100 + last_s) * NS)))
+    return pairs
 
 
-def fitted(found):
+def fitted(pairs):
     clock = ClockFit()
-    for device_s, t_ns in found:
+    for device_s, t_ns in pairs:
         clock.add(device_s, t_ns)
     return clock.fit()
 
 
-def least_squares_ppm(found):
-    x = [device_s for device_s, _ in found]
-    t = [t_ns / NS for _, t_ns in found]
+def least_squares_ppm(pairs):
+    x = [device_s for device_s, _ in pairs]
+    t = [t_ns / NS for _, t_ns in pairs]
     x0, t0 = math.fsum(x) / len(x), math.fsum(t) / len(t)
     slope = math.fsum((a - x0) * (b - t0) for a, b in zip(x, t, strict=True)) / math.fsum((a - x0) ** 2 for a in x)
     return (1 / slope - 1) * 1e6
@@ -53,11 +53,11 @@ def test_a_known_drift_is_found_within_its_stated_error(law, ppm):
     """
     fits = [fitted(arrivals(ppm, 20.0, DELAYS[law], seed)) for seed in range(20)]
     off = [fit.ppm - ppm for fit in fits]
-    rms = math.sqrt(math.fsum(each**2 for each in off) / len(off))
+    rms = math.sqrt(math.fsum(error**2 for error in off) / len(off))
     assert rms < (6.0 if law == "lognormal" else 1.5)
     stated = math.sqrt(math.fsum(fit.se_ppm**2 for fit in fits) / len(fits))
     assert 0.33 < rms / stated < 1.2
-    assert sum(abs(each) < 3 * fit.se_ppm for each, fit in zip(off, fits, strict=True)) >= 18
+    assert sum(abs(error) < 3 * fit.se_ppm for error, fit in zip(off, fits, strict=True)) >= 18
 
 
 @pytest.mark.parametrize("law", DELAYS)
@@ -65,7 +65,7 @@ def test_a_known_drift_is_found_within_its_stated_error(law, ppm):
 def test_the_bins_lose_nothing_against_the_fit_to_all_arrivals(law, seconds, every_s):
     """What the record says of a clock is what an export says of it, which sees every arrival."""
     recorded = [arrivals(50.0, seconds, DELAYS[law], seed, every_s) for seed in range(10)]
-    fits = [(fitted(each), fit_clock([(x, t_ns / NS) for x, t_ns in each], 1.0)) for each in recorded]
+    fits = [(fitted(recording), fit_clock([(x, t_ns / NS) for x, t_ns in recording], 1.0)) for recording in recorded]
     assert sum(on_line.ppm == pytest.approx(after.drift_ppm, abs=1e-3) for on_line, after in fits) >= 7
     apart = [abs(on_line.ppm - after.drift_ppm) / on_line.se_ppm for on_line, after in fits]
     assert max(apart) < 1
@@ -73,8 +73,8 @@ def test_the_bins_lose_nothing_against_the_fit_to_all_arrivals(law, seconds, eve
 
 def test_the_earliest_arrivals_tell_more_than_all_of_them():
     recorded = [arrivals(50.0, 20.0, DELAYS["exponential"], seed) for seed in range(20)]
-    ours = math.fsum((fitted(each).ppm - 50) ** 2 for each in recorded)
-    plain = math.fsum((least_squares_ppm(each) - 50) ** 2 for each in recorded)
+    ours = math.fsum((fitted(recording).ppm - 50) ** 2 for recording in recorded)
+    plain = math.fsum((least_squares_ppm(recording) - 50) ** 2 for recording in recorded)
     assert ours * 25 < plain
 
 
@@ -96,8 +96,8 @@ def test_memory_stays_bounded_and_the_error_falls_with_time():
 
 
 def test_a_recording_that_ran_twenty_times_too_fast_is_measured_too():
-    found = [(20.0 * device_s, t_ns) for device_s, t_ns in arrivals(0.0, 20.0, DELAYS["uniform"], 1)]
-    assert fitted(found).pace == pytest.approx(20.0, rel=1e-5)
+    pairs = [(20.0 * device_s, t_ns) for device_s, t_ns in arrivals(0.0, 20.0, DELAYS["uniform"], 1)]
+    assert fitted(pairs).pace == pytest.approx(20.0, rel=1e-5)
 
 
 def test_a_device_that_counts_from_long_ago_loses_no_digits():
@@ -116,11 +116,11 @@ def test_arrivals_that_are_only_noticed_every_millisecond_are_not_believed_furth
         exact = arrivals(ppm, seconds, DELAYS["exponential"], seed)
         fit = fitted([(device_s, -(-t_ns // 1_000_000) * 1_000_000) for device_s, t_ns in exact])
         off.append(0.0 if fit is None else abs(fit.ppm - ppm) / fit.se_ppm)
-    assert sum(each < 3 for each in off) >= 9
+    assert sum(error < 3 for error in off) >= 9
 
 
 @pytest.mark.parametrize(
-    "found",
+    "pairs",
     [
         [],
         [(0.01, 5)],
@@ -132,5 +132,5 @@ def test_arrivals_that_are_only_noticed_every_millisecond_are_not_believed_furth
         [(math.nan, n) for n in range(200)],
     ],
 )
-def test_where_arrivals_tell_nothing_nothing_is_said(found):
-    assert fitted(found) is None
+def test_where_arrivals_tell_nothing_nothing_is_said(pairs):
+    assert fitted(pairs) is None

@@ -81,8 +81,8 @@ class Drill:
             self.sensor.feed(what)
             fed_until(lambda: self.capture._last.fault() is not None)
         elif what != "silent":
-            made = what(self.given) if callable(what) else block(self.given, self.rows)
-            self.sensor.feed(replace(made, at_ns=self.time()))
+            fed = what(self.given) if callable(what) else block(self.given, self.rows)
+            self.sensor.feed(replace(fed, at_ns=self.time()))
             self.taken_ns[self.starts, self.given] = self.time() - (self.rows - 1) * NS // 1000
             self.given += self.rows
 
@@ -128,10 +128,12 @@ def test_a_recording_is_in_the_ledger_sample_by_sample(tmp_path):
     assert lab.run().complete
     record = whole(lab.path)
     assert kinds(record)[4:-2] == ["request", "samples", "samples", "samples", "samples", "reply"]
-    kept = values(chunks_of(record), STREAM)
-    assert sorted(kept) == list(range(2000)) and all(row == (n, n, n) for n, row in kept.items())
-    told = [chunk.value["streams"][STREAM] for chunk in chunks_of(record)]
-    assert [(each["first"], each["count"], each["lost"]) for each in told] == [(n, 500, 0) for n in range(0, 2000, 500)]
+    samples = values(chunks_of(record), STREAM)
+    assert sorted(samples) == list(range(2000)) and all(row == (n, n, n) for n, row in samples.items())
+    entries = [chunk.value["streams"][STREAM] for chunk in chunks_of(record)]
+    assert [(block["first"], block["count"], block["lost"]) for block in entries] == [
+        (n, 500, 0) for n in range(0, 2000, 500)
+    ]
 
 
 def test_a_disk_that_is_slow_costs_nothing_while_there_is_room(tmp_path):
@@ -147,11 +149,11 @@ def test_a_disk_that_is_slower_than_the_sensor_costs_samples_and_every_one_is_to
     lab = Drill(tmp_path, seconds=30.0, disk_s=[0.0, 12.0, 12.0], room_s=1.0)
     assert lab.run().complete
     record = whole(lab.path)
-    kept = values(chunks_of(record), STREAM)
+    samples = values(chunks_of(record), STREAM)
     gaps = [gap for chunk in chunks_of(record) for gap in chunk.value["streams"][STREAM].get("gaps", [])]
     gone = [n for at, lost, _ in gaps for n in range(at, at + lost)]
-    assert sorted([*kept, *gone]) == list(range(lab.given)) and len(gone) > 4000
-    assert all(row == (n, n, n) for n, row in kept.items())
+    assert sorted([*samples, *gone]) == list(range(lab.given)) and len(gone) > 4000
+    assert all(row == (n, n, n) for n, row in samples.items())
     assert {why for *_, why in gaps} == {NO_ROOM}
     reply = next(event.value for event in record.events if event.kind == "reply" and "streams" in event.value)
     assert reply["streams"][STREAM]["lost"] == len(gone) and reply["streams"][STREAM]["gaps"] == len(gaps)
@@ -226,7 +228,7 @@ def test_a_wall_clock_that_is_set_meanwhile_changes_nothing(tmp_path, monkeypatc
     assert stepped.run().complete
     record = whole(stepped.path)
     assert record.head == read(plain.path).head
-    at = [datetime.fromisoformat(sitting.value["at"]) for sitting in record.sittings]
+    at = [datetime.fromisoformat(run.value["at"]) for run in record.sittings]
     assert [after - before for before, after in itertools.pairwise(at)] == [timedelta(hours=hours)] * 2
 
 
@@ -275,9 +277,9 @@ def test_a_disk_that_fills_up_ends_the_session_with_a_message_and_keeps_what_was
             lab.run()
         assert lab.sensor.log[-1] == "stop" and not lab.capture._last.hanging()
         spare.unlink()
-        kept = read(lab.path)
-        assert kinds(kept)[4] == "request" and set(kinds(kept)[5:]) == {"samples"} and len(kept.events) > 6
-        numbers = sorted(values(chunks_of(kept), STREAM))
+        recorded = read(lab.path)
+        assert kinds(recorded)[4] == "request" and set(kinds(recorded)[5:]) == {"samples"} and len(recorded.events) > 6
+        numbers = sorted(values(chunks_of(recorded), STREAM))
         assert numbers == list(range(len(numbers)))
 
 

@@ -24,18 +24,18 @@ def time():
 
 
 @pytest.fixture
-def begun(time):
+def begin_recording(time):
     """Recordings under way; all are ended."""
-    made = []
+    recordings = []
 
     def begin(*sensors, **settings):
-        one = Recording({each.name: each for each in sensors}, time, **settings)
-        made.append(one)
+        one = Recording({sensor.name: sensor for sensor in sensors}, time, **settings)
+        recordings.append(one)
         one.start()
         return one
 
     yield begin
-    for one in made:
+    for one in recordings:
         one.end()
 
 
@@ -46,9 +46,9 @@ def taken(recording):
     return chunks
 
 
-def test_two_sensors_are_recorded_chunk_by_chunk_under_the_names_they_are_given(begun, time):
+def test_two_sensors_are_recorded_chunk_by_chunk_under_the_names_they_are_given(begin_recording, time):
     vibration, tracker = Fed(), Fed("tracker", POSITION)
-    one = begun(vibration, tracker, names={("tracker", "position"): "tool_position"})
+    one = begin_recording(vibration, tracker, names={("tracker", "position"): "tool_position"})
     assert not one.due()
     vibration.feed(block(0, 100), block(100, 100))
     tracker.feed(block(0, 20, rate_hz=100.0))
@@ -70,13 +70,13 @@ def test_two_sensors_are_recorded_chunk_by_chunk_under_the_names_they_are_given(
 
 def test_two_streams_of_one_name_are_refused(time):
     with pytest.raises(DeviceError, match="two streams would be named 'tool'"):
-        Recording({"a": Fed(), "b": Fed()}, time, names={(each, "acceleration"): "tool" for each in "ab"})
+        Recording({"a": Fed(), "b": Fed()}, time, names={(device, "acceleration"): "tool" for device in "ab"})
 
 
-def test_a_writer_that_comes_late_loses_what_had_no_room_and_it_is_told(begun, time):
+def test_a_writer_that_comes_late_loses_what_had_no_room_and_it_is_told(begin_recording, time):
     """A disk that stands still for three seconds, with room for one: what is kept is kept whole."""
     sensor = Fed()
-    one = begun(sensor, room_s=1.0)
+    one = begin_recording(sensor, room_s=1.0)
     for second in range(3):
         sensor.feed(*(block(1000 * second + first, 10) for first in range(0, 1000, 10)))
         time.pass_s(1.0)
@@ -84,9 +84,9 @@ def test_a_writer_that_comes_late_loses_what_had_no_room_and_it_is_told(begun, t
     sensor.feed(block(3000, 10))
     summary = one.stop()["vibration_acceleration"]
     chunks += taken(one)
-    kept = values(chunks, "vibration_acceleration")
+    samples = values(chunks, "vibration_acceleration")
     assert summary["samples"] + summary["lost"] == 3010 and 0 < summary["lost"] < 2000
-    assert len(kept) == summary["samples"] and all(row == (n, n, n) for n, row in kept.items())
+    assert len(samples) == summary["samples"] and all(row == (n, n, n) for n, row in samples.items())
     gaps = [gap for chunk in chunks for gap in chunk.value["streams"]["vibration_acceleration"].get("gaps", [])]
     assert gaps == [[3000 - summary["lost"], summary["lost"], NO_ROOM]]
     assert one.fault() is None
@@ -99,9 +99,9 @@ def taken_until_empty(recording):
     return chunks
 
 
-def test_what_piles_up_is_taken_in_chunks_of_bounded_size_and_at_once(begun, time):
+def test_what_piles_up_is_taken_in_chunks_of_bounded_size_and_at_once(begin_recording, time):
     sensor = Fed(signal=replace(XYZ, rate_hz=50_000.0))
-    one = begun(sensor)
+    one = begin_recording(sensor)
     sensor.feed(*(block(first, 5000, rate_hz=50_000.0) for first in range(0, 250_000, 5000)))
     chunks = []
     while one.due():
@@ -112,9 +112,9 @@ def test_what_piles_up_is_taken_in_chunks_of_bounded_size_and_at_once(begun, tim
     assert len(values(chunks + taken(one), "vibration_acceleration")) == 250_000
 
 
-def test_a_silent_sensor_is_a_fault_that_stays(begun, time):
+def test_a_silent_sensor_is_a_fault_that_stays(begin_recording, time):
     sensor = Fed()
-    one = begun(sensor)
+    one = begin_recording(sensor)
     sensor.feed(block(0, 100))
     time.pass_s(1.0)
     assert one.fault() is None
@@ -125,16 +125,16 @@ def test_a_silent_sensor_is_a_fault_that_stays(begun, time):
     assert one.fault() is fault
 
 
-def test_a_sensor_may_take_longer_over_its_first_samples(begun, time):
-    one = begun(Fed())
+def test_a_sensor_may_take_longer_over_its_first_samples(begin_recording, time):
+    one = begin_recording(Fed())
     time.pass_s(3.0)
     assert one.fault() is None
     time.pass_s(0.1)
     assert "nothing for 3.1 s (limit 3 s)" in str(one.fault())
 
 
-def test_a_slow_sensor_may_be_silent_for_longer_and_one_without_a_rate_for_ever(begun, time):
-    one = begun(Fed(signal=replace(XYZ, rate_hz=2.0)), Fed("events", replace(XYZ, rate_hz=0.0)))
+def test_a_slow_sensor_may_be_silent_for_longer_and_one_without_a_rate_for_ever(begin_recording, time):
+    one = begin_recording(Fed(signal=replace(XYZ, rate_hz=2.0)), Fed("events", replace(XYZ, rate_hz=0.0)))
     time.pass_s(9.9)
     assert one.fault() is None
     time.pass_s(0.2)
@@ -142,19 +142,19 @@ def test_a_slow_sensor_may_be_silent_for_longer_and_one_without_a_rate_for_ever(
 
 
 @pytest.mark.parametrize(
-    ("raised", "what", "said"),
+    ("raised", "what", "message"),
     [
         (DeviceFault("vibration", "overrun", "the buffer ran over"), "overrun", "the buffer ran over"),
         (OSError(5, "Input/output error"), "link_lost", "the device reports an input/output error"),
         (ZeroDivisionError("division by zero"), "refused", "ZeroDivisionError: division by zero"),
     ],
 )
-def test_a_sensor_that_raises_is_a_fault_and_what_it_gave_before_is_there(begun, raised, what, said):
+def test_a_sensor_that_raises_is_a_fault_and_what_it_gave_before_is_there(begin_recording, raised, what, message):
     sensor, other = Fed(), Fed("tracker", POSITION)
-    one = begun(sensor, other)
+    one = begin_recording(sensor, other)
     sensor.feed(block(0, 100), raised)
     fed_until(lambda: one.fault() is not None)
-    assert (one.fault().what, str(one.fault())) == (what, said)
+    assert (one.fault().what, str(one.fault())) == (what, message)
     one.end()
     assert len(values(taken(one), "vibration_acceleration")) == 100
     assert sensor.log == other.log == ["start", "stop"]
@@ -164,9 +164,9 @@ def bad(first, count):
     return Block(first, np.full(3 * count, np.nan, "<f4").tobytes(), first)
 
 
-def test_a_flood_of_no_numbers_is_a_fault_and_a_covered_marker_is_none(begun, time):
+def test_a_flood_of_no_numbers_is_a_fault_and_a_covered_marker_is_none(begin_recording, time):
     sensor, tracker = Fed(), Fed("tracker", POSITION)
-    one = begun(sensor, tracker, may_hide=["tracker_position"])
+    one = begin_recording(sensor, tracker, may_hide=["tracker_position"])
     limit = round(NOT_A_NUMBER_S * 1000)
     sensor.feed(block(0, 10), bad(10, limit - 1))
     tracker.feed(bad(0, 1000))
@@ -181,9 +181,9 @@ def test_a_flood_of_no_numbers_is_a_fault_and_a_covered_marker_is_none(begun, ti
     assert one.stop()["tracker_position"]["not_a_number"] == 1000
 
 
-def test_samples_that_nobody_announced_are_a_fault(begun):
+def test_samples_that_nobody_announced_are_a_fault(begin_recording):
     sensor = Fed()
-    one = begun(sensor)
+    one = begin_recording(sensor)
     sensor.signal = replace(XYZ, name="temperature")
     sensor.given.put(block(0, 1))
     fed_until(lambda: one.fault() is not None)
@@ -195,13 +195,13 @@ def test_samples_that_nobody_announced_are_a_fault(begun):
 def test_where_one_sensor_does_not_start_none_goes_on(time, error):
     first, second = Fed(), Fed("tracker", POSITION, at_start=error)
     one = Recording({"vibration": first, "tracker": second}, time)
-    with pytest.raises(DeviceFault) as found:
+    with pytest.raises(DeviceFault) as caught:
         one.start()
-    assert found.value.device == "tracker" and str(error) in str(found.value)
+    assert caught.value.device == "tracker" and str(error) in str(caught.value)
     assert first.log == ["start", "stop"] and not one.hanging()
 
 
-def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begun, monkeypatch):
+def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begin_recording, monkeypatch):
     monkeypatch.setattr(reader, "GONE_S", 0.05)
     let_go, inside = threading.Event(), threading.Event()
 
@@ -212,7 +212,7 @@ def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begun, monkeypat
             return {}
 
     stuck, well = Hangs("tracker", POSITION), Fed()
-    one = begun(stuck, well)
+    one = begin_recording(stuck, well)
     assert inside.wait(10)
     one.end()
     assert (one.fault().what, one.fault().device, one.hanging()) == ("stuck", "tracker", ["tracker"])
@@ -221,26 +221,26 @@ def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begun, monkeypat
     fed_until(lambda: not one.hanging())
 
 
-def test_a_sensor_that_cannot_be_stopped_does_not_keep_the_others_running(begun):
+def test_a_sensor_that_cannot_be_stopped_does_not_keep_the_others_running(begin_recording):
     sensors = [Fed("a", at_stop=DeviceFault("a", "refused", "no")), Fed("b"), Fed("c")]
-    one = begun(*sensors)
+    one = begin_recording(*sensors)
     with pytest.raises(DeviceFault):
         one.end()
-    assert [each.log[-1] for each in sensors] == ["stop"] * 3
+    assert [sensor.log[-1] for sensor in sensors] == ["stop"] * 3
     one.end()  # once
 
 
-def test_threads_take_turns_fast_while_there_are_readers_and_as_before_then(begun):
+def test_threads_take_turns_fast_while_there_are_readers_and_as_before_then(begin_recording):
     before = sys.getswitchinterval()
-    one = begun(Fed())
+    one = begin_recording(Fed())
     assert sys.getswitchinterval() == pytest.approx(TURN_S)
     one.stop()
     assert sys.getswitchinterval() == pytest.approx(before)
 
 
-def test_stop_may_be_asked_twice_and_says_the_same(begun):
+def test_stop_may_be_asked_twice_and_says_the_same(begin_recording):
     sensor = Fed()
-    one = begun(sensor)
+    one = begin_recording(sensor)
     sensor.feed(block(0, 100))
     first = one.stop()
     assert one.stop() == first and len(taken(one)) == 1 and one.stop() == first

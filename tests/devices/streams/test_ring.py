@@ -25,8 +25,8 @@ def test_where_there_is_no_room_the_next_block_tells_of_what_is_missing():
         put(ring, first, 10)
     assert [block.first for block in ring.get(10_000)] == [0, 10]
     put(ring, 52, 10, lost=2, why="overrun")
-    (told,) = ring.get(10_000)
-    assert (told.first, told.lost, told.why) == (52, 32, f"{NO_ROOM}; overrun")
+    (next_block,) = ring.get(10_000)
+    assert (next_block.first, next_block.lost, next_block.why) == (52, 32, f"{NO_ROOM}; overrun")
     assert ring.dropped == 0
 
 
@@ -56,13 +56,13 @@ def test_two_threads_at_full_speed_account_for_every_sample():
 
     thread = threading.Thread(target=read)
     thread.start()
-    found = gone = expected = 0
+    taken = gone = expected = 0
     while not (done.is_set() and not ring.held):
         for block in ring.get(600):
             assert block.first == expected + block.lost
             expected = block.first + 5
-            found, gone = found + 5, gone + block.lost
+            taken, gone = taken + 5, gone + block.lost
         assert ring.waiting <= ring.room
     thread.join()
     assert expected + ring.dropped == 100_000
-    assert found + gone + ring.dropped == 100_000
+    assert taken + gone + ring.dropped == 100_000

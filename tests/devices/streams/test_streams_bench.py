@@ -13,16 +13,16 @@ from tests.devices.streams.labs import Time
 
 @pytest.mark.parametrize("writer", ["palpate", "one thread"])
 def test_every_sample_that_was_given_stands_in_a_ledger_with_its_own_number(writer):
-    found = run_apart(10.0, 20.0, writer)
-    assert found["given"].keys() == {name for name, *_ in KINDS}
-    assert bench_streams._lost(found) == 0 and min(found["kept"].values()) >= 10 * 119
-    assert found["held_up_ms"]["n"] > 50
+    counts = run_apart(10.0, 20.0, writer)
+    assert counts["given"].keys() == {name for name, *_ in KINDS}
+    assert bench_streams._lost(counts) == 0 and min(counts["kept"].values()) >= 10 * 119
+    assert counts["held_up_ms"]["n"] > 50
 
 
 def test_a_lost_and_a_doubled_sample_both_count():
-    found = {"given": {"force": 100, "door": 10}, "kept": {"force": 98, "door": 11}}
-    assert bench_streams._lost(found) == 3
-    assert bench_streams._lost({**found, "kept": {}}) == 110
+    counts = {"given": {"force": 100, "door": 10}, "kept": {"force": 98, "door": 11}}
+    assert bench_streams._lost(counts) == 3
+    assert bench_streams._lost({**counts, "kept": {}}) == 110
 
 
 def test_a_reader_is_held_up_for_as_long_as_it_is_overdue_while_the_writer_works():

@@ -83,7 +83,7 @@ def test_the_extremes_of_the_table_stay_bounded(extreme):
     field = ground(relief(surface, pixels=392).height_um, surface.stiffness_N_mm)
     drive = drive_of(SteadyHand(300.0, 3.6), field, 64 * 400)
     ridden = ride(drive, at_rest(drive, law(surface)), law(surface), 64)
-    assert all(np.isfinite(each).all() for each in vars(ridden).values())
+    assert all(np.isfinite(values).all() for values in vars(ridden).values())
     assert ridden.normal.min() >= 0 and ridden.normal.max() < 2000
     # At most what the force sinks in, and no higher than the highest point throws the tip.
     assert np.abs(ridden.states[0]).max() < 0.02 + 3.6 / law(surface).stiffness

@@ -70,8 +70,8 @@ def test_a_pattern_has_its_pitch():
 @pytest.mark.parametrize(("name", "error_um"), [("T01", 0.5), ("T19", 1.0), ("T48", 2.0), ("T50", 12.0)])
 def test_tracing_by_rows_and_columns_is_near_a_real_sphere(name, error_um):
     height = relief(TABLE[name], pixels=SMALL).height_um
-    found, exact = traced(height), dilate(height)
-    assert (found >= height).all() and np.sqrt(np.mean((found - exact) ** 2)) < error_um
+    approximate, exact = traced(height), dilate(height)
+    assert (approximate >= height).all() and np.sqrt(np.mean((approximate - exact) ** 2)) < error_um
 
 
 def test_a_spike_is_felt_as_the_sphere_that_rolls_over_it():

@@ -43,9 +43,11 @@ def test_pieces_are_the_whole_cut_up(rate_hz):
 def test_a_tone_in_the_band_passes_and_one_above_it_does_not(rate_hz, hertz):
     t_s = np.arange(60_000) / INTERNAL_HZ
     rows, inside = int(4 * rate_hz), slice(int(rate_hz), None)
-    kept = first_rows(at_rate(iter([np.sin(2 * np.pi * hertz * t_s)[:, None]]), INTERNAL_HZ, rate_hz), rows)[inside, 0]
+    passed = first_rows(at_rate(iter([np.sin(2 * np.pi * hertz * t_s)[:, None]]), INTERNAL_HZ, rate_hz), rows)[
+        inside, 0
+    ]
     truth = np.sin(2 * np.pi * hertz * np.arange(rows) / rate_hz)[inside]
-    assert np.abs(kept - truth).max() < 3e-3
+    assert np.abs(passed - truth).max() < 3e-3
     above = min(0.7 * rate_hz, 3000.0)
     gone = first_rows(at_rate(iter([np.sin(2 * np.pi * above * t_s)[:, None]]), INTERNAL_HZ, rate_hz), rows)[inside]
     assert np.abs(gone).max() < 1e-3
@@ -55,7 +57,7 @@ def test_every_sensor_sees_the_same_act_again_and_another_key_another(under):
     scene, again, other = scene_of(under), scene_of(under), scene_of(under, 4.0, "other")
     for name, rate_hz in SENSORS:
         rows = int(4 * rate_hz)
-        one, two, three = (first_rows(getattr(each, name)(rate_hz), rows) for each in (scene, again, other))
+        one, two, three = (first_rows(getattr(one_scene, name)(rate_hz), rows) for one_scene in (scene, again, other))
         assert (one == two).all() and not np.allclose(one, three)
         assert np.isfinite(one).all() and one.shape == (rows, 6 if name == "wrench" else 3)
 
@@ -111,7 +113,7 @@ def test_memory_holds_three_batches_however_long_the_act_is(under):
     for _ in islice(scene.position_mm(120.0), int(50 / 0.25)):
         pass
     held = scene._act.made
-    assert len(held) == KEPT and sum(each.nbytes for batch in held.values() for each in vars(batch).values()) < 15e6
+    assert len(held) == KEPT and sum(values.nbytes for batch in held.values() for values in vars(batch).values()) < 15e6
     assert all(len(batch.force) == BATCH for batch in held.values())
 
 

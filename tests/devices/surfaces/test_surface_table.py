@@ -20,9 +20,9 @@ def stimuli(group):
 
 
 def test_the_fifty_textures_of_the_study_in_sixteen_classes():
-    wanted = [(row["id"], row["label"], row["class"]) for row in stimuli("perception")]
-    assert [(each.id, each.label, each.category) for each in read_surfaces().values()] == wanted
-    assert len(wanted) == 50 and len({each[2] for each in wanted}) == 16
+    expected = [(row["id"], row["label"], row["class"]) for row in stimuli("perception")]
+    assert [(surface.id, surface.label, surface.category) for surface in read_surfaces().values()] == expected
+    assert len(expected) == 50 and len({row[2] for row in expected}) == 16
 
 
 def test_the_physics_follow_what_the_study_says_of_a_texture():
@@ -46,10 +46,10 @@ def test_bumps_go_with_no_other_property(column):
 
 
 def bumps_by_class():
-    found = {}
+    bumps = {}
     for row in stimuli("perception"):
-        found.setdefault(row["class"], []).append(float(row["sim_bumpiness"]))
-    return {name: sorted(values) for name, values in found.items() if len(values) > 1}
+        bumps.setdefault(row["class"], []).append(float(row["sim_bumpiness"]))
+    return {name: sorted(values) for name, values in bumps.items() if len(values) > 1}
 
 
 def test_flat_and_wavy_samples_stand_in_the_same_class():
@@ -80,7 +80,7 @@ def test_a_number_out_of_its_range_is_named_by_file_line_and_column(tmp_path, co
 
 
 @pytest.mark.parametrize(
-    ("column", "text", "said"),
+    ("column", "text", "message"),
     [
         ("pattern", "tartan", "line 3.*'tartan' is not known; expected one of none, ribs"),
         ("paint", "blue", "line 3.*'blue' is not known"),
@@ -90,13 +90,13 @@ def test_a_number_out_of_its_range_is_named_by_file_line_and_column(tmp_path, co
         ("static_friction", "0.02", "line 3.*static_friction 0.02 is less than kinetic_friction"),
     ],
 )
-def test_a_word_that_is_not_known_is_refused(tmp_path, column, text, said):
-    with pytest.raises(SurfaceDataError, match=said):
+def test_a_word_that_is_not_known_is_refused(tmp_path, column, text, message):
+    with pytest.raises(SurfaceDataError, match=message):
         read_surfaces(written(tmp_path, 3, column, text))
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (b"", "line 1: column 'id' is missing"),
         (b"\xff\xfe\x00", "not a UTF-8 text file"),
@@ -106,10 +106,10 @@ def test_a_word_that_is_not_known_is_refused(tmp_path, column, text, said):
         ((",".join(COLUMNS) + "\nT01,wood").encode(), f"line 2: 2 values found, {len(COLUMNS)} expected"),
     ],
 )
-def test_a_file_that_is_no_table_is_refused(tmp_path, content, said):
+def test_a_file_that_is_no_table_is_refused(tmp_path, content, message):
     path = tmp_path / "mine.csv"
     path.write_bytes(content)
-    with pytest.raises(SurfaceDataError, match=said):
+    with pytest.raises(SurfaceDataError, match=message):
         read_surfaces(path)
     with pytest.raises(SurfaceDataError, match="cannot be read"):
         read_surfaces(tmp_path / "none.csv")

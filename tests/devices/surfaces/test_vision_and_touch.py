@@ -89,25 +89,25 @@ def test_a_coarser_grain_of_one_material_is_seen_coarser_and_felt_lower(pattern)
         replace(SAND, pattern=pattern, rms_um=0.0, pitch_mm=pitch, pattern_um=60 * pitch, stiffness_N_mm=5000.0)
         for pitch in np.geomspace(0.6, 3.0, 5)
     ]
-    assert spearmanr([felt(each)[1] for each in family], [seen(each)[1] for each in family])[0] <= -0.9
+    assert spearmanr([felt(surface)[1] for surface in family], [seen(surface)[1] for surface in family])[0] <= -0.9
 
 
 def test_a_rougher_surface_is_seen_rougher_and_felt_louder():
     family = [replace(SAND, pattern_um=height, rms_um=height / 8) for height in (8.0, 16.0, 32.0, 64.0)]
-    levels, contrasts = [felt(each)[0] for each in family], [seen(each)[0] for each in family]
+    levels, contrasts = [felt(surface)[0] for surface in family], [seen(surface)[0] for surface in family]
     assert levels == sorted(levels) and contrasts == sorted(contrasts) and levels[-1] > 3 * levels[0]
 
 
 def test_across_textures_contrast_in_the_photo_goes_with_vibration():
     names = ("T02", "T06", "T09", "T10", "T14", "T19", "T25", "T31", "T34", "T42", "T45", "T50")
-    plain = [replace(TABLE[each], paint="none", mottle=0.0, colour="#808080", bumps_um=0.0) for each in names]
-    assert spearmanr([seen(each)[0] for each in plain], [felt(each)[0] for each in plain])[0] > 0.6
+    plain = [replace(TABLE[name], paint="none", mottle=0.0, colour="#808080", bumps_um=0.0) for name in names]
+    assert spearmanr([seen(surface)[0] for surface in plain], [felt(surface)[0] for surface in plain])[0] > 0.6
 
 
 def test_faster_is_higher_and_louder_softer_is_duller():
     slow, fast = felt(SAND, 40.0), felt(SAND, 160.0)
     assert fast[1] > 1.15 * slow[1] and fast[0] > 1.5 * slow[0]
-    dull = [felt(replace(SAND, stiffness_N_mm=each))[1] for each in (500.0, 20.0, 2.0)]
+    dull = [felt(replace(SAND, stiffness_N_mm=stiffness_N_mm))[1] for stiffness_N_mm in (500.0, 20.0, 2.0)]
     assert dull == sorted(dull, reverse=True) and dull[-1] < 0.6 * dull[0]
 
 
@@ -116,30 +116,31 @@ def test_friction_and_stiffness_are_felt_and_not_seen():
     slick = replace(SAND, static_friction=0.25, kinetic_friction=0.2)
     assert felt(sticky)[2] > felt(slick)[2] + 0.5
     field = relief(SAND, pixels=PIXELS)
-    one, two = (photograph(each, field, light(0), "same") for each in (sticky, slick))
+    one, two = (photograph(surface, field, light(0), "same") for surface in (sticky, slick))
     assert (one == two).all()
     # The camera exposes by itself, so that what light inside a soft surface changes is the contrast.
     hard, soft = (
-        photograph(replace(SAND, stiffness_N_mm=each), field, light(0), "same").std() for each in (900.0, 90.0)
+        photograph(replace(SAND, stiffness_N_mm=stiffness_N_mm), field, light(0), "same").std()
+        for stiffness_N_mm in (900.0, 90.0)
     )
     assert soft == pytest.approx(hard, rel=0.05)
 
 
 def test_the_camera_exposes_for_the_same_brightness_whatever_the_paint_and_the_light():
     """A quarter of full scale, as a meter would have it."""
-    found = []
+    brightness = []
     for name, number in (("T38", 0), ("T10", 1), ("T47", 5)):
         linear = (photograph(TABLE[name], relief(TABLE[name], pixels=196), light(number), "meter") / 255.0) ** 2.2
-        found.append(linear.mean(axis=(0, 1)) @ [0.2126, 0.7152, 0.0722])
-    np.testing.assert_allclose(found, 0.25, rtol=0.06)
+        brightness.append(linear.mean(axis=(0, 1)) @ [0.2126, 0.7152, 0.0722])
+    np.testing.assert_allclose(brightness, 0.25, rtol=0.06)
 
 
 def test_large_bumps_are_seen_and_not_felt():
     flat = replace(TABLE["T44"], pattern="none", rms_um=3.0, bumps_um=0.0)
     bumpy = replace(flat, bumps_um=500.0, bumps_mm=25.0)
     shades = []
-    for each in (flat, bumpy):
-        image = photograph(each, relief(each, pixels=PIXELS), light(0), "bumps").mean(axis=2)
+    for surface in (flat, bumpy):
+        image = photograph(surface, relief(surface, pixels=PIXELS), light(0), "bumps").mean(axis=2)
         shades.append(image.reshape(28, 28, 28, 28).mean(axis=(1, 3)).std() / image.mean())
     assert shades[1] > 1.5 * shades[0]
     assert felt(bumpy)[0] == pytest.approx(felt(flat)[0], rel=0.25)

@@ -48,14 +48,14 @@ def tablet(tmp_path, **settings):
     return make("tablet", Settings(kind="tablet", **settings), tmp_path)
 
 
-def all_of(made, seconds, scene=None):
-    made.elapsed_s = lambda: seconds
-    made.open()
-    made.expect(scene)
-    made.start(lambda: 0)
-    blocks = [block for _ in range(math.ceil(seconds) + 3) for block in made.read(0)["stylus"]]
+def all_of(device, seconds, scene=None):
+    device.elapsed_s = lambda: seconds
+    device.open()
+    device.expect(scene)
+    device.start(lambda: 0)
+    blocks = [block for _ in range(math.ceil(seconds) + 3) for block in device.read(0)["stylus"]]
     assert [block.first for block in blocks] == [0, *np.cumsum([len(b.data) // 24 for b in blocks])[:-1]]
-    return samples(made.signals[0], blocks), blocks
+    return samples(device.signals[0], blocks), blocks
 
 
 def test_the_twin_gives_the_speed_and_the_force_of_the_scene(tmp_path):
@@ -78,63 +78,63 @@ def test_a_stylus_that_does_not_stroke_gives_nothing(tmp_path, scene):
 
 
 def test_time_that_never_ends_is_given_a_second_at_a_time(tmp_path):
-    made = tablet(tmp_path, driver="twin")
-    made.elapsed_s = lambda: math.inf
+    device = tablet(tmp_path, driver="twin")
+    device.elapsed_s = lambda: math.inf
     for scene in (Circle(), Circle(speed=0.0)):
-        made.open()
-        made.expect(scene)
-        made.start(lambda: 0)
-        assert [len(block.data) // 24 for _ in range(5) for block in made.read(0)["stylus"]] == [1000] * 5
-        assert len(made.waiting) < 300
+        device.open()
+        device.expect(scene)
+        device.start(lambda: 0)
+        assert [len(block.data) // 24 for _ in range(5) for block in device.read(0)["stylus"]] == [1000] * 5
+        assert len(device.waiting) < 300
 
 
 def test_recorded_bytes_of_a_tablet_are_its_signal(tmp_path):
     os.mkfifo(tmp_path / "event0")
-    made = tablet(tmp_path, driver="evdev", path="event0", axes=AXES)
-    made.open()
+    device = tablet(tmp_path, driver="evdev", path="event0", axes=AXES)
+    device.open()
     end = os.open(tmp_path / "event0", os.O_WRONLY)
     passed = [0.0]
-    made.elapsed_s = lambda: passed[0]
-    made.start(lambda: 0)
+    device.elapsed_s = lambda: passed[0]
+    device.start(lambda: 0)
     os.write(end, PRESSED + LATER)
     passed[0] = 0.02
-    (block,) = made.read(0)["stylus"]
+    (block,) = device.read(0)["stylus"]
     # Its clock is not ours: the first report counts from when it came.
-    rows = samples(made.signals[0], [block])
+    rows = samples(device.signals[0], [block])
     assert len(rows) == 20
     assert np.isnan(rows[:, 0]).all()
     passed[0] = 0.03
-    rows = samples(made.signals[0], made.read(0)["stylus"])
+    rows = samples(device.signals[0], device.read(0)["stylus"])
     np.testing.assert_allclose(rows[0, :4], [50, 10, 512 / 1023, 1], rtol=1e-6)
     assert rows[-1, 4] == pytest.approx(0.5 / 0.007, rel=1e-6)
     os.write(end, LIFTED + record(SYN, 3, 0) + report(33, (3, 0, 1)))
     passed[0] = 0.06
-    (block,) = made.read(0)["stylus"]
-    rows = samples(made.signals[0], [block])
+    (block,) = device.read(0)["stylus"]
+    rows = samples(device.signals[0], [block])
     assert block.why == "reports_dropped"
     assert np.isnan(rows[-1, 0])
     assert rows[-1, 1:].tolist()[2:] == [0, 0, 0]
     os.close(end)
     with pytest.raises(DeviceFault, match="ended"):
-        made.read(0)
-    made.close()
+        device.read(0)
+    device.close()
 
 
 def test_a_recording_is_played_and_its_bad_reports_are_named(tmp_path):
     lines = ["t_s,x_mm,y_mm,pressure", *(f"{3 + k * 0.0075},{0.75 * k},1,0.5" for k in range(60))]
     lines[20], lines[30], lines[40] = f"{3 + 19 * 0.0075},,1,0.5", "2.9,5,1,0.5", "3.2925,29.25,1,7.5"
     (tmp_path / "strokes.csv").write_text("\n".join(lines) + "\n")
-    made = tablet(tmp_path, driver="recording", recording="strokes.csv")
-    got, blocks = all_of(made, 0.44)
-    assert made.guard.refused == {"time_backwards": 1, "pressure_out_of_range": 1}
+    device = tablet(tmp_path, driver="recording", recording="strokes.csv")
+    got, blocks = all_of(device, 0.44)
+    assert device.guard.refused == {"time_backwards": 1, "pressure_out_of_range": 1}
     assert "pressure_out_of_range" in blocks[0].why
     assert np.isnan(got[145:149, 0]).any()
     assert got[-1, 4] == pytest.approx(100, rel=0.05)
-    assert made.came == 60 - 1
+    assert device.came == 60 - 1
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("t_s,x_mm,y_mm\n", "pressure is missing"),
         ("t_s,x_mm,y_mm,pressure\n", "no report"),
@@ -142,9 +142,9 @@ def test_a_recording_is_played_and_its_bad_reports_are_named(tmp_path):
         ("t_s,x_mm,y_mm,pressure\n,1,2,0.5\n", "no report, or none with a time"),
     ],
 )
-def test_a_recording_that_cannot_be_played_is_refused(tmp_path, content, said):
+def test_a_recording_that_cannot_be_played_is_refused(tmp_path, content, message):
     (tmp_path / "strokes.csv").write_text(content)
-    with pytest.raises(DeviceError, match=said):
+    with pytest.raises(DeviceError, match=message):
         tablet(tmp_path, driver="recording", recording="strokes.csv").open()
 
 
@@ -183,7 +183,7 @@ def test_a_clock_that_was_set_is_followed_after_three_reports():
     assert guard.judge(GOOD._replace(t_s=100.0), 100.0).t_s == 100
     set_back = [guard.judge(GOOD._replace(t_s=5 + 0.01 * k), 100.01 + 0.01 * k) for k in range(4)]
     assert set_back[:2] == [None, None]
-    assert [each.t_s for each in set_back[2:]] == pytest.approx([100.03, 100.04])
+    assert [report.t_s for report in set_back[2:]] == pytest.approx([100.03, 100.04])
     assert guard.refused == {"time_backwards": 2, "clock_reset": 1}
 
 
@@ -197,17 +197,17 @@ def test_a_tablet_that_tells_only_nonsense_is_a_fault():
 
 
 def test_health_says_how_many_reports_came_and_what_was_wrong(tmp_path):
-    made, clock = tablet(tmp_path, driver="twin", calibrated="2026-10-01"), count(0, 50_000_000)
-    made.elapsed_s, made.now_ns = lambda: 1.0, lambda: next(clock)
-    made.open()
-    made.expect(Circle())
-    health = made.health(1.0)
+    device, clock = tablet(tmp_path, driver="twin", calibrated="2026-10-01"), count(0, 50_000_000)
+    device.elapsed_s, device.now_ns = lambda: 1.0, lambda: next(clock)
+    device.open()
+    device.expect(Circle())
+    health = device.health(1.0)
     assert health.ok
     assert health.summary.split()[0] in ("133", "134")
     assert health.readings[0].signal.calibration == "F = 0.13 exp(3.32 y) N, 2026-10-01"
-    made.expect(None)
-    assert "no report: move the stylus" in made.health(1.0).summary
-    assert made.describe()["speed_delay_ms"] == pytest.approx(18.77, abs=0.01)
+    device.expect(None)
+    assert "no report: move the stylus" in device.health(1.0).summary
+    assert device.describe()["speed_delay_ms"] == pytest.approx(18.77, abs=0.01)
 
 
 def test_settings_are_checked_before_anything_is_opened(tmp_path):
@@ -238,8 +238,8 @@ def test_a_tablet_is_made_without_numpy_or_pyglet():
         "import sys, palpate.devices.tablet.device; "
         "print(sorted({'numpy', 'scipy', 'pyglet', 'fcntl'} & {*sys.modules}))"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert set(eval(told.stdout)) <= {"fcntl"}
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert set(eval(loaded.stdout)) <= {"fcntl"}
 
 
 class Window:
@@ -268,11 +268,11 @@ def pyglets(pyglet_input, monkeypatch):
 
 @pytest.mark.needs("psychopy")
 def test_pyglets_events_are_reports_in_millimetres_from_the_top_left(tmp_path, pyglets):
-    made, passed = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), [0.0]
-    made.attach(Window())
-    made.elapsed_s = lambda: passed[0]
-    made.open()
-    made.start(lambda: 0)
+    device, passed = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), [0.0]
+    device.attach(Window())
+    device.elapsed_s = lambda: passed[0]
+    device.open()
+    device.start(lambda: 0)
     (canvas,) = pyglets
     canvas.dispatch_event("on_enter", "pen")
     canvas.dispatch_event("on_motion", "pen", 500, 900, 0.5, 0.0, 0.0)
@@ -280,17 +280,17 @@ def test_pyglets_events_are_reports_in_millimetres_from_the_top_left(tmp_path, p
     canvas.dispatch_event("on_motion", "pen", 507.5, 900, 0.5, 0.0, 0.0)
     canvas.dispatch_event("on_motion", "pen", math.nan, 900, 0.5, 0.0, 0.0)
     passed[0] = 0.02
-    (block,) = made.read(0)["stylus"]
-    rows = samples(made.signals[0], [block])
+    (block,) = device.read(0)["stylus"]
+    rows = samples(device.signals[0], [block])
     np.testing.assert_allclose(rows[0, :4], [50, 10, 0.5, 1])
     np.testing.assert_allclose(rows[-1, 4:], [100, 0.13 * math.exp(1.66)], rtol=1e-6)
     assert block.why == "not_a_number"
     canvas.dispatch_event("on_leave", "pen")
     passed[0] = 0.03
-    assert np.isnan(samples(made.signals[0], made.read(0)["stylus"])[-1, 0])
-    made.close()
+    assert np.isnan(samples(device.signals[0], device.read(0)["stylus"])[-1, 0])
+    device.close()
     assert pyglets == []
-    made.close()
+    device.close()
 
 
 @pytest.mark.needs("psychopy")
@@ -300,23 +300,23 @@ def test_the_stand_in_has_the_installed_pyglets_signatures(pyglet_input):
     assert list(inspect.signature(base.TabletCanvas.__init__).parameters) == ["self", "window"]
     assert list(inspect.signature(xinput.XInputTablet.open).parameters) == ["self", "window"]
     assert {"on_enter", "on_leave", "on_motion"} <= set(base.TabletCanvas.event_types)
-    told = inspect.getsource(xinput.XInputTabletCanvas._motion)
-    assert "self.dispatch_event('on_motion', cursor, x, y, pressure, 0.0, 0.0)" in told
-    assert "y = self.window.height - e.y" in told
+    source = inspect.getsource(xinput.XInputTabletCanvas._motion)
+    assert "self.dispatch_event('on_motion', cursor, x, y, pressure, 0.0, 0.0)" in source
+    assert "y = self.window.height - e.y" in source
 
 
 @pytest.mark.needs("psychopy")
 def test_a_reader_that_sleeps_finds_the_newest_reports_and_their_loss(tmp_path, pyglets):
-    made = tablet(tmp_path, driver="pyglet", px_per_mm=10.0)
-    made.attach(Window())
-    made.open()
-    made.elapsed_s = lambda: 0.5
-    made.start(lambda: 0)
+    device = tablet(tmp_path, driver="pyglet", px_per_mm=10.0)
+    device.attach(Window())
+    device.open()
+    device.elapsed_s = lambda: 0.5
+    device.start(lambda: 0)
     for k in range(5000):
         pyglets[0].dispatch_event("on_motion", "pen", k, 0, 0.5, 0.0, 0.0)
-    (block,) = made.read(0)["stylus"]
-    assert (made.came, made.dropped, block.why) == (4096, 904, "reports_dropped")
-    made.close()
+    (block,) = device.read(0)["stylus"]
+    assert (device.came, device.dropped, block.why) == (4096, 904, "reports_dropped")
+    device.close()
 
 
 class OwnWindow(Window):
@@ -333,24 +333,26 @@ class OwnWindow(Window):
 @pytest.mark.needs("psychopy")
 def test_a_window_of_its_own_serves_a_check_but_no_recording(tmp_path, monkeypatch):
     """Its events are handled by the thread that opened it; another would record a stylus that is away, for ever."""
-    made, told = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), []
-    monkeypatch.setattr(made.source, "_own_window", lambda: setattr(made.source, "own", OwnWindow()) or made.source.own)
-    made.open()
-    made.start(time.monotonic_ns)
-    made.read(0)
-    assert made.source.own.handled
+    device, seen = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), []
+    monkeypatch.setattr(
+        device.source, "_own_window", lambda: setattr(device.source, "own", OwnWindow()) or device.source.own
+    )
+    device.open()
+    device.start(time.monotonic_ns)
+    device.read(0)
+    assert device.source.own.handled
 
     def record():
         try:
-            made.read(0)
+            device.read(0)
         except DeviceFault as fault:
-            told.append((fault.what, str(fault)))
+            seen.append((fault.what, str(fault)))
 
     reader = Thread(target=record)
     reader.start()
     reader.join(30)
-    assert told[0][0] == "refused" and "the participant's window" in told[0][1]
-    made.close()
+    assert seen[0][0] == "refused" and "the participant's window" in seen[0][1]
+    device.close()
 
 
 @pytest.mark.needs("psychopy")
@@ -368,16 +370,16 @@ def test_without_a_tablet_pyglet_says_what_it_needs(tmp_path, pyglet_input, monk
 
 
 def test_a_reader_that_waits_is_given_ten_milliseconds_at_least_and_stopping_ends_its_wait(tmp_path):
-    made = tablet(tmp_path, driver="twin")
-    made.open()
-    made.start(time.monotonic_ns)
+    device = tablet(tmp_path, driver="twin")
+    device.open()
+    device.start(time.monotonic_ns)
     for _ in range(3):
-        (block,) = made.read(20.0)["stylus"]
+        (block,) = device.read(20.0)["stylus"]
         assert len(block.data) >= 10 * 24
-    made.elapsed_s = lambda: 0.0
-    made.start(time.monotonic_ns)
-    reader = Thread(target=lambda: made.read(60.0))
+    device.elapsed_s = lambda: 0.0
+    device.start(time.monotonic_ns)
+    reader = Thread(target=lambda: device.read(60.0))
     reader.start()
-    made.stop()
+    device.stop()
     reader.join(30)
     assert not reader.is_alive()

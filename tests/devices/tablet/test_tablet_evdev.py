@@ -82,10 +82,10 @@ def test_only_what_changed_is_told_and_the_rest_stands():
 
 def test_bytes_may_be_cut_anywhere():
     whole = PRESSED + LATER + LIFTED
-    wanted = list(Assembler().feed(whole))
+    expected = list(Assembler().feed(whole))
     for cut in range(len(whole)):
         assembler = Assembler()
-        assert [*assembler.feed(whole[:cut]), *assembler.feed(whole[cut:])] == wanted
+        assert [*assembler.feed(whole[:cut]), *assembler.feed(whole[cut:])] == expected
         assert assembler.cut_off == 0
 
 
@@ -95,16 +95,16 @@ def test_what_the_kernel_dropped_is_asked_for_again():
         record(ABS, X, 1) + record(SYN, 3, 0) + record(ABS, X, 2) + record(ABS, PRESSURE, 3) + report(30, (ABS, Y, 4))
     )
     assembler = Assembler(lambda: State(*vars(state).values()))
-    told = list(assembler.feed(dropped + report(37, (ABS, X, 7010))))
-    assert told == [Raw(0.030, 7000, 1200, 800, True, True), Raw(0.037, 7010, 1200, 800, True, True)]
+    reports = list(assembler.feed(dropped + report(37, (ABS, X, 7010))))
+    assert reports == [Raw(0.030, 7000, 1200, 800, True, True), Raw(0.037, 7010, 1200, 800, True, True)]
     assert assembler.dropped == 1
 
 
 def test_where_it_cannot_be_asked_the_stylus_is_away_until_it_is_told():
     assembler = Assembler()
     list(assembler.feed(PRESSED))
-    told = list(assembler.feed(record(SYN, 3, 0) + report(30, (ABS, X, 1)) + report(31, (ABS, X, 6000))))
-    assert [(each.touching, each.known) for each in told] == [(False, False)] * 2
+    reports = list(assembler.feed(record(SYN, 3, 0) + report(30, (ABS, X, 1)) + report(31, (ABS, X, 6000))))
+    assert [(reported.touching, reported.known) for reported in reports] == [(False, False)] * 2
     (back,) = assembler.feed(report(40, (ABS, Y, 1300), (ABS, PRESSURE, 100)))
     assert back == Raw(0.040, 6000, 1300, 100, True, True)
 
@@ -122,8 +122,8 @@ def test_any_bytes_are_borne():
             data[start + 16 : start + 20] = struct.pack(
                 "=HH", chance.choice([0, 1, 3]), chance.choice([0, 1, 3, 24, 330])
             )
-        told = list(assembler.feed(bytes(data)))
-        assert all(math.isfinite(each.t_s) and (each.known or not each.touching) for each in told)
+        reports = list(assembler.feed(bytes(data)))
+        assert all(math.isfinite(reported.t_s) and (reported.known or not reported.touching) for reported in reports)
         assert assembler.cut_off == len(data) % 24
 
 
@@ -191,10 +191,10 @@ class Kernel:
             asks(0x18, 96): bytes(keys),
             sets(0xA0, 4): struct.pack("=i", 1),
         }
-        self.asked = []
+        self.calls = []
 
     def __call__(self, file, request, buffer):
-        self.asked.append(request)
+        self.calls.append(request)
         if request not in self.answers:
             raise OSError(errno.ENOTTY, "Inappropriate ioctl for device")
         return self.answers[request]
@@ -223,17 +223,17 @@ def test_the_state_that_the_kernel_has_is_read():
 
 
 @pytest.mark.parametrize(
-    ("kernel", "said"),
+    ("kernel", "message"),
     [
         (Kernel(axes=False), r"Wacom Intuos Pen\) has no x axis: not a stylus tablet"),
         (Kernel(pressure=False), "no pressure axis.*a touch screen for fingers"),
         (Kernel(per_mm=0), "does not say how long its x axis is"),
     ],
 )
-def test_another_device_is_refused(tmp_path, kernel, said):
+def test_another_device_is_refused(tmp_path, kernel, message):
     (tmp_path / "event0").write_bytes(b"")
     tablet = EventFile("tablet", tmp_path / "event0", {}, kernel)
-    with pytest.raises(DeviceError, match=said):
+    with pytest.raises(DeviceError, match=message):
         tablet.open()
     assert tablet.file == -1
 

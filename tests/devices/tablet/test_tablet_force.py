@@ -42,12 +42,12 @@ def test_pairs_from_the_curve_give_the_curve():
 def test_the_fit_is_scipys(noise, seed):
     forces = measured(noise, seed)
     fit = fit_force(PRESSURES, forces)
-    wanted, covariance = curve_fit(
+    expected, covariance = curve_fit(
         lambda y, a, b: a * np.exp(b * y), PRESSURES, forces, p0=(0.13, 3.3), ftol=1e-15, xtol=1e-15
     )
-    assert (fit.force.a_N, fit.force.b) == pytest.approx(tuple(wanted), rel=1e-6)
+    assert (fit.force.a_N, fit.force.b) == pytest.approx(tuple(expected), rel=1e-6)
     assert (fit.a_error_N, fit.b_error) == pytest.approx(tuple(np.sqrt(np.diag(covariance))), rel=1e-4)
-    left = np.array(forces) - wanted[0] * np.exp(wanted[1] * np.array(PRESSURES))
+    left = np.array(forces) - expected[0] * np.exp(expected[1] * np.array(PRESSURES))
     assert fit.rms_N == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
     assert fit.worst_N == pytest.approx(np.abs(left).max(), rel=1e-5)
 
@@ -55,12 +55,12 @@ def test_the_fit_is_scipys(noise, seed):
 @pytest.mark.parametrize("b", [0.05, 1.0, 20.0, 49.0])
 def test_flat_and_steep_curves_are_found(b):
     force = Force(0.2, b)
-    found = fit_force(PRESSURES, [force.newtons(y) for y in PRESSURES]).force
-    assert (found.a_N, found.b) == pytest.approx((0.2, b), rel=1e-9)
+    fitted = fit_force(PRESSURES, [force.newtons(y) for y in PRESSURES]).force
+    assert (fitted.a_N, fitted.b) == pytest.approx((0.2, b), rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("pressures", "forces", "said"),
+    ("pressures", "forces", "message"),
     [
         ([0.1, 0.2, 0.3], [1, 2, 3], "3 pressures and 3 forces"),
         (PRESSURES, [1.0] * 9, "10 pressures and 9 forces"),
@@ -72,17 +72,17 @@ def test_flat_and_steep_curves_are_found(b):
         (PRESSURES, [1.0] * 10, "does not rise"),
     ],
 )
-def test_pairs_that_show_no_curve_are_refused(pressures, forces, said):
-    with pytest.raises(DeviceError, match=said):
+def test_pairs_that_show_no_curve_are_refused(pressures, forces, message):
+    with pytest.raises(DeviceError, match=message):
         fit_force(pressures, forces)
 
 
 def test_pairs_are_read_from_a_table(tmp_path):
     (tmp_path / "pairs.csv").write_text("pressure,force_N\n0.1,0.18\n0.2,0.25\n")
     assert read_pairs(tmp_path / "pairs.csv") == ([0.1, 0.2], [0.18, 0.25])
-    for content, said in (("y,F\n1,2\n", "column 'pressure' is missing"), ("pressure,force_N\n0.1,x\n", "line 2")):
+    for content, message in (("y,F\n1,2\n", "column 'pressure' is missing"), ("pressure,force_N\n0.1,x\n", "line 2")):
         (tmp_path / "bad.csv").write_text(content)
-        with pytest.raises(DeviceError, match=said):
+        with pytest.raises(DeviceError, match=message):
             read_pairs(tmp_path / "bad.csv")
     with pytest.raises(DeviceError, match="none.csv"):
         read_pairs(tmp_path / "none.csv")

@@ -30,10 +30,10 @@ def at(reports, seconds, shape=None):
 def test_the_low_pass_is_scipys_butterworth(cutoff, rate):
     b, a = butter(2, cutoff, fs=rate)
     noise = 3 + np.random.default_rng(1).standard_normal(2000)
-    wanted, _ = lfilter(b, a, noise, zi=lfilter_zi(b, a) * noise[0])
+    expected, _ = lfilter(b, a, noise, zi=lfilter_zi(b, a) * noise[0])
     low = Lowpass(cutoff, rate)
     low.settle(noise[0])
-    np.testing.assert_allclose([low.step(each) for each in noise], wanted, rtol=1e-9)
+    np.testing.assert_allclose([low.step(value) for value in noise], expected, rtol=1e-9)
 
 
 def test_the_low_pass_stays_at_rest_for_hours_and_lets_go_of_a_burst():
@@ -76,7 +76,7 @@ def test_speed_and_force_of_a_steady_stroke_are_right_from_the_first_reports_on(
 
 
 @pytest.mark.parametrize(
-    ("speed", "pressure", "wanted"),
+    ("speed", "pressure", "expected"),
     [
         (9.9, 0.5, (0, 0)),
         (10.1, 0.5, (10.1, 0.13 * math.exp(1.66))),
@@ -88,8 +88,8 @@ def test_speed_and_force_of_a_steady_stroke_are_right_from_the_first_reports_on(
         (100, 0.0, (0, 0)),
     ],
 )
-def test_below_the_minimum_all_is_zero_and_above_the_maximum_the_maximum(speed, pressure, wanted):
-    assert at(stroke(speed, pressure), 0.45)[-1, 1:] == pytest.approx(wanted, rel=1e-4)
+def test_below_the_minimum_all_is_zero_and_above_the_maximum_the_maximum(speed, pressure, expected):
+    assert at(stroke(speed, pressure), 0.45)[-1, 1:] == pytest.approx(expected, rel=1e-4)
     strong = Shape(force=Force(1.0, 3.32), report_hz=1 / T)
     assert at(stroke(100, 0.9), 0.45, strong)[-1, 2] == 3.6
 

@@ -25,12 +25,12 @@ def offer(streams):
 def main():
     outlets = []
     for line in sys.stdin:
-        asked = json.loads(line)
-        if "offer" in asked:
-            outlets = offer(asked["offer"])
+        order = json.loads(line)
+        if "offer" in order:
+            outlets = offer(order["offer"])
         else:
-            for row, at_s in zip(asked["push"], asked["times_s"], strict=True):
-                outlets[asked["stream"]].push_sample(row, at_s)
+            for row, at_s in zip(order["push"], order["times_s"], strict=True):
+                outlets[order["stream"]].push_sample(row, at_s)
         print(json.dumps({"done": True}), flush=True)
 
 

@@ -45,20 +45,20 @@ class Line:
 
 
 def device(tmp_path, elapsed=None, **settings):
-    made = make("tracker", Settings(kind="tracker", **settings), tmp_path)
-    made.elapsed_s = elapsed
-    return made
+    tracker = make("tracker", Settings(kind="tracker", **settings), tmp_path)
+    tracker.elapsed_s = elapsed
+    return tracker
 
 
-def all_of(made, scene, seconds):
+def all_of(tracker, scene, seconds):
     """Everything that `seconds` give, had at once."""
-    made.elapsed_s = lambda: seconds
-    made.open()
-    made.expect(scene)
-    made.start(lambda: 0)
-    blocks = [block for _ in range(100) for block in made.read(0)["position"]]
-    made.stop()
-    return samples(made.signals[0], blocks), blocks
+    tracker.elapsed_s = lambda: seconds
+    tracker.open()
+    tracker.expect(scene)
+    tracker.start(lambda: 0)
+    blocks = [block for _ in range(100) for block in tracker.read(0)["position"]]
+    tracker.stop()
+    return samples(tracker.signals[0], blocks), blocks
 
 
 def test_jitter_and_a_rate_two_per_cent_off_are_no_loss():
@@ -72,12 +72,12 @@ def test_jitter_and_a_rate_two_per_cent_off_are_no_loss():
 
 def test_every_lost_sample_is_counted_whatever_else_happens():
     chance = random.Random(3)
-    kept = sorted(chance.sample(range(20_000), 19_000))
+    received = sorted(chance.sample(range(20_000), 19_000))
     numbering = Numbering(120)
-    times = [k / 120 * (1 + 50e-6) + chance.gauss(0, 0.05 / 120) for k in kept]
+    times = [k / 120 * (1 + 50e-6) + chance.gauss(0, 0.05 / 120) for k in received]
     numbers = [numbering.number([t])[0] for t in times]
     # What is lost before the first one cannot be known.
-    assert numbers == [k - kept[0] for k in kept]
+    assert numbers == [k - received[0] for k in received]
 
 
 def test_samples_that_were_stamped_late_together_are_not_taken_for_lost():
@@ -111,8 +111,8 @@ def test_the_twin_sees_the_scene_with_its_noise_and_the_same_again(tmp_path):
 
 @pytest.mark.parametrize("hides", ["nan", "zeros", "frozen"])
 def test_the_twins_occlusions_are_flagged_however_they_show(tmp_path, hides):
-    made = device(tmp_path, driver="twin", occlusions_per_s=1.0, occlusion_s=0.25, hides=hides)
-    got, _ = all_of(made, None, 40.0)
+    tracker = device(tmp_path, driver="twin", occlusions_per_s=1.0, occlusion_s=0.25, hides=hides)
+    got, _ = all_of(tracker, None, 40.0)
     hidden = got[:, 3] == 0
     assert 0.1 < hidden.mean() < 0.3
     assert np.isnan(got[hidden, :3]).all()
@@ -127,24 +127,24 @@ def test_the_twins_clock_may_go_fast(tmp_path):
 
 
 def test_a_drill_makes_the_twin_silent(tmp_path):
-    made = device(tmp_path, driver="twin", silent_after_s=0.5)
+    tracker = device(tmp_path, driver="twin", silent_after_s=0.5)
     with pytest.raises(DeviceFault, match="as its drill asks") as fault:
-        all_of(made, None, 1.0)
+        all_of(tracker, None, 1.0)
     assert fault.value.what == "silent"
 
 
 def test_a_twin_at_rest_is_healthy_and_says_its_noise(tmp_path):
-    made = device(tmp_path, lambda: 2.0, driver="twin", calibrated="2026-11-01")
+    tracker = device(tmp_path, lambda: 2.0, driver="twin", calibrated="2026-11-01")
     clock = count(0, 10_000_000)
-    made.now_ns = lambda: next(clock)
-    made.open()
-    health = made.health(1.0)
+    tracker.now_ns = lambda: next(clock)
+    tracker.open()
+    health = tracker.health(1.0)
     assert health.ok
     assert health.summary.startswith("120.00 Hz; seen 100.0 %")
     assert health.readings[0].mean[0] == pytest.approx(120, abs=0.05)
     assert health.calibrated == "2026-11-01"
     blind = device(tmp_path, lambda: 2.0, driver="twin", occlusions_per_s=100.0, occlusion_s=60.0)
-    blind.now_ns = made.now_ns
+    blind.now_ns = tracker.now_ns
     blind.open()
     assert "no marker is seen" in blind.health(1.0).summary
 
@@ -157,26 +157,26 @@ def test_a_position_beyond_reach_is_a_wrong_unit_and_said_so(tmp_path):
 
 def test_a_recording_is_played_at_its_own_times_with_its_gaps(tmp_path):
     lines = ["t_s,x,y,z,seen"]
-    kept = [k for k in range(60) if k not in (20, 21, 22)]
-    lines += [f"{7 + k / 120:.6f},{k + 0.5},2,3,{int(k != 40)}" for k in kept]
+    recorded = [k for k in range(60) if k not in (20, 21, 22)]
+    lines += [f"{7 + k / 120:.6f},{k + 0.5},2,3,{int(k != 40)}" for k in recorded]
     lines[6] = "7.041667,,,,1"
     (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
-    made = device(tmp_path, driver="recording", recording="track.csv")
+    tracker = device(tmp_path, driver="recording", recording="track.csv")
     passed = iter([0.0, 0.1, 0.1, 0.5, *[0.8] * 100])
-    made.open()
-    made.elapsed_s = lambda: next(passed)
-    made.start(lambda: 0)
-    reads = [made.read(0)["position"] for _ in range(4)]
-    got = [samples(made.signals[0], blocks) for blocks in reads]
-    assert [len(each) for each in got] == [1, 12, 0, 44]
+    tracker.open()
+    tracker.elapsed_s = lambda: next(passed)
+    tracker.start(lambda: 0)
+    reads = [tracker.read(0)["position"] for _ in range(4)]
+    got = [samples(tracker.signals[0], blocks) for blocks in reads]
+    assert [len(block) for block in got] == [1, 12, 0, 44]
     assert [(b.first, b.lost, b.why) for b in reads[3]] == [(13, 0, ""), (23, 3, "gap")]
     everything = np.vstack(got)
     assert np.flatnonzero(everything[:, 3] == 0).tolist() == [5, 37]
     assert reads[3][-1].device_s == pytest.approx(7 + 59 / 120, abs=1e-5)
-    made.settings = made.settings.model_copy(update={"silent_s": 60.0})
-    made.source.silent_s = 0.1
+    tracker.settings = tracker.settings.model_copy(update={"silent_s": 60.0})
+    tracker.source.silent_s = 0.1
     with pytest.raises(DeviceFault, match="recording track.csv is over"):
-        made.read(0)
+        tracker.read(0)
 
 
 def test_motives_export_is_read_by_its_own_header(tmp_path):
@@ -186,13 +186,13 @@ def test_motives_export_is_read_by_its_own_header(tmp_path):
     assert math.isnan(track.rows[1][0])
     assert track.facts["take"] == "Door"
     assert read_track(tmp_path / "take.csv", marker="Door").rows[0][:3] == (500, 600, 700)
-    made = device(tmp_path, driver="recording", recording="take.csv", marker="Hand", repeats=True)
-    got, _ = all_of(made, None, 0.016667)
+    tracker = device(tmp_path, driver="recording", recording="take.csv", marker="Hand", repeats=True)
+    got, _ = all_of(tracker, None, 0.016667)
     np.testing.assert_allclose(got[:, 0], [2100, 2200, 2300])
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("", "column t_s is missing"),
         ("t_s,x,y\n1,2,3\n", "column z is missing"),
@@ -206,9 +206,9 @@ def test_motives_export_is_read_by_its_own_header(tmp_path):
         (MOTIVE.replace("2,0.016667", "2,soon"), "frame 2"),
     ],
 )
-def test_a_recording_that_cannot_be_played_is_refused_by_line(tmp_path, content, said):
+def test_a_recording_that_cannot_be_played_is_refused_by_line(tmp_path, content, message):
     (tmp_path / "track.csv").write_text(content)
-    with pytest.raises(DeviceError, match=said):
+    with pytest.raises(DeviceError, match=message):
         read_track(tmp_path / "track.csv", marker="Hand" if "soon" in content else None)
 
 
@@ -229,32 +229,32 @@ def test_a_tracker_is_made_without_numpy_or_pylsl():
         "import sys, palpate.devices.tracker.device; "
         "print(sorted({'numpy', 'scipy', 'pylsl', 'pandas'} & {*sys.modules}))"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert told.stdout.strip() == "[]"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert loaded.stdout.strip() == "[]"
 
 
 def test_it_closes_however_far_it_got(tmp_path):
     for driver in ("twin", "lsl"):
-        made = device(tmp_path, driver=driver)
-        made.stop()
-        made.safe()
-        made.close()
-        made.close()
-    assert not list(islice(iter(made.read(0)["position"]), 1))
+        tracker = device(tmp_path, driver=driver)
+        tracker.stop()
+        tracker.safe()
+        tracker.close()
+        tracker.close()
+    assert not list(islice(iter(tracker.read(0)["position"]), 1))
 
 
 @pytest.mark.parametrize("driver", ["twin", "recording"])
 def test_a_reader_waits_for_something_and_stopping_ends_its_wait(tmp_path, driver):
     (tmp_path / "track.csv").write_text("t_s,x,y,z\n0,1,2,3\n0.008333,2,3,4\n0.016667,3,4,5\n")
-    made = device(tmp_path, driver=driver, recording="track.csv")
-    made.open()
-    made.start(time.monotonic_ns)
-    assert [len(made.read(20.0)["position"]) for _ in range(3)] == [1, 1, 1]
-    made.elapsed_s = lambda: 0.0
-    made.start(time.monotonic_ns)
-    made.read(0)
-    reader = Thread(target=lambda: made.read(60.0))
+    tracker = device(tmp_path, driver=driver, recording="track.csv")
+    tracker.open()
+    tracker.start(time.monotonic_ns)
+    assert [len(tracker.read(20.0)["position"]) for _ in range(3)] == [1, 1, 1]
+    tracker.elapsed_s = lambda: 0.0
+    tracker.start(time.monotonic_ns)
+    tracker.read(0)
+    reader = Thread(target=lambda: tracker.read(60.0))
     reader.start()
-    made.stop()
+    tracker.stop()
     reader.join(30)
     assert not reader.is_alive()

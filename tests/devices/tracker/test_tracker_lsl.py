@@ -30,14 +30,14 @@ def started(device, now_ns=lambda: 0):
     return device
 
 
-def read(device, wanted):
+def read(device, count):
     """Blocks until so many samples are there; bounded."""
     blocks = []
     for _ in range(100):
         blocks += device.read(0.1)["position"]
-        if sum(len(block.data) for block in blocks) >= 16 * wanted:
+        if sum(len(block.data) for block in blocks) >= 16 * count:
             return blocks
-    raise AssertionError(f"{wanted} samples did not come: {blocks}")
+    raise AssertionError(f"{count} samples did not come: {blocks}")
 
 
 def rows(device, blocks):
@@ -51,8 +51,8 @@ def track(first, many, step=1.0):
 
 def session_clock():
     """A session that begins now, by the counter that sessions are timed by."""
-    begun_ns = time.perf_counter_ns()
-    return lambda: time.perf_counter_ns() - begun_ns
+    start_ns = time.perf_counter_ns()
+    return lambda: time.perf_counter_ns() - start_ns
 
 
 def test_metres_become_millimetres_and_stamps_come_in_session_time(offered, pylsl):
@@ -152,7 +152,7 @@ def test_a_stream_may_be_found_by_its_type(offered):
 
 
 @pytest.mark.parametrize(
-    ("stream", "settings", "said"),
+    ("stream", "settings", "message"),
     [
         ({"labels": ["a", "b", "c", "d"], "unit": "mm"}, {}, "which are x, y and z"),
         ({"labels": ["X", "Y", "Z"]}, {}, "set `unit: mm` or `m`"),
@@ -162,9 +162,9 @@ def test_a_stream_may_be_found_by_its_type(offered):
         ({"format": "string"}, {}, "sends text"),
     ],
 )
-def test_channels_that_cannot_be_a_position_are_refused(offered, stream, settings, said):
+def test_channels_that_cannot_be_a_position_are_refused(offered, stream, settings, message):
     offered({"name": "OptiTrack", **stream})
-    with pytest.raises(DeviceError, match=said):
+    with pytest.raises(DeviceError, match=message):
         tracker(**settings).open()
 
 
@@ -221,11 +221,11 @@ def test_health_measures_the_rate_that_a_stream_really_has(offered, pylsl, reall
     device = tracker()
     device.open()
     sent, clock = count(0, 30), count(0, 100_000_000)
-    begun = pylsl.local_clock()
+    start_s = pylsl.local_clock()
 
     def now_ns():
         first = next(sent)
-        outlet.push(track(first, 30), [begun + (first + k) / really_hz for k in range(30)])
+        outlet.push(track(first, 30), [start_s + (first + k) / really_hz for k in range(30)])
         return next(clock)
 
     device.now_ns = now_ns

@@ -34,7 +34,7 @@ class FakeShell:
         if not self.turns:
             return []
         turn = self.turns.popleft()
-        return [replace(each, t_s=self.clock_s) for each in turn]
+        return [replace(input_event, t_s=self.clock_s) for input_event in turn]
 
     def forget(self):
         self.forgotten += 1
@@ -62,7 +62,7 @@ class FakeDesk:
     answers: deque = field(default_factory=deque)
     looks: int = 0
     demands: list = field(default_factory=list)
-    told: list = field(default_factory=list)
+    statuses: list = field(default_factory=list)
 
     def poll(self):
         self.looks += 1
@@ -76,7 +76,7 @@ class FakeDesk:
         return self.answers.popleft() if self.answers and self.demands[-1] is not None else None
 
     def tell(self, state):
-        self.told.append(dict(state))
+        self.statuses.append(dict(state))
 
 
 def page(language="en", **more):

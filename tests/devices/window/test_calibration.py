@@ -18,7 +18,7 @@ def test_a_calibration_comes_back_from_its_file_as_it_was_written(tmp_path):
 
     assert file == tmp_path / "stations" / "lab-pc" / "window.yaml"
     assert read_calibration(tmp_path, "lab-pc.example.org") == MEASURED
-    assert [each.name for each in file.parent.iterdir()] == ["window.yaml"]
+    assert [path.name for path in file.parent.iterdir()] == ["window.yaml"]
 
 
 def test_a_calibration_comes_back_from_the_ledger_as_it_was_recorded():
@@ -37,7 +37,7 @@ def test_a_host_name_stays_inside_the_lab(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "wrong", "said"),
+    ("line", "wrong", "message"),
     [
         ("px_per_mm", "px_per_mm: nan", "line 4: px_per_mm = 'nan'.*from 1 to 40"),
         ("px_per_mm", "px_per_mm: 400", "line 4: px_per_mm = 400.*from 1 to 40"),
@@ -50,12 +50,12 @@ def test_a_host_name_stays_inside_the_lab(tmp_path):
         ("screen", "- a", "window.yaml"),
     ],
 )
-def test_a_wrong_line_of_the_file_is_named(tmp_path, line, wrong, said):
+def test_a_wrong_line_of_the_file_is_named(tmp_path, line, wrong, message):
     file = write_calibration(tmp_path, MEASURED, "pc")
     lines = file.read_text().splitlines()
-    file.write_text("\n".join(wrong if each.startswith(line) else each for each in lines) + "\n")
+    file.write_text("\n".join(wrong if old.startswith(line) else old for old in lines) + "\n")
 
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         read_calibration(tmp_path, "pc")
 
 

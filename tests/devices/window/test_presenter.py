@@ -36,7 +36,7 @@ def window(shell):
 def box_of(window, request, name):
     """Where an element of the request's screen stands; the request is left unanswered."""
     window.perform(request, FakeDesk({2: NOTE}), window.shell.now_ns)
-    return next(each.box for each in window.request_scene.screen.placed() if each.name == name)
+    return next(element.box for element in window.request_scene.screen.placed() if element.name == name)
 
 
 def press_at(box, share=0.5):
@@ -127,11 +127,11 @@ def test_time_paused_does_not_count_and_the_page_says_pause_meanwhile(window, sh
 
     assert window.perform(request, desk, shell.now_ns) == PAUSE
     assert window.perform(request, desk, shell.now_ns) == GO_ON
-    assert [each["window"] for each in desk.told] == ["pause"]
+    assert [status["window"] for status in desk.statuses] == ["pause"]
     shell.turns.extend(inputs)
     reply = window.perform(request, desk, shell.now_ns)
 
-    assert desk.told[-1] == {"window": "sliders"}
+    assert desk.statuses[-1] == {"window": "sliders"}
     assert reply.value["seconds"] == pytest.approx(before + 4 * FRAME_S, abs=3 * FRAME_S)
 
 
@@ -184,7 +184,7 @@ def test_the_participant_rests_by_a_button_and_goes_on_with_the_form_as_it_was(s
     assert window.perform(request, desk, shell.now_ns) == GOES_ON
     shell.turns.extend(inputs[1:])
     assert window.perform(request, desk, shell.now_ns).value["answers"] == {"Smooth": 50}
-    assert [each["window"] for each in desk.told] == ["resting", "sliders"]
+    assert [status["window"] for status in desk.statuses] == ["resting", "sliders"]
 
 
 def test_the_experimenter_ends_a_rest_and_a_pause_of_theirs_is_not_the_participants_to_end(shell):
@@ -203,7 +203,7 @@ def test_the_experimenter_ends_a_rest_and_a_pause_of_theirs_is_not_the_participa
 
 def test_there_is_no_button_to_rest_unless_the_study_offers_it(window, shell):
     window.perform(ask(), FakeDesk({2: NOTE}), shell.now_ns)
-    assert "rest" not in {each.name for each in window.request_scene.screen.placed()}
+    assert "rest" not in {element.name for element in window.request_scene.screen.placed()}
 
 
 def test_a_step_of_setting_up_is_confirmed_at_the_desk_while_the_participant_waits(window, shell):
@@ -223,18 +223,18 @@ def test_a_new_request_object_gets_a_new_form(window, shell):
 
 
 def test_the_sides_switched_to_are_told(window, shell):
-    heard = []
-    window.on_side = heard.append
+    switched = []
+    window.on_side = switched.append
     request = ask(SIDED)
     window.perform(request, FakeDesk({3: NOTE}), shell.now_ns)
-    names = {each.name: each.box for each in window.request_scene.screen.placed() if each.kind == "target"}
+    names = {element.name: element.box for element in window.request_scene.screen.placed() if element.kind == "target"}
     sides = [box for name, box in names.items() if name.startswith("side")]
     shell.turns.extend([press_at(box) for box in (*sides, sides[0])])
     window.perform(request, FakeDesk({9: NOTE}), shell.now_ns)
 
-    assert heard[0] is not None
-    assert set(heard) == {"real", "virtual"}
-    assert all(one != other for one, other in pairwise(heard))
+    assert switched[0] is not None
+    assert set(switched) == {"real", "virtual"}
+    assert all(one != other for one, other in pairwise(switched))
 
 
 def test_a_page_is_waited_on_until_something_else_is_ready(window, shell):
@@ -298,40 +298,40 @@ def test_a_filled_form_is_shown_for_its_moment_and_hears_nobody(window, shell):
     request = ask()
     _, inputs = answered(window, request)
     shell.turns.extend(inputs)
-    begun = shell.now_s()
+    start_s = shell.now_s()
 
     assert window.show_answered(ask(), Reply({"answers": {"Smooth": 80}}), 0.4, FakeDesk()) is None
 
-    assert shell.now_s() - begun == pytest.approx(0.4, abs=0.05)
+    assert shell.now_s() - start_s == pytest.approx(0.4, abs=0.05)
     assert len(shell.shown) == 2
 
 
 def test_a_note_does_not_prolong_the_moment(window, shell):
-    request, desk, begun = ask(), FakeDesk({10: NOTE}), shell.now_s()
+    request, desk, start_s = ask(), FakeDesk({10: NOTE}), shell.now_s()
     reply = Reply({"answers": {"Smooth": 80}})
 
     assert window.show_answered(request, reply, 0.4, desk) == NOTE
     assert window.show_answered(request, reply, 0.4, desk) is None
-    assert shell.now_s() - begun == pytest.approx(0.4, abs=0.05)
+    assert shell.now_s() - start_s == pytest.approx(0.4, abs=0.05)
 
 
 def test_the_last_page_stays_until_the_experimenter_says_so(window, shell):
-    desk, begun = FakeDesk(answers=deque([None, True])), shell.now_s()
+    desk, start_s = FakeDesk(answers=deque([None, True])), shell.now_s()
 
     window.finish(desk)
 
     assert window.on.name == "end"
-    assert shell.now_s() - begun < 1.0
-    assert [each is None for each in desk.demands] == [False, True]
+    assert shell.now_s() - start_s < 1.0
+    assert [demand is None for demand in desk.demands] == [False, True]
 
 
 @pytest.mark.parametrize(("desk", "seconds"), [(None, END_S), (FakeDesk(), END_AT_DESK_S)])
 def test_the_last_page_does_not_stay_for_ever(window, shell, desk, seconds):
-    begun = shell.now_s()
+    start_s = shell.now_s()
 
     window.finish(desk, "thanks")
 
-    assert shell.now_s() - begun == pytest.approx(seconds, abs=0.1)
+    assert shell.now_s() - start_s == pytest.approx(seconds, abs=0.1)
     assert window.on.name == "thanks"
 
 
@@ -359,7 +359,7 @@ def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(wi
     seen, looks = [], iter(range(60))
     window.force_of = lambda setting: [setting["Smooth"]] * 621
     window.show_live(live(), FakeDesk({2: NOTE}), lambda: False, lambda *_: None)
-    line = next(each.box for each in window.request_scene.screen.placed() if each.name == "slider 0.line")
+    line = next(element.box for element in window.request_scene.screen.placed() if element.name == "slider 0.line")
     shell.turns.extend([press_at(line, 0.75)])
     request = window.request
 
@@ -367,7 +367,7 @@ def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(wi
     assert window.show_live(request, FakeDesk(), lambda: next(looks) >= 50, moved) is None
 
     assert seen[0] == (20.0, False) and seen[-1] == (75.0, False)
-    assert any(each.name.startswith("force") for each in window.request_scene.screen.scene())
+    assert any(element.name.startswith("force") for element in window.request_scene.screen.scene())
 
 
 def test_stop_on_a_live_form_is_said_once_it_is_pressed(window, shell):

@@ -48,8 +48,8 @@ def test_the_calibrated_screen_must_be_there_and_of_its_size():
         demand_screen([(1920, 1080), (1280, 720)], 1, CALIBRATION)
 
 
-@pytest.mark.parametrize(("ratio", "dpi", "told"), [(2.0, 96, "200%"), (1.0, 144, "150%"), (1.25, 96, "125%")])
-def test_a_scaled_display_is_refused(ratio, dpi, told):
+@pytest.mark.parametrize(("ratio", "dpi", "message"), [(2.0, 96, "200%"), (1.0, 144, "150%"), (1.25, 96, "125%")])
+def test_a_scaled_display_is_refused(ratio, dpi, message):
     demand_unscaled(1.0, 96)
-    with pytest.raises(WindowError, match=f"scaled to {told}; 100 % is needed"):
+    with pytest.raises(WindowError, match=f"scaled to {message}; 100 % is needed"):
         demand_unscaled(ratio, dpi)

@@ -17,7 +17,7 @@ def ears():
 
 
 def kinds(ears):
-    return [type(each) for each in ears.hand_over()]
+    return [type(event) for event in ears.hand_over()]
 
 
 def test_a_press_and_its_release_between_two_looks_are_both_heard(ears):
@@ -58,7 +58,7 @@ def test_a_second_press_while_one_is_held_is_ignored(ears):
     ears.press(5, 5, LEFT, 0)
     ears.press(50, 50, LEFT, 0)
 
-    assert [(type(each), each.x) for each in ears.hand_over()] == [(Pressed, 5)]
+    assert [(type(event), event.x) for event in ears.hand_over()] == [(Pressed, 5)]
 
 
 @pytest.mark.parametrize("after", ["motion", "drag of the right button"])
@@ -85,7 +85,7 @@ def test_an_arrow_is_heard_once_for_each_repeat_and_knows_the_shift_key(ears):
     ears.repeating(7)
     ears.repeating_with_shift(7)
 
-    assert [(each.name, each.shift) for each in ears.hand_over()] == [("right", False)] * 2 + [("right", True)]
+    assert [(event.name, event.shift) for event in ears.hand_over()] == [("right", False)] * 2 + [("right", True)]
 
 
 def test_a_key_held_from_the_screen_before_repeats_for_nobody_until_it_is_pressed_again(ears):
@@ -112,7 +112,7 @@ def test_text_is_heard_as_composed_and_control_characters_are_not(ears):
     for text in ("한", " ", "é", "\r", "\t", "\x7f"):
         ears.text(text)
 
-    assert [each.text for each in ears.hand_over() if isinstance(each, Typed)] == ["한", " ", "é"]
+    assert [event.text for event in ears.hand_over() if isinstance(event, Typed)] == ["한", " ", "é"]
 
 
 def test_another_size_is_trouble_that_says_what_to_do(ears):

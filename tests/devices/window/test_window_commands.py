@@ -16,16 +16,16 @@ GUESS = Calibration((1280, 720), 96 / 25.4, 0, "2026-11-21T10:00:00+00:00")
 
 def read_until_right(typed):
     """The calibration that comes of lines typed at the terminal, and what was said meanwhile."""
-    found = {}
+    reads = {}
 
     import click
 
     @click.command()
     def verb():
-        found["calibration"] = _read_until_right(FakeShell(), GUESS, "en")
+        reads["calibration"] = _read_until_right(FakeShell(), GUESS, "en")
 
     result = CliRunner().invoke(verb, input=typed)
-    return found.get("calibration"), result
+    return reads.get("calibration"), result
 
 
 def test_a_line_that_reads_right_confirms_the_guess():
@@ -81,14 +81,14 @@ def test_check_names_what_keeps_the_window_away(tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.setattr("sys.platform", "linux")
     result = CliRunner().invoke(window, ["check", "--lab", str(tmp_path), "--json"])
-    found = json.loads(result.output)
+    report = json.loads(result.output)
 
     assert result.exit_code == 1
-    assert found["calibration"] is None
-    assert any("this station's screen is not calibrated" in each for each in found["problems"])
-    assert any("DISPLAY is not set" in each for each in found["problems"])
-    assert {"en", "ko"} <= set(found["languages"])
-    assert found["fonts"]["Latin"] is not None
+    assert report["calibration"] is None
+    assert any("this station's screen is not calibrated" in problem for problem in report["problems"])
+    assert any("DISPLAY is not set" in problem for problem in report["problems"])
+    assert {"en", "ko"} <= set(report["languages"])
+    assert report["fonts"]["Latin"] is not None
 
 
 @pytest.mark.needs("psychopy")

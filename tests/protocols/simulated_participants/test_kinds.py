@@ -12,7 +12,7 @@ from palpate.protocols.simulated_participants import KINDS, SHIPPED_KIND, simula
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import PARTS, plan_of
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 CONSTANT = '''
 """People who answer the middle of every slider after a second."""
@@ -43,7 +43,7 @@ KIND = ParticipantKind(lambda plan, feels: Constant())
 
 
 def session(plan, kind):
-    log, person = Kept(), simulated_participant(plan, kind=kind)
+    log, person = MemoryLog(), simulated_participant(plan, kind=kind)
     run(plan, Simulated(person, lambda request, t_ns: Done(Reply({}), 1.0), VirtualClock()), log, {})
     return log.events
 

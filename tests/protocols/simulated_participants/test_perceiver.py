@@ -27,10 +27,10 @@ def answers(person):
 
 def test_without_noise_the_answer_is_the_latent_on_the_scale():
     """z of 0..3 is (i - 1.5) / sqrt(1.25), so the latent is 1 + 2 z, rounded to steps of 1."""
-    found = answers(perceiver())
-    assert [found[name]["Soft"] for name in "ABCD"] == [-2, 0, 2, 4]
-    assert {value["Cold"] for value in found.values()} == {0}
-    assert all(type(value["Soft"]) is int for value in found.values())
+    by_stimulus = answers(perceiver())
+    assert [by_stimulus[name]["Soft"] for name in "ABCD"] == [-2, 0, 2, 4]
+    assert {value["Cold"] for value in by_stimulus.values()} == {0}
+    assert all(type(value["Soft"]) is int for value in by_stimulus.values())
 
 
 def test_answers_do_not_depend_on_what_was_answered_before():
@@ -83,13 +83,13 @@ def test_second_thoughts_only_where_they_are_allowed():
 
 
 def test_a_continuous_scale_is_answered_to_four_decimals():
-    found = answers(perceiver(scale={"from": 0, "to": 100}))
-    assert found["A"]["Soft"] == round(50 + 1 + 2 * -1.5 / 1.25**0.5, 4)
+    by_stimulus = answers(perceiver(scale={"from": 0, "to": 100}))
+    assert by_stimulus["A"]["Soft"] == round(50 + 1 + 2 * -1.5 / 1.25**0.5, 4)
 
 
 def test_answers_are_clipped_to_the_scale():
-    found = answers(perceiver(latents={"Soft": {"size": 100.0}}))
-    assert found["A"]["Soft"] == -10 and found["D"]["Soft"] == 10
+    by_stimulus = answers(perceiver(latents={"Soft": {"size": 100.0}}))
+    assert by_stimulus["A"]["Soft"] == -10 and by_stimulus["D"]["Soft"] == 10
 
 
 def test_a_study_without_simulation_is_answered_by_noise():
@@ -113,10 +113,10 @@ def test_a_constant_column_says_nothing():
     ],
 )
 def test_a_scale_knows_its_answers(scale, value, nearest, holds):
-    made = Scale.model_validate(scale)
-    assert made.nearest(value) == nearest
-    assert made.holds(value) is holds
-    assert made.holds(made.nearest(value))
+    parsed = Scale.model_validate(scale)
+    assert parsed.nearest(value) == nearest
+    assert parsed.holds(value) is holds
+    assert parsed.holds(parsed.nearest(value))
 
 
 @pytest.mark.parametrize("value", [None, "1", True, float("nan"), float("inf"), [1]])
@@ -135,9 +135,9 @@ def test_a_scale_refuses_what_is_no_number(value):
 def test_the_nearest_answer_of_any_scale_is_an_answer(low, steps, step, share, continuous):
     high = low + steps * step
     scale = Scale.model_validate({"from": low, "to": high, **({} if continuous else {"step": step})})
-    found = scale.nearest(low + share * (high - low))
-    assert scale.holds(found) and low <= found <= high
-    assert abs(found - (low + share * (high - low))) <= (1e-4 * max(1, high - low) if continuous else 0.51 * step)
+    nearest = scale.nearest(low + share * (high - low))
+    assert scale.holds(nearest) and low <= nearest <= high
+    assert abs(nearest - (low + share * (high - low))) <= (1e-4 * max(1, high - low) if continuous else 0.51 * step)
 
 
 def test_tenths_are_answered_as_they_are_written():

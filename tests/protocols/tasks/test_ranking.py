@@ -15,7 +15,7 @@ from palpate.protocols.worlds import Recorded
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import ran, simulated
-from tests.protocols.worlds_for_tests import Kept
+from tests.protocols.worlds_for_tests import MemoryLog
 
 BY_KIND = {"design": "as_listed", "within": "block", "blocks": {"by": "kind", "design": "as_listed"}}
 LISTED = {"design": "as_listed"}
@@ -46,7 +46,7 @@ class Hand:
 
 def session(answers, faults=(), **changes):
     """A session of the toy study as listed: the events, and what was felt."""
-    plan, hand, log = plan_of("ranking", **{**PLAIN, **changes}), Hand(answers, faults), Kept()
+    plan, hand, log = plan_of("ranking", **{**PLAIN, **changes}), Hand(answers, faults), MemoryLog()
     run(plan, hand, log, {"study": "toy"})
     return plan, log.events, hand.felt
 
@@ -147,10 +147,10 @@ def test_killed_at_any_event_the_session_goes_on_to_the_same_end(seed):
     plan = plan_of("ranking", seed=seed, practice={"stimuli": ["D", "A"]}, navigation="back_and_forward")
     whole = ran(plan)
     for cut in range(1, len(whole)):
-        kept = Kept(list(whole[:cut]))
-        tape = Recorded(whole[:cut], simulated(plan, whole[cut - 1].t_ns), kept)
+        log = MemoryLog(list(whole[:cut]))
+        tape = Recorded(whole[:cut], simulated(plan, whole[cut - 1].t_ns), log)
         run(plan, tape, tape, {"study": "toy"})
-        assert kept.events == whole, cut
+        assert log.events == whole, cut
 
 
 @pytest.mark.parametrize(
@@ -167,16 +167,16 @@ def test_killed_at_any_event_the_session_goes_on_to_the_same_end(seed):
 )
 def test_what_cannot_be_put_in_order_is_a_complaint(changes, path, says):
     data = {**study_of("ranking").definition(), **changes}
-    data["stimuli"] = [{"id": each} if isinstance(each, str) else each for each in data["stimuli"]]
-    found = [(p.path, p.message) for p in inconsistencies(Study.model_validate({**data, "simulation": None}))]
-    assert [place for place, _ in found] == [path]
-    assert re.search(says, found[0][1])
+    data["stimuli"] = [{"id": stimulus} if isinstance(stimulus, str) else stimulus for stimulus in data["stimuli"]]
+    problems = [(p.path, p.message) for p in inconsistencies(Study.model_validate({**data, "simulation": None}))]
+    assert [place for place, _ in problems] == [path]
+    assert re.search(says, problems[0][1])
 
 
 def test_columns_that_are_missing_are_named_where_they_are_used():
     for changes in ({"order": {**BY_KIND, "blocks": {"by": "sort"}}}, {"groups": {"1": {"sort": ["x"]}}}):
-        found = [problem.message for problem in inconsistencies(study_of("ranking", **changes))]
-        assert found == ["found 'sort', expected a column of the stimulus table; known: kind, size"], found
+        messages = [problem.message for problem in inconsistencies(study_of("ranking", **changes))]
+        assert messages == ["found 'sort', expected a column of the stimulus table; known: kind, size"], messages
 
 
 def test_settings_are_part_of_what_a_plan_is_made_of_and_may_be_left_out():

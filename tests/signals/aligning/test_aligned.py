@@ -28,10 +28,10 @@ def walk(count=600):
 @pytest.mark.parametrize("name", METHODS)
 def test_nothing_is_extrapolated(name):
     times_s, values = walk()
-    grid_s, found = onto_1_khz(times_s, values, name, np.arange(9000, 16000) / 1000)
-    known = np.isfinite(found.values).all(axis=1)
+    grid_s, result = onto_1_khz(times_s, values, name, np.arange(9000, 16000) / 1000)
+    known = np.isfinite(result.values).all(axis=1)
     assert (known == ((grid_s >= times_s[0] - 1e-9) & (grid_s <= times_s[-1] + 1e-9))).all()
-    assert found.empty == int((~known).sum()) > 0 and not found.bridged.any()
+    assert result.empty == int((~known).sum()) > 0 and not result.bridged.any()
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -40,15 +40,15 @@ def test_short_holes_are_bridged_and_marked_and_long_ones_stay_empty(name, lost,
     """At 120 Hz two samples are 17 ms, three 25 ms; 20 ms are bridged."""
     times_s, values = walk()
     keep = np.r_[0:300, 300 + lost : 600]
-    grid_s, found = onto_1_khz(times_s[keep], values[keep], name)
+    grid_s, result = onto_1_khz(times_s[keep], values[keep], name)
     inside = (grid_s > times_s[299] + 1e-9) & (grid_s < times_s[300 + lost] - 1e-9)
-    assert (hole := found.holes[0]).bridged is bridged and len(found.holes) == 1
+    assert (hole := result.holes[0]).bridged is bridged and len(result.holes) == 1
     assert hole.seconds == pytest.approx(lost / RATE_HZ)
-    assert (found.bridged == (inside & bridged)).all()
-    assert (np.isnan(found.values[:, 0]) == (inside & (not bridged))).all()
+    assert (result.bridged == (inside & bridged)).all()
+    assert (np.isnan(result.values[:, 0]) == (inside & (not bridged))).all()
     if name in {"cubic", "pchip", "bandlimited"}:
         truth = np.stack([np.sin(grid_s), np.cos(3 * grid_s)], axis=1)
-        assert np.nanmax(np.abs(found.values - truth)[300:-300]) < 4e-3
+        assert np.nanmax(np.abs(result.values - truth)[300:-300]) < 4e-3
 
 
 def test_an_occluded_marker_is_a_hole_like_any_other():
@@ -57,35 +57,35 @@ def test_an_occluded_marker_is_a_hole_like_any_other():
     hidden[200:202, 1] = np.nan
     hidden[400:440] = np.nan
     hidden[450, 0] = np.inf
-    _, found = onto_1_khz(times_s, hidden)
-    assert found.not_finite == 43 and [hole.bridged for hole in found.holes] == [True, False, True]
-    assert np.isfinite(found.values[np.flatnonzero(found.bridged)]).all()
+    _, bridged = onto_1_khz(times_s, hidden)
+    assert bridged.not_finite == 43 and [hole.bridged for hole in bridged.holes] == [True, False, True]
+    assert np.isfinite(bridged.values[np.flatnonzero(bridged.bridged)]).all()
 
 
 def test_a_sample_between_two_long_holes_is_known_only_where_it_stands():
     times_s, values = walk(60)
     keep = np.r_[0:20, 30, 40:60]
-    _, found = onto_1_khz(times_s[keep], values[keep])
-    assert len(found.holes) == 2 and np.isnan(found.values[180:320]).all()
+    _, bridged = onto_1_khz(times_s[keep], values[keep])
+    assert len(bridged.holes) == 2 and np.isnan(bridged.values[180:320]).all()
 
 
 @given(st.lists(st.integers(0, 399), max_size=200), st.sampled_from(sorted(METHODS)), st.floats(0, 0.2))
 @settings(max_examples=examples(60), deadline=None)
 def test_whatever_is_lost_every_grid_point_is_known_marked_or_in_a_long_hole(lost, name, longest_s):
     times_s, values = walk(400)
-    keep = np.setdiff1d(np.arange(400), [each for each in lost if 0 < each < 399])
-    grid_s, found = onto_1_khz(times_s[keep], values[keep], name, longest_gap_s=longest_s)
-    known = np.isfinite(found.values).all(axis=1)
+    keep = np.setdiff1d(np.arange(400), [place for place in lost if 0 < place < 399])
+    grid_s, bridged = onto_1_khz(times_s[keep], values[keep], name, longest_gap_s=longest_s)
+    known = np.isfinite(bridged.values).all(axis=1)
     within = np.zeros(len(grid_s), dtype=bool)
-    for hole in found.holes:
+    for hole in bridged.holes:
         inside = (grid_s > hole.after_s + 1e-9) & (grid_s < hole.before_s - 1e-9)
         within |= inside
         assert hole.bridged == (hole.seconds <= longest_s + 1e-9)
         assert known[inside].all() if hole.bridged else not known[inside].any()
-        assert (found.bridged[inside] == hole.bridged).all()
+        assert (bridged.bridged[inside] == hole.bridged).all()
     alone = np.isin(grid_s.round(6), times_s.round(6))  # the one point of a stretch of one sample
-    assert (known | within | alone).all() and not (found.bridged & ~within).any()
-    assert np.nanmax(np.abs(found.values), initial=0) < 3
+    assert (known | within | alone).all() and not (bridged.bridged & ~within).any()
+    assert np.nanmax(np.abs(bridged.values), initial=0) < 3
 
 
 @pytest.mark.parametrize(

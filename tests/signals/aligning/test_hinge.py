@@ -18,8 +18,8 @@ def path(angles_deg, radius=900.0, centre=(120.0, -4000.0, 700.0), tilt=(0.1, -0
     across = np.cross(axis, [0.3, 1.0, 0.0])
     across /= np.linalg.norm(across)
     turned = np.radians(angles_deg)[:, None]
-    found = np.array(centre) + radius * (np.cos(turned) * across + np.sin(turned) * np.cross(axis, across))
-    return found + np.random.default_rng(seed).normal(0, noise, found.shape)
+    points = np.array(centre) + radius * (np.cos(turned) * across + np.sin(turned) * np.cross(axis, across))
+    return points + np.random.default_rng(seed).normal(0, noise, points.shape)
 
 
 @given(st.floats(-180, 180), st.floats(15, 175), st.floats(50, 2000), st.booleans())

@@ -36,8 +36,8 @@ def test_no_error_is_larger_than_the_stated_bound(name, hz, phase, rate_hz):
     """Bounds: Taylor's theorem; Hall and Meyer 1976 for the spline; pchip by the error of its slopes (methods.py)."""
     times_s = 3 + np.arange(int(3 * rate_hz)) / rate_hz
     grid_s = grid_points(3.5, times_s[-1] - 0.5, 1000.0)
-    found = aligned(name, times_s, sine(hz, times_s, phase), grid_s, rate_hz).values
-    worst = np.abs(found - sine(hz, grid_s, phase)).max()
+    values = aligned(name, times_s, sine(hz, times_s, phase), grid_s, rate_hz).values
+    worst = np.abs(values - sine(hz, grid_s, phase)).max()
     bound = BOUNDS[name](2 * np.pi * hz, 1 / rate_hz)
     # Leading order for pchip: where the sine is not yet a parabola, the next order adds to it.
     assert worst <= bound * (1 + (2 * np.pi * hz / rate_hz if name == "pchip" else 0)) + 1e-8
@@ -47,14 +47,14 @@ def test_no_error_is_larger_than_the_stated_bound(name, hz, phase, rate_hz):
 def test_a_band_limited_signal_comes_out_within_a_hundredth_of_a_percent(rate_hz):
     """Up to the edge of the pass band, at any phase and at a rate that no ratio of small numbers describes."""
     true_hz = rate_hz * (1 + 50e-6)
-    kept = band(true_hz, 1000.0)
-    margin_s = 1.1 * kept.reach / true_hz
+    within = band(true_hz, 1000.0)
+    margin_s = 1.1 * within.reach / true_hz
     times_s = 2 + np.arange(int(4 * rate_hz)) / true_hz
     grid_s = grid_points(times_s[0] + margin_s, times_s[-1] - margin_s, 1000.0)
     for share in (0.02, 0.5, 0.95):
-        hz = share * kept.passes_hz
-        found = aligned("bandlimited", times_s, sine(hz, times_s), grid_s, true_hz).values
-        assert np.abs(found - sine(hz, grid_s)).max() < 2e-4
+        hz = share * within.passes_hz
+        values = aligned("bandlimited", times_s, sine(hz, times_s), grid_s, true_hz).values
+        assert np.abs(values - sine(hz, grid_s)).max() < 2e-4
 
 
 @pytest.mark.parametrize("rate_hz", [3000.0, 8000.0, 10000.0])
@@ -73,8 +73,8 @@ def test_the_delay_is_what_is_said(name):
     rate_hz, hz = 80 * 1.0061, 1.0
     times_s = np.arange(1600) / rate_hz
     grid_s = grid_points(1.0, 18.999, 1000.0)
-    found = aligned(name, times_s, sine(hz, times_s), grid_s, rate_hz).values[:, 0]
-    turned = np.angle(np.sum(found * np.exp(-2j * np.pi * hz * grid_s)) * 2j)
+    values = aligned(name, times_s, sine(hz, times_s), grid_s, rate_hz).values[:, 0]
+    turned = np.angle(np.sum(values * np.exp(-2j * np.pi * hz * grid_s)) * 2j)
     late_s = -turned / (2 * np.pi * hz)
     assert late_s == pytest.approx(METHODS[name].delay_s(rate_hz, 1000.0), abs=3e-5)
 
@@ -86,8 +86,8 @@ def test_it_takes_no_more_of_the_future_than_it_says(name):
     grid_s = grid_points(0.0, times_s[-1], 1000.0)
     at = 200
     stepped = np.where(np.arange(400) >= at, 1.0, 0.0)[:, None]
-    found = aligned(name, times_s, stepped, grid_s, 80.0).values[:, 0]
-    first = grid_s[np.flatnonzero(np.abs(found) > 1e-12)[0]]
+    values = aligned(name, times_s, stepped, grid_s, 80.0).values[:, 0]
+    first = grid_s[np.flatnonzero(np.abs(values) > 1e-12)[0]]
     assert first >= times_s[at] - METHODS[name].ahead_s(80.0, 1000.0) - 1e-9
     assert METHODS[name].causal == (first >= times_s[at])
 
@@ -96,8 +96,8 @@ def test_it_takes_no_more_of_the_future_than_it_says(name):
 @pytest.mark.parametrize("value", [0.0, 0.1, -3e5])
 def test_a_constant_stays_what_it_is(name, value):
     times_s = 7 + np.arange(200) / 83.1
-    found = aligned(name, times_s, np.full((200, 2), value), grid_points(7, 9, 1000.0), 83.1)
-    assert found.values == pytest.approx(np.full(found.values.shape, value), rel=1e-12)
+    result = aligned(name, times_s, np.full((200, 2), value), grid_points(7, 9, 1000.0), 83.1)
+    assert result.values == pytest.approx(np.full(result.values.shape, value), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -108,17 +108,17 @@ def test_samples_that_lie_on_the_grid_are_not_changed(name, rate_hz):
     grid_s = grid_points(times_s[0], times_s[-1], rate_hz)
     if name == "bandlimited":
         grid_s = grid_s[60:-60]
-    found = aligned(name, times_s, values, grid_s, rate_hz, grid_hz=rate_hz)
+    result = aligned(name, times_s, values, grid_s, rate_hz, grid_hz=rate_hz)
     expected = values[60:-60] if name == "bandlimited" else values
-    assert found.values == pytest.approx(expected, abs=1e-6)
+    assert result.values == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["nearest", "hold", "linear", "pchip"])
 def test_these_never_overshoot(name):
     values = np.random.default_rng(4).normal(size=(500, 1)).round()
     times_s = np.arange(500) / 80.0
-    found = aligned(name, times_s, values, grid_points(0, times_s[-1], 1000.0), 80.0).values
-    assert values.min() - 1e-12 <= found.min() and found.max() <= values.max() + 1e-12
+    on_grid = aligned(name, times_s, values, grid_points(0, times_s[-1], 1000.0), 80.0).values
+    assert values.min() - 1e-12 <= on_grid.min() and on_grid.max() <= values.max() + 1e-12
 
 
 @pytest.mark.parametrize("name", ["hold", "linear"])

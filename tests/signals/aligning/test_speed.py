@@ -49,20 +49,20 @@ def test_a_polynomial_of_the_degree_has_no_error_and_the_next_one_the_stated(win
 def test_noise_comes_through_as_stated(window, degree, place):
     estimate = slope(window, degree, RATE, place)
     noise = np.random.default_rng(5).standard_normal((200_000, 3))
-    told = velocity(noise, estimate)
-    kept = told[~np.isnan(told).any(axis=1)]
+    velocities = velocity(noise, estimate)
+    known = velocities[~np.isnan(velocities).any(axis=1)]
     # Neighbouring windows overlap: n / window of them are independent.
-    assert kept.std() == pytest.approx(estimate.noise_gain_per_s, rel=5 / math.sqrt(2 * kept.size / window))
-    rest = np.linalg.norm(kept, axis=1).mean()
+    assert known.std() == pytest.approx(estimate.noise_gain_per_s, rel=5 / math.sqrt(2 * known.size / window))
+    rest = np.linalg.norm(known, axis=1).mean()
     assert rest == pytest.approx(floor_mm_s(1.0, estimate), rel=0.03)
 
 
 def test_the_noise_gain_is_the_textbooks():
     """Line and parabola over n samples: sqrt(12 / (n (n^2 - 1))) x rate (e.g. Orfanidis, section 8.3)."""
     for window in (3, 5, 21):
-        wanted = math.sqrt(12 / (window * (window**2 - 1))) * RATE
-        assert slope(window, 1, RATE).noise_gain_per_s == pytest.approx(wanted, rel=1e-12)
-        assert slope(window, 2, RATE).noise_gain_per_s == pytest.approx(wanted, rel=1e-12)
+        gain = math.sqrt(12 / (window * (window**2 - 1))) * RATE
+        assert slope(window, 1, RATE).noise_gain_per_s == pytest.approx(gain, rel=1e-12)
+        assert slope(window, 2, RATE).noise_gain_per_s == pytest.approx(gain, rel=1e-12)
 
 
 @pytest.mark.parametrize("window", [3, 9, 15])
@@ -72,17 +72,17 @@ def test_a_causal_line_lags_by_half_its_window_and_a_parabola_does_not(window):
     assert parabola.lag_s == pytest.approx(0, abs=1e-9)
     assert slope(window, 2, RATE).wait_s == (window - 1) / 2 / RATE
     t = np.arange(200) / RATE
-    told = velocity((300 * t**2)[:, None], line)[:, 0]
-    np.testing.assert_allclose(told[window:], 600 * (t[window:] - line.lag_s), rtol=1e-9)
+    velocities = velocity((300 * t**2)[:, None], line)[:, 0]
+    np.testing.assert_allclose(velocities[window:], 600 * (t[window:] - line.lag_s), rtol=1e-9)
 
 
 def test_a_window_that_holds_a_hidden_sample_tells_nothing():
     positions = np.cumsum(np.ones((50, 3)), axis=0)
     positions[20] = np.nan
-    told = speed(positions, slope(7, 2, RATE))
-    assert np.isnan(told[[0, 1, 2, 47, 48, 49]]).all()
-    assert np.isnan(told[17:24]).all()
-    np.testing.assert_allclose(told[[3, 16, 24, 46]], math.sqrt(3) * RATE)
+    speeds = speed(positions, slope(7, 2, RATE))
+    assert np.isnan(speeds[[0, 1, 2, 47, 48, 49]]).all()
+    assert np.isnan(speeds[17:24]).all()
+    np.testing.assert_allclose(speeds[[3, 16, 24, 46]], math.sqrt(3) * RATE)
     causal = speed(positions, slope(7, 2, RATE, "end"))
     assert np.isnan(causal[:6]).all()
     assert np.isnan(causal[20:27]).all()
@@ -91,16 +91,16 @@ def test_a_window_that_holds_a_hidden_sample_tells_nothing():
 
 def test_far_from_the_origin_no_digits_are_lost():
     t = np.arange(200) / RATE
-    told = velocity(1e9 + (50 * t)[:, None], slope(21, 2, RATE))
-    np.testing.assert_allclose(told[30:170], 50, rtol=1e-4)
+    velocities = velocity(1e9 + (50 * t)[:, None], slope(21, 2, RATE))
+    np.testing.assert_allclose(velocities[30:170], 50, rtol=1e-4)
     assert np.isnan(velocity(np.zeros((5, 3)), slope(7, 2, RATE))).all()
 
 
 def test_speed_in_a_surface_leaves_out_what_goes_along_its_normal():
     t = np.arange(60)[:, None] / RATE
     positions = t * np.array([[30.0, 40.0, 99.0]])
-    told = speed(positions, slope(5, 2, RATE), normal=(0, 0, 2))
-    np.testing.assert_allclose(told[5:-5], 50, rtol=1e-9)
+    speeds = speed(positions, slope(5, 2, RATE), normal=(0, 0, 2))
+    np.testing.assert_allclose(speeds[5:-5], 50, rtol=1e-9)
     with pytest.raises(AlignError, match="no direction"), np.errstate(invalid="ignore"):
         speed(positions, slope(5, 2, RATE), normal=(0, 0, 0))
 

@@ -18,8 +18,8 @@ from tests.examples import examples
 MOST_EXTRA_STEP_N = 4.0
 """No variant of the study steps from one grid point to the next by more than its base at most does, plus this."""
 LABELS = ("BC3", "FORD", "G90", "K3", "K8", "MQ4")
-each_door = pytest.mark.parametrize("label", LABELS)
-each_variant = pytest.mark.parametrize("variant", VARIANTS)
+for_every_door = pytest.mark.parametrize("label", LABELS)
+for_every_variant = pytest.mark.parametrize("variant", VARIANTS)
 
 
 @cache
@@ -27,7 +27,7 @@ def base(label: str) -> np.ndarray:
     return next(augment(force_N, "g0") for name, _, force_N in originals() if name == label)
 
 
-def made(label: str, variant: str) -> np.ndarray:
+def variant_of(label: str, variant: str) -> np.ndarray:
     return augment(base(label), variant, door=label)
 
 
@@ -35,10 +35,10 @@ def highest_before(force_N: np.ndarray, index: int) -> tuple[int, float]:
     return int(np.argmax(force_N[:index])), float(force_N[:index].max())
 
 
-@each_door
-@each_variant
+@for_every_door
+@for_every_variant
 def test_every_variant_is_a_profile_without_new_jumps(label, variant) -> None:
-    force_N, original = made(label, variant), base(label)
+    force_N, original = variant_of(label, variant), base(label)
     assert force_N.shape == (POINTS,)
     assert np.isfinite(force_N).all()
     assert force_N[0] == original[0]
@@ -49,86 +49,86 @@ def test_every_variant_is_a_profile_without_new_jumps(label, variant) -> None:
     assert np.array_equal(force_N, np.round(force_N, 4))
 
 
-@each_door
+@for_every_door
 @pytest.mark.parametrize(("variant", "peak_N"), [("g1", 20), ("g2", 30), ("g3", 40)])
 def test_g1_to_g3_set_the_first_peak_and_leave_the_rest(label, variant, peak_N) -> None:
-    found, force_N = landmarks(base(label)), made(label, variant)
-    assert highest_before(force_N, found.valleys[0]) == (found.peaks[0], pytest.approx(peak_N, abs=1e-3))
-    assert np.array_equal(force_N[found.valleys[0] :], base(label)[found.valleys[0] :])
-    assert landmarks(force_N).peaks[0] == found.peaks[0]
+    peaks, force_N = landmarks(base(label)), variant_of(label, variant)
+    assert highest_before(force_N, peaks.valleys[0]) == (peaks.peaks[0], pytest.approx(peak_N, abs=1e-3))
+    assert np.array_equal(force_N[peaks.valleys[0] :], base(label)[peaks.valleys[0] :])
+    assert landmarks(force_N).peaks[0] == peaks.peaks[0]
 
 
-@each_door
+@for_every_door
 @pytest.mark.parametrize(("variant", "cycle", "before_deg"), [("g4", 1, 15), ("g5", 2, 30), ("g6", 3, 30)])
 def test_g4_to_g6_complete_their_cycle_before_15_or_30_degrees(label, variant, cycle, before_deg) -> None:
-    was, now = landmarks(base(label)), landmarks(made(label, variant))
+    was, now = landmarks(base(label)), landmarks(variant_of(label, variant))
     assert was.valleys[cycle - 1] > before_deg * 10 > now.valleys[cycle - 1]
     assert now.valleys[cycle - 1] == pytest.approx(before_deg * 10 - 5, abs=1)
     assert len(now.peaks) == len(was.peaks)
-    assert made(label, variant)[list(now.peaks)] == pytest.approx(base(label)[list(was.peaks)], abs=0.5)
+    assert variant_of(label, variant)[list(now.peaks)] == pytest.approx(base(label)[list(was.peaks)], abs=0.5)
 
 
-@each_door
+@for_every_door
 def test_g6_has_all_major_peaks_before_30_degrees_and_rises_rapidly_to_the_end(label) -> None:
-    force_N = made(label, "g6")
-    found = landmarks(force_N)
-    assert max(found.peaks) < 300
-    tail = force_N[295 : found.end + 1]
+    force_N = variant_of(label, "g6")
+    peaks = landmarks(force_N)
+    assert max(peaks.peaks) < 300
+    tail = force_N[295 : peaks.end + 1]
     assert (np.diff(tail) >= 0).all()
-    assert tail[-1] == pytest.approx(force_N[list(found.peaks)].max(), abs=0.5)
+    assert tail[-1] == pytest.approx(force_N[list(peaks.peaks)].max(), abs=0.5)
     assert describe(force_N)["end_slope_N_deg"] > 1
 
 
-@each_door
+@for_every_door
 def test_g7_has_its_first_peak_at_10_degrees_and_keeps_its_height(label) -> None:
-    was, now = landmarks(base(label)), landmarks(made(label, "g7"))
+    was, now = landmarks(base(label)), landmarks(variant_of(label, "g7"))
     assert now.peaks[0] == 100
-    assert made(label, "g7")[100] == base(label)[was.peaks[0]]
+    assert variant_of(label, "g7")[100] == base(label)[was.peaks[0]]
     assert now.valleys == was.valleys
 
 
-@each_door
+@for_every_door
 def test_g8_is_straight_up_to_between_18_and_20_degrees(label) -> None:
-    changed = np.flatnonzero(made(label, "g8") != base(label))
+    changed = np.flatnonzero(variant_of(label, "g8") != base(label))
     assert 30 <= changed[0] <= 61
     assert 175 <= changed[-1] <= 200
-    bends = np.abs(np.diff(made(label, "g8"), 2))[changed[0] : changed[-1] - 1]
+    bends = np.abs(np.diff(variant_of(label, "g8"), 2))[changed[0] : changed[-1] - 1]
     assert bends.max() < 3e-4  # rounding to four decimals only
 
 
-@each_door
+@for_every_door
 def test_g9_adds_small_cycles_before_the_second_peak_only(label) -> None:
-    found, difference = landmarks(base(label)), made(label, "g9") - base(label)
-    assert not difference[found.peaks[1] :].any()
+    peaks, difference = landmarks(base(label)), variant_of(label, "g9") - base(label)
+    assert not difference[peaks.peaks[1] :].any()
     assert 1.5 < np.abs(difference).max() <= 5
     assert 3 <= len(peaks_of(difference, 0.2)) <= 4
-    if difference[: found.peaks[0]].any():
-        assert not difference[found.peaks[0] :].any()
+    if difference[: peaks.peaks[0]].any():
+        assert not difference[peaks.peaks[0] :].any()
 
 
 def test_both_places_of_g9_occur_among_the_six_doors() -> None:
-    before = [(made(label, "g9") - base(label))[: landmarks(base(label)).peaks[0]].any() for label in LABELS]
+    before = [(variant_of(label, "g9") - base(label))[: landmarks(base(label)).peaks[0]].any() for label in LABELS]
     assert set(before) == {True, False}
 
 
-@each_door
+@for_every_door
 def test_g10_is_the_hidden_repeat_of_g0(label) -> None:
-    assert np.array_equal(made(label, "g10"), base(label))
+    assert np.array_equal(variant_of(label, "g10"), base(label))
 
 
-@each_door
+@for_every_door
 def test_g11_lengthens_the_plateau_and_changes_nothing_before_it(label) -> None:
-    was, now = (plateau_after_second_peak(force, "g11") for force in (base(label), made(label, "g11")))
-    assert np.array_equal(made(label, "g11")[: was[0] + 1], base(label)[: was[0] + 1])
+    was, now = (plateau_after_second_peak(force, "g11") for force in (base(label), variant_of(label, "g11")))
+    assert np.array_equal(variant_of(label, "g11")[: was[0] + 1], base(label)[: was[0] + 1])
     assert now[1] - now[0] >= was[1] - was[0] + 50
-    assert len(landmarks(made(label, "g11")).peaks) == len(landmarks(base(label)).peaks)
+    assert len(landmarks(variant_of(label, "g11")).peaks) == len(landmarks(base(label)).peaks)
 
 
-@each_door
+@for_every_door
 def test_g12_lies_above_g11_on_the_plateau_and_equals_it_elsewhere(label) -> None:
-    stretched, raised = made(label, "g11"), made(label, "g12")
-    found = landmarks(stretched)
-    first, last = found.peaks[1], found.valleys[1]
+    stretched, raised = variant_of(label, "g11"), variant_of(label, "g12")
+    peaks = landmarks(stretched)
+    first, last = peaks.peaks[1], peaks.valleys[1]
     assert np.array_equal(raised[: first + 1], stretched[: first + 1])
     assert np.array_equal(raised[last:], stretched[last:])
     assert (raised[first + 1 : last] >= stretched[first + 1 : last]).all()
@@ -137,29 +137,32 @@ def test_g12_lies_above_g11_on_the_plateau_and_equals_it_elsewhere(label) -> Non
     assert raised[first:last].max() == stretched[first]
 
 
-@each_door
+@for_every_door
 @pytest.mark.parametrize(("variant", "on", "peak_N"), [("g13", "g2", 30), ("g14", "g3", 40)])
 def test_g13_and_g14_add_bumps_before_the_peak_of_g2_and_g3(label, variant, on, peak_N) -> None:
     peak = landmarks(base(label)).peaks[0]
-    difference = made(label, variant) - made(label, on)
+    difference = variant_of(label, variant) - variant_of(label, on)
     assert not difference[peak:].any()
     assert 1 < np.abs(difference).max() <= 2
     assert len(peaks_of(difference, 0.2)) == 3
-    assert highest_before(made(label, variant), landmarks(base(label)).valleys[0]) == (peak, pytest.approx(peak_N))
+    assert highest_before(variant_of(label, variant), landmarks(base(label)).valleys[0]) == (
+        peak,
+        pytest.approx(peak_N),
+    )
 
 
 def test_the_seed_decides_g8_and_g9_and_nothing_else() -> None:
     different = {
         variant
         for variant in VARIANTS
-        if not np.array_equal(made("K8", variant), augment(base("K8"), variant, door="K8", seed=1))
+        if not np.array_equal(variant_of("K8", variant), augment(base("K8"), variant, door="K8", seed=1))
     }
     assert different == {"g8", "g9"}
 
 
 def test_the_same_seed_gives_the_same_variant_in_any_order() -> None:
-    forward = [made("K3", variant) for variant in VARIANTS]
-    backward = [made("K3", variant) for variant in reversed(VARIANTS)]
+    forward = [variant_of("K3", variant) for variant in VARIANTS]
+    backward = [variant_of("K3", variant) for variant in reversed(VARIANTS)]
     assert all(np.array_equal(a, b) for a, b in zip(forward, reversed(backward), strict=True))
 
 

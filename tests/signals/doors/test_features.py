@@ -30,10 +30,10 @@ def test_peaks_and_their_prominence_agree_with_scipy(values, least) -> None:
 
 
 def test_landmarks_of_a_drawn_profile() -> None:
-    found = landmarks(SAW)
-    assert found.peaks == (100, 300, 500)
-    assert found.valleys == (200, 420, 620)
-    assert found.end == 620
+    marks = landmarks(SAW)
+    assert marks.peaks == (100, 300, 500)
+    assert marks.valleys == (200, 420, 620)
+    assert marks.end == 620
 
 
 def test_the_plateau_after_the_second_peak_is_found() -> None:

@@ -30,10 +30,10 @@ REFUSED = [
 
 @pytest.mark.parametrize("scale", [0.1, 10, 1e6, 1e300])
 def test_whatever_is_bounded_is_within_the_limits_and_played(scale):
-    made = bounded_profiles(RANDOM.normal(size=(2, 621)) * scale)
-    assert np.abs(made).max() <= LIMIT_N
-    assert np.abs(np.diff(made)).max() <= STEEPEST_N_DEG / 10 * (1 + 1e-12)
-    assert [refusal(profile) for profile in made] == [None, None]
+    bounded = bounded_profiles(RANDOM.normal(size=(2, 621)) * scale)
+    assert np.abs(bounded).max() <= LIMIT_N
+    assert np.abs(np.diff(bounded)).max() <= STEEPEST_N_DEG / 10 * (1 + 1e-12)
+    assert [refusal(profile) for profile in bounded] == [None, None]
 
 
 def test_what_is_within_the_limits_already_is_left_as_it_is():

@@ -23,56 +23,56 @@ SAW = line((0, 0), (10, 20), (20, -5), (30, 40), (34, 22), (38, 18), (42, -10), 
 
 
 def test_the_first_columns_are_those_of_the_stimulus_table():
-    found = all_features(SAW)
-    assert tuple(found) == FEATURES
-    assert dict(list(found.items())[:11]) == describe(SAW)
+    values = all_features(SAW)
+    assert tuple(values) == FEATURES
+    assert dict(list(values.items())[:11]) == describe(SAW)
 
 
 def test_peaks_valleys_and_intervals_of_a_drawn_profile():
-    found = all_features(SAW)
+    values = all_features(SAW)
     expected = {
         "major_peak_count": 3, "peak_2_N": 40, "peak_2_deg": 30, "peak_3_N": 30, "peak_3_deg": 50, "valley_1_N": -5,
         "valley_1_deg": 20, "valley_2_N": -10, "valley_2_deg": 42, "interval_1_deg": 20, "interval_2_deg": 20,
         "start_N": 0, "end_N": 6,
     }  # fmt: skip
-    assert {name: found[name] for name in expected} == pytest.approx(expected)
+    assert {name: values[name] for name in expected} == pytest.approx(expected)
 
 
 def test_slopes_plateau_and_travel_of_a_drawn_profile():
-    found = all_features(SAW)
-    assert (found["rise_N_deg"], found["rise_deg"]) == (pytest.approx(5.0), pytest.approx(42, abs=0.05))
-    assert (found["fall_N_deg"], found["fall_deg"]) == (pytest.approx(7.0), pytest.approx(38, abs=0.05))
-    assert found["travel_N"] == pytest.approx(20 + 25 + 45 + 18 + 4 + 28 + 40 + 24)
-    assert found["plateau_deg"] == pytest.approx(4, abs=1)
-    assert found["plateau_N"] == pytest.approx(20, abs=1)
-    assert found["force_sd_N"] == pytest.approx(SAW.std())
+    values = all_features(SAW)
+    assert (values["rise_N_deg"], values["rise_deg"]) == (pytest.approx(5.0), pytest.approx(42, abs=0.05))
+    assert (values["fall_N_deg"], values["fall_deg"]) == (pytest.approx(7.0), pytest.approx(38, abs=0.05))
+    assert values["travel_N"] == pytest.approx(20 + 25 + 45 + 18 + 4 + 28 + 40 + 24)
+    assert values["plateau_deg"] == pytest.approx(4, abs=1)
+    assert values["plateau_N"] == pytest.approx(20, abs=1)
+    assert values["force_sd_N"] == pytest.approx(SAW.std())
 
 
 def test_a_flat_stretch_has_its_length_and_level():
-    found = all_features(line((0, 0), (10, 30), (26, 30), (62, 120)))
-    assert (found["flat_deg"], found["flat_N"]) == (pytest.approx(16, abs=0.8), pytest.approx(30, abs=0.1))
+    values = all_features(line((0, 0), (10, 30), (26, 30), (62, 120)))
+    assert (values["flat_deg"], values["flat_N"]) == (pytest.approx(16, abs=0.8), pytest.approx(30, abs=0.1))
     assert all_features(line((0, 0), (62, 124)))["flat_deg"] == 0
 
 
 def test_work_is_the_integral_over_the_angle_in_radians():
-    found = all_features(line((0, 10), (31, 10), (31.1, -20), (62, -20)))
+    values = all_features(line((0, 10), (31, 10), (31.1, -20), (62, -20)))
     half = np.radians(31)
-    assert found["work_pulled_J_m"] == pytest.approx(10 * half, rel=2e-3)
-    assert found["work_returned_J_m"] == pytest.approx(20 * half, rel=4e-3)
-    assert found["work_J_m"] == pytest.approx(found["work_pulled_J_m"] - found["work_returned_J_m"])
-    assert found["work_0_20_J_m"] == pytest.approx(10 * np.radians(20))
-    parts = sum(found[name] for name in ("work_0_20_J_m", "work_20_40_J_m", "work_40_62_J_m"))
-    assert parts == pytest.approx(found["work_J_m"])
+    assert values["work_pulled_J_m"] == pytest.approx(10 * half, rel=2e-3)
+    assert values["work_returned_J_m"] == pytest.approx(20 * half, rel=4e-3)
+    assert values["work_J_m"] == pytest.approx(values["work_pulled_J_m"] - values["work_returned_J_m"])
+    assert values["work_0_20_J_m"] == pytest.approx(10 * np.radians(20))
+    parts = sum(values[name] for name in ("work_0_20_J_m", "work_20_40_J_m", "work_40_62_J_m"))
+    assert parts == pytest.approx(values["work_J_m"])
 
 
 def test_a_profile_without_peaks_has_the_documented_defaults():
-    found = all_features(np.full(POINTS, 7.0))
+    values = all_features(np.full(POINTS, 7.0))
     at_the_end = {
         "peak_2_N": 7, "peak_2_deg": 62, "valley_1_deg": 62, "interval_1_deg": 0, "interval_2_deg": 0, "plateau_deg": 0,
         "plateau_N": 7, "rise_N_deg": 0, "rise_deg": 0, "fall_N_deg": 0, "slope_rms_N_deg": 0, "flat_share": 1,
         "flat_N": 7, "major_peak_count": 0,
     }  # fmt: skip
-    assert {name: found[name] for name in at_the_end} == pytest.approx(at_the_end)
+    assert {name: values[name] for name in at_the_end} == pytest.approx(at_the_end)
 
 
 EXTREMES = {
@@ -89,17 +89,17 @@ EXTREMES = {
 
 @pytest.mark.parametrize("name", EXTREMES)
 def test_every_feature_of_an_extreme_profile_is_finite(name):
-    found = features(EXTREMES[name])
-    assert found.shape == (len(FEATURES),)
-    assert np.isfinite(found).all()
+    values = features(EXTREMES[name])
+    assert values.shape == (len(FEATURES),)
+    assert np.isfinite(values).all()
 
 
 @given(arrays(np.float64, POINTS, elements=st.floats(-1e9, 1e9, width=32)))
 @settings(max_examples=examples(40), deadline=None)
 def test_every_feature_of_any_profile_is_finite_and_no_length_is_beyond_the_grid(force):
-    found = all_features(force)
-    assert np.isfinite(list(found.values())).all()
-    assert all(0 <= value <= 62 for name, value in found.items() if name.endswith("_deg") and "N_deg" not in name)
+    values = all_features(force)
+    assert np.isfinite(list(values.values())).all()
+    assert all(0 <= value <= 62 for name, value in values.items() if name.endswith("_deg") and "N_deg" not in name)
 
 
 def test_a_batch_holds_what_each_row_gives_and_names_pick_and_order():

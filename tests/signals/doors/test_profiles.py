@@ -46,26 +46,26 @@ def recordings(draw: st.DrawFn) -> tuple[list[float], list[float], np.ndarray]:
 @settings(max_examples=examples(60), deadline=None)
 def test_a_rising_recording_of_a_known_profile_is_recovered_whatever_the_speed(recording) -> None:
     angles, forces, path = recording
-    made = normalise(path, np.interp(path, angles, forces))
+    profile = normalise(path, np.interp(path, angles, forces))
     reached = path[-1] + 1e-9 >= GRID
     truth = np.interp(GRID, angles, forces)
     slopes = np.diff(forces) / np.diff(angles)
     bend = np.abs(np.diff(slopes, prepend=slopes[0], append=slopes[-1])).max() + np.abs(slopes).max()
     # A mean over a tenth of a degree differs from the value at its middle only next to a bend; at the end of the
     # recording the tenth is cut short; and the line between two rows cuts a corner off.
-    assert np.abs(made.force_N - truth)[reached].max() <= bend * (0.05 + np.diff(path).max())
-    assert made.padded_points == int((~reached).sum())
-    assert not made.force_N[~reached].any()
+    assert np.abs(profile.force_N - truth)[reached].max() <= bend * (0.05 + np.diff(path).max())
+    assert profile.padded_points == int((~reached).sum())
+    assert not profile.force_N[~reached].any()
 
 
 @given(st.floats(-30, 30), st.floats(-2, 2))
 @settings(max_examples=examples(25), deadline=None)
 def test_a_straight_line_is_exact_from_sparse_and_from_dense_rows(start, slope) -> None:
     for path in (np.linspace(0, 62, 63), np.linspace(0, 62, 20_000), 62 * np.linspace(0, 1, 5000) ** 1.5):
-        made = normalise(path, start + slope * path)
+        profile = normalise(path, start + slope * path)
         expected = start + slope * GRID
         expected[-1] -= slope * 0.025  # the last tenth has only its first half
-        assert made.force_N == pytest.approx(expected, abs=1e-9)
+        assert profile.force_N == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_sampling_rate_does_not_matter() -> None:
@@ -77,29 +77,31 @@ def test_the_sampling_rate_does_not_matter() -> None:
 
 def test_a_door_that_opens_to_58_degrees_is_padded_with_40_zeros() -> None:
     path = np.linspace(0, 58, 2000)
-    made = normalise(path, np.full(2000, 7.5))
-    assert made.padded_points == 40
-    assert made.force_N[:581] == pytest.approx(7.5)
-    assert set(made.force_N[581:]) == {0.0}
-    assert made.force_N.shape == (621,)
+    profile = normalise(path, np.full(2000, 7.5))
+    assert profile.padded_points == 40
+    assert profile.force_N[:581] == pytest.approx(7.5)
+    assert set(profile.force_N[581:]) == {0.0}
+    assert profile.force_N.shape == (621,)
 
 
 def test_what_goes_backwards_or_comes_after_the_opening_is_left_out_and_counted() -> None:
     out, back = np.linspace(0, 30, 301), np.linspace(29.9, 25, 50)
     path = np.r_[out, back, np.linspace(25.1, 62, 370), np.linspace(61.9, 0, 100)]
     force = np.r_[np.full(301, 5.0), np.full(50, -99.0), np.full(370, 5.0), np.full(100, -99.0)]
-    made = normalise(path, force)
-    assert (made.backward_rows, made.rows_after_opening, made.rows) == (99, 100, 821)
-    assert made.force_N == pytest.approx(np.full(POINTS, 5.0))
+    profile = normalise(path, force)
+    assert (profile.backward_rows, profile.rows_after_opening, profile.rows) == (99, 100, 821)
+    assert profile.force_N == pytest.approx(np.full(POINTS, 5.0))
 
 
 def test_rows_at_one_angle_are_averaged_up_to_the_first_row_at_the_largest_angle() -> None:
     path = np.repeat(np.linspace(0, 62, 621), 3)
     force = np.tile([1.0, 2.0, 6.0], 621)
-    made = normalise(path, force)
-    assert made.force_N[:-2] == pytest.approx(3.0)
-    assert made.rows_after_opening == 2
-    assert made.force_N[-1] == pytest.approx((3 + 3 * 1) / 4)  # halfway from 3 N to the one row at 62 degrees, averaged
+    profile = normalise(path, force)
+    assert profile.force_N[:-2] == pytest.approx(3.0)
+    assert profile.rows_after_opening == 2
+    assert profile.force_N[-1] == pytest.approx(
+        (3 + 3 * 1) / 4
+    )  # halfway from 3 N to the one row at 62 degrees, averaged
 
 
 def test_zero_counts_from_the_first_motion_and_forgets_the_rest_before_it() -> None:
@@ -107,9 +109,9 @@ def test_zero_counts_from_the_first_motion_and_forgets_the_rest_before_it() -> N
     force = np.r_[np.linspace(-3, 0, 500), 0.5 * (np.linspace(7.25, 70, 3000) - 7.25)]
     with pytest.raises(DoorDataError, match=r"between 0\.00 and 7\.25 degrees.*--zero"):
         normalise(path, force)
-    made = normalise(path, force, zero=True)
-    assert made.zero_deg == 7.25
-    assert made.force_N[1:-1] == pytest.approx(0.5 * GRID[1:-1], abs=1e-9)
+    profile = normalise(path, force, zero=True)
+    assert profile.zero_deg == 7.25
+    assert profile.force_N[1:-1] == pytest.approx(0.5 * GRID[1:-1], abs=1e-9)
 
 
 @pytest.mark.parametrize("noise_deg", [0.0, 0.02])
@@ -125,8 +127,8 @@ def test_a_simulated_laboratory_recording_gives_the_door_back(noise_deg) -> None
     force = hand_force(door, angle_at(fast))
     jitter = np.random.default_rng(3).normal(0, noise_deg, len(slow)) if noise_deg else 0.0
     angle, force = upsample_angle(fast, force, slow, angle_at(slow) + 11.4 + jitter)
-    made = normalise(angle, force, zero=True)
-    error = made.force_N[5:] - simulate(door)[5:]
+    profile = normalise(angle, force, zero=True)
+    error = profile.force_N[5:] - simulate(door)[5:]
     assert np.sqrt(np.mean(error**2)) < (0.02 if noise_deg == 0 else 0.25)
 
 

@@ -54,7 +54,7 @@ def shape(folder: Path, name: str = "shape", steep: float = 0.1) -> Path:
 
 def edited(card: Path, **changes) -> Path:
     """The card with these top-level entries changed."""
-    told = json.loads(card.read_text())
-    told.update(changes)
-    card.write_text(json.dumps(told))
+    card_data = json.loads(card.read_text())
+    card_data.update(changes)
+    card.write_text(json.dumps(card_data))
     return card

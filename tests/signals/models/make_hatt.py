@@ -35,7 +35,7 @@ def listed(name: str, numbers) -> str:
 def model(place: int) -> str:
     parts = [("ARcoeff", polynomial(AR[place])), ("ARlsf", AR[place]), ("MAcoeff", polynomial(MA[place])),
              ("MAlsf", MA[place])]  # fmt: skip
-    lists = "".join(values(*each, "      ") for each in parts)
+    lists = "".join(values(*part, "      ") for part in parts)
     speed, force = POINTS[place]
     return (
         f"   <model>\n      <modNum>{place + 1}</modNum>\n{lists}      <var>{VARIANCE[place]:.6f}</var>\n"
@@ -46,7 +46,7 @@ def model(place: int) -> str:
 
 def text() -> str:
     triangles = "".join(
-        '   <tri type="array">\n' + "".join(f"      <value>{each}</value>\n" for each in row) + "   </tri>\n"
+        '   <tri type="array">\n' + "".join(f"      <value>{index}</value>\n" for index in row) + "   </tri>\n"
         for row in TRIANGLES
     )
     lists = listed("speedList", [speed for speed, _ in POINTS]) + listed("forceList", [force for _, force in POINTS])

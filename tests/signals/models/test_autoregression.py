@@ -10,7 +10,7 @@ from palpate.signals.models.card_steps import Autoregression
 from palpate.signals.models.errors import ModelFileError, ModelInputError
 from palpate.signals.models.sequence_layers import predictor_of
 from tests.signals.models.cards import port
-from tests.signals.models.test_signal_steps import made
+from tests.signals.models.test_signal_steps import model_of
 
 RANDOM = np.random.Generator(np.random.PCG64(5))
 POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [0.4, 0.9]])
@@ -28,7 +28,7 @@ STEP = Autoregression(points="p", frequencies="f", log_sd="s", triangles="t")
 
 
 def model(tensors=TENSORS, length=LENGTH):
-    return made((Reshape(shape=(3, length)), STEP), tensors, port(3 * length), port(2))
+    return model_of((Reshape(shape=(3, length)), STEP), tensors, port(3 * length), port(2))
 
 
 def window(speed, force, length=LENGTH):
@@ -47,9 +47,9 @@ def error_filter(frequencies):
 
 def expected(given, shares):
     frequencies, log_sd = shares @ TENSORS["f"], shares @ TENSORS["s"]
-    found = error_filter(frequencies)
+    coefficients = error_filter(frequencies)
     past = given[:LENGTH][::-1]
-    return [-sum(found[k] * past[k - 1] for k in range(1, ORDER + 1)), log_sd]
+    return [-sum(coefficients[k] * past[k - 1] for k in range(1, ORDER + 1)), log_sd]
 
 
 INSIDE = [
@@ -71,34 +71,40 @@ def test_it_is_interpolated_within_and_the_nearest_rim_outside(speed, force, sha
 def test_anywhere_within_the_shares_are_those_of_the_triangle():
     from scipy import spatial as scipy
 
-    found = scipy.Delaunay(POINTS)
-    assert {tuple(sorted(each)) for each in found.simplices} == {tuple(sorted(each)) for each in TRIANGLES.tolist()}
-    rows, wanted = [], []
+    triangulation = scipy.Delaunay(POINTS)
+    assert {tuple(sorted(triangle)) for triangle in triangulation.simplices} == {
+        tuple(sorted(triangle)) for triangle in TRIANGLES.tolist()
+    }
+    rows, expected_rows = [], []
     for place in RANDOM.uniform([0, 0], [1, 2], size=(50, 2)):
-        corners = TRIANGLES[np.flatnonzero([set(each) == set(found.simplices[found.find_simplex(place)])
-                                            for each in TRIANGLES])[0]]  # fmt: skip
+        around = set(triangulation.simplices[triangulation.find_simplex(place)])
+        corners = TRIANGLES[np.flatnonzero([set(triangle) == around for triangle in TRIANGLES])[0]]
         shares = np.zeros(5)
         shares[corners] = np.linalg.solve(np.vstack([POINTS[corners].T, np.ones(3)]), [*place, 1])
         rows.append(window(place[0] * 100, place[1]))
-        wanted.append(expected(rows[-1], shares))
-    np.testing.assert_allclose(model().run(np.array(rows)), wanted, rtol=0, atol=1e-12)
-    np.testing.assert_allclose([model().run(row) for row in rows], wanted, rtol=0, atol=1e-12)
-    rough = model({name: each.astype(np.float32) if each.dtype == float else each for name, each in TENSORS.items()})
-    np.testing.assert_allclose(rough.run(np.array(rows)), wanted, rtol=0, atol=1e-5)
+        expected_rows.append(expected(rows[-1], shares))
+    np.testing.assert_allclose(model().run(np.array(rows)), expected_rows, rtol=0, atol=1e-12)
+    np.testing.assert_allclose([model().run(row) for row in rows], expected_rows, rtol=0, atol=1e-12)
+    rough = model(
+        {name: tensor.astype(np.float32) if tensor.dtype == float else tensor for name, tensor in TENSORS.items()}
+    )
+    np.testing.assert_allclose(rough.run(np.array(rows)), expected_rows, rtol=0, atol=1e-5)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 10, 19, 30])
 def test_frequencies_become_the_filter_that_they_are_of(order):
     frequencies = rising(4, order)
-    found = predictor_of(order)(frequencies)
-    wanted = np.array([error_filter(row) for row in frequencies])
-    np.testing.assert_allclose(found, -wanted[:, 1:], rtol=0, atol=1e-12 * np.abs(wanted).max() * 2**order**0.5)
+    filters = predictor_of(order)(frequencies)
+    expected_filters = np.array([error_filter(row) for row in frequencies])
+    np.testing.assert_allclose(
+        filters, -expected_filters[:, 1:], rtol=0, atol=1e-12 * np.abs(expected_filters).max() * 2**order**0.5
+    )
 
 
-@pytest.mark.parametrize("kept_in", [np.float64, np.float32, np.float16])
+@pytest.mark.parametrize("precision", [np.float64, np.float32, np.float16])
 @pytest.mark.parametrize("order", [1, 2, 7, 20])
-def test_every_mixture_of_rising_frequencies_is_stable(order, kept_in):
-    corners = rising(3, order, gap=0.3).astype(kept_in).astype(float)
+def test_every_mixture_of_rising_frequencies_is_stable(order, precision):
+    corners = rising(3, order, gap=0.3).astype(precision).astype(float)
     steps = np.linspace(0, 1, 25)
     grid = np.array([[a, b, 1 - a - b] for a in steps for b in steps if a + b <= 1 + 1e-12])
     shares = np.concatenate([grid, RANDOM.dirichlet([0.3] * 3, size=200)])
@@ -120,8 +126,8 @@ def test_points_on_a_line_or_a_single_one(points, triangles, place, shares):
     count = len(points)
     some = {"p": np.array(points), "f": TENSORS["f"][:count], "s": TENSORS["s"][:count], "t": np.array(triangles)}
     given = window(100 * place[0], place[1])
-    found = expected(given, np.array([*shares, *[0.0] * (5 - count)]))
-    np.testing.assert_allclose(model(some).run(given), found, rtol=0, atol=1e-12)
+    mixed = expected(given, np.array([*shares, *[0.0] * (5 - count)]))
+    np.testing.assert_allclose(model(some).run(given), mixed, rtol=0, atol=1e-12)
 
 
 def test_it_never_answers_what_is_not_finite():
@@ -164,4 +170,4 @@ def test_what_is_no_stable_predictor_is_refused(tensors, words):
 
 def test_it_takes_three_channels():
     with pytest.raises(ModelFileError, match=r"shape \(27,\) comes to it; \(3, length\) is expected"):
-        made((STEP,), TENSORS, port(27), port(2))
+        model_of((STEP,), TENSORS, port(27), port(2))

@@ -35,7 +35,7 @@ def test_every_array_of_nested_steps_is_named_in_order():
 
 
 @pytest.mark.parametrize(
-    "told",
+    "port_data",
     [
         {**PORT, "names": ("a",)},
         {**PORT, "names": ("a", "a")},
@@ -49,9 +49,9 @@ def test_every_array_of_nested_steps_is_named_in_order():
         {**PORT, "kind": "sound"},
     ],
 )
-def test_a_port_that_contradicts_itself_is_refused(told):
+def test_a_port_that_contradicts_itself_is_refused(port_data):
     with pytest.raises(ValidationError):
-        Port.model_validate(told)
+        Port.model_validate(port_data)
 
 
 def test_an_interval_has_a_half_width_for_each_output():

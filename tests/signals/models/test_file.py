@@ -36,8 +36,8 @@ def replaced(card, content: bytes) -> None:
     """Other numbers, and a card that says they are the right ones."""
     weights = card.with_suffix(".safetensors")
     weights.write_bytes(content)
-    told = {"file": weights.name, "sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
-    edited(card, weights=told)
+    weights_entry = {"file": weights.name, "sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
+    edited(card, weights=weights_entry)
 
 
 def test_a_card_and_its_numbers_are_read(tmp_path):
@@ -50,11 +50,11 @@ def test_a_card_and_its_numbers_are_read(tmp_path):
 
 def raw(shape: list[int], size: int) -> bytes:
     """A safetensors file with b of 2 numbers and w of this shape, in so many bytes."""
-    told = {
+    card_data = {
         "b": {"dtype": "F64", "shape": [2], "data_offsets": [0, 16]},
         "w": {"dtype": "F64", "shape": shape, "data_offsets": [16, 16 + size]},
     }
-    header = json.dumps(told).encode()
+    header = json.dumps(card_data).encode()
     return len(header).to_bytes(8, "little") + header + bytes(16 + size)
 
 
@@ -112,17 +112,17 @@ def test_numbers_that_are_not_this_models(tmp_path, content, words):
 )
 def test_a_card_never_points_elsewhere(tmp_path, name):
     card = feeling(tmp_path)
-    told = json.loads(card.read_text())["weights"]
+    weights_entry = json.loads(card.read_text())["weights"]
     shutil.copy(card.with_suffix(".safetensors"), tmp_path.parent / "feeling.safetensors")
     with pytest.raises(ModelFileError, match=r"weights\.file is .* in the card's folder is expected"):
-        read_model(edited(card, weights={**told, "file": name}))
+        read_model(edited(card, weights={**weights_entry, "file": name}))
 
 
 def test_a_name_that_the_system_cannot_look_up_is_no_traceback(tmp_path):
     card = feeling(tmp_path)
-    told = json.loads(card.read_text())["weights"]
+    weights_entry = json.loads(card.read_text())["weights"]
     with pytest.raises(ModelFileError, match=r"cannot be read \(File name too long\)"):
-        read_model(edited(card, weights={**told, "file": "a" * 300 + ".safetensors"}))
+        read_model(edited(card, weights={**weights_entry, "file": "a" * 300 + ".safetensors"}))
 
 
 @pytest.mark.parametrize("makes", ["symlink", "folder"])

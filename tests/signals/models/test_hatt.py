@@ -28,7 +28,7 @@ def saved(folder, written):
     return path
 
 
-def asked(model, speed, force):
+def predictor_at(model, speed, force):
     """The predictor's weights of the past, newest first, and the SD of its innovations."""
     window = model.card.texture.window
     hand = np.repeat([speed, force], window)
@@ -37,7 +37,7 @@ def asked(model, speed, force):
 
 
 def spectrum(model, speed, force):
-    weights, sd = asked(model, speed, force)
+    weights, sd = predictor_at(model, speed, force)
     return sd**2 / np.abs(np.fft.rfft(np.append(1.0, -weights), 1000)) ** 2
 
 
@@ -47,19 +47,19 @@ def toolkits(shares, average=True):
     def mixed(rows):
         return shares @ np.array(rows)
 
-    found = mixed(VARIANCE) / np.abs(np.fft.rfft(polynomial(mixed(AR)), 1000)) ** 2
-    return found * mixed(GAIN) ** 2 * np.abs(np.fft.rfft(polynomial(mixed(MA)), 1000)) ** 2 if average else found
+    level = mixed(VARIANCE) / np.abs(np.fft.rfft(polynomial(mixed(AR)), 1000)) ** 2
+    return level * mixed(GAIN) ** 2 * np.abs(np.fft.rfft(polynomial(mixed(MA)), 1000)) ** 2 if average else level
 
 
 def test_the_small_file_is_as_the_format_says():
     assert FILE.read_text() == text()
-    said, _ = read_hatt_file(FILE)
-    assert (said.material, said.rate_hz, said.friction) == ("Small Sample", 1000.0, 0.4)
-    np.testing.assert_allclose(said.points, POINTS)
-    np.testing.assert_allclose(said.ar, AR)
-    np.testing.assert_allclose(said.ma, MA)
-    np.testing.assert_allclose(said.variance, VARIANCE)
-    assert said.triangles.tolist() == [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+    table, _ = read_hatt_file(FILE)
+    assert (table.material, table.rate_hz, table.friction) == ("Small Sample", 1000.0, 0.4)
+    np.testing.assert_allclose(table.points, POINTS)
+    np.testing.assert_allclose(table.ar, AR)
+    np.testing.assert_allclose(table.ma, MA)
+    np.testing.assert_allclose(table.variance, VARIANCE)
+    assert table.triangles.tolist() == [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
 
 
 HANDS = [
@@ -71,36 +71,36 @@ HANDS = [
 def shares_at(speed, force):
     """Within the upper triangle (points 3, 4, 5)."""
     corners = np.array([POINTS[2], POINTS[3], POINTS[4]]).T
-    found = np.zeros(5)
-    found[2:] = np.linalg.solve(np.vstack([corners, np.ones(3)]), [speed, force, 1])
-    return found
+    shares = np.zeros(5)
+    shares[2:] = np.linalg.solve(np.vstack([corners, np.ones(3)]), [speed, force, 1])
+    return shares
 
 
 @pytest.mark.parametrize(("speed", "force", "shares"), HANDS)
 def test_an_ar_model_plays_exactly_as_in_the_toolkit(tmp_path, speed, force, shares):
     model = read_model(saved(tmp_path, without_average(text())))
     shares = np.array(shares) if shares is not None else shares_at(speed, force)
-    weights, sd = asked(model, speed, force)
+    weights, sd = predictor_at(model, speed, force)
     assert sd == pytest.approx(np.sqrt(shares @ np.array(VARIANCE)), rel=1e-9)
     at_point = shares.max() == 1
-    wanted = -np.array(polynomial(shares @ np.array(AR)))[1:]
-    np.testing.assert_allclose(weights, wanted, atol=1e-9 if at_point else 5e-3)
+    expected = -np.array(polynomial(shares @ np.array(AR)))[1:]
+    np.testing.assert_allclose(weights, expected, atol=1e-9 if at_point else 5e-3)
 
 
 @pytest.mark.parametrize(("speed", "force", "shares"), HANDS)
 def test_a_moving_average_keeps_its_spectrum(speed, force, shares):
     model = read_model(FILE)
     shares = np.array(shares) if shares is not None else shares_at(speed, force)
-    wanted, found = toolkits(shares)[BAND], spectrum(model, speed, force)[BAND]
-    apart = 10 * np.log10(found / wanted)
+    expected, actual = toolkits(shares)[BAND], spectrum(model, speed, force)[BAND]
+    apart = 10 * np.log10(actual / expected)
     assert np.sqrt(np.mean(apart**2)) < 0.5
-    assert abs(10 * np.log10(found.sum() / wanted.sum())) < 0.3
+    assert abs(10 * np.log10(actual.sum() / expected.sum())) < 0.3
 
 
 def test_where_the_variance_is_0_it_is_silent_and_fades_in_between():
     model = read_model(FILE)
-    assert asked(model, 0.0, 0.0)[1] < 1e-4
-    levels = [asked(model, speed, 0.0)[1] ** 2 for speed in (0.0, 20.0, 40.0)]
+    assert predictor_at(model, 0.0, 0.0)[1] < 1e-4
+    levels = [predictor_at(model, speed, 0.0)[1] ** 2 for speed in (0.0, 20.0, 40.0)]
     assert levels[1] == pytest.approx((levels[0] + levels[2]) / 2, rel=1e-6)
 
 
@@ -111,7 +111,7 @@ def test_the_card_says_what_a_renderer_needs():
     assert (texture.speed_mm_s, texture.force_N) == ((0.0, 120.0), (0.0, 2.0))
     assert (model.card.takes.size, model.card.gives.size) == (3 * texture.window, 2)
     start = model.tensors[texture.start]
-    weights, sd = asked(model, 45.0, 0.8)
+    weights, sd = predictor_at(model, 45.0, 0.8)
     steady = sd * np.sqrt(np.sum(np.fft.irfft(1 / np.abs(np.fft.rfft(np.append(1, -weights), 2**14)) ** 2)[0]))
     assert start.shape == (texture.window,)
     assert 0.3 < start.std() / steady < 3
@@ -123,7 +123,7 @@ def test_poles_that_lie_too_far_out_are_drawn_in(tmp_path):
     model = read_model(saved(tmp_path, without_average(edge)))
     for speed in np.linspace(0, 120, 13):
         for force in np.linspace(0, 2, 7):
-            weights, _ = asked(model, speed, force)
+            weights, _ = predictor_at(model, speed, force)
             assert np.abs(np.roots([1.0, *-weights])).max() < 0.999
 
 
@@ -167,7 +167,7 @@ def test_poles_that_lie_on_each_other_are_not_converted(tmp_path):
     written = re.sub("<ARlsf>.*?</ARlsf>", f"<ARlsf>{tiny}</ARlsf>", text(), count=1, flags=re.S)
     with pytest.raises(ModelFileError, match="Models_x.xml: ARlsf and MAlsf .* too near the edge of what is stable"):
         read_model(saved(tmp_path, written))
-    assert np.isfinite(asked(read_model(saved(tmp_path, without_average(written))), 45.0, 0.8)[0]).all()
+    assert np.isfinite(predictor_at(read_model(saved(tmp_path, without_average(written))), 45.0, 0.8)[0]).all()
 
 
 @pytest.mark.parametrize(

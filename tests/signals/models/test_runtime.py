@@ -85,8 +85,8 @@ def test_any_width_padding_and_pool(tmp_path, size, length, width, pad):
     pooled = y[:, : y.shape[1] // size * size].reshape(2, -1, size).max(axis=2).reshape(-1)
     pool, flat = MaxPool(size=size), Reshape(shape=(pooled.size,))
     steps = (Reshape(shape=(1, length)), Conv(weight="w", bias="b", pad=pad), pool, flat)
-    found = run(tmp_path, steps, {"w": weight, "b": bias}, port(length), port(pooled.size), x)
-    np.testing.assert_allclose(found, pooled, rtol=0, atol=1e-12)
+    output = run(tmp_path, steps, {"w": weight, "b": bias}, port(length), port(pooled.size), x)
+    np.testing.assert_allclose(output, pooled, rtol=0, atol=1e-12)
 
 
 def test_copies_that_a_dense_layer_counts_are_those_that_are_made(tmp_path):
@@ -94,8 +94,8 @@ def test_copies_that_a_dense_layer_counts_are_those_that_are_made(tmp_path):
     steps = (Reshape(shape=(2, 6)), Upsample(times=3), Dense(weight="w", bias="b"))
     apart = (*steps[:2], Affine(), steps[2])
     counted = run(tmp_path / "a", steps, tensors, port(12), port(3), X)
-    made = run(tmp_path / "b", apart, tensors, port(12), port(3), X)
-    np.testing.assert_allclose(counted, made, rtol=0, atol=1e-11)
+    spelled_out = run(tmp_path / "b", apart, tensors, port(12), port(3), X)
+    np.testing.assert_allclose(counted, spelled_out, rtol=0, atol=1e-11)
 
 
 def test_a_kernel_is_the_mean_of_a_gaussian_process_also_far_from_zero(tmp_path):
@@ -103,8 +103,8 @@ def test_a_kernel_is_the_mean_of_a_gaussian_process_also_far_from_zero(tmp_path)
     x = RANDOM.normal(size=(4, 3))
     near = 2.5 * np.exp(-((x[:, None] - points) ** 2).sum(-1) / (2 * 1.5**2))
     step = Kernel(points="p", weights="w", length=1.5, variance=2.5)
-    found = run(tmp_path / "a", (step,), {"p": points, "w": weights}, port(3), port(2), x)
-    np.testing.assert_allclose(found, near @ weights, rtol=1e-12)
+    output = run(tmp_path / "a", (step,), {"p": points, "w": weights}, port(3), port(2), x)
+    np.testing.assert_allclose(output, near @ weights, rtol=1e-12)
     far = run(tmp_path / "b", (step,), {"p": points + 2**20, "w": weights}, port(3), port(2), x + 2**20)
     np.testing.assert_allclose(far, near @ weights, rtol=1e-7)
 
@@ -112,8 +112,8 @@ def test_a_kernel_is_the_mean_of_a_gaussian_process_also_far_from_zero(tmp_path)
 def test_the_nearest_example_is_the_first_of_equals(tmp_path):
     tensors = {"p": np.array([[0.0], [2.0], [2.0], [9.0]]), "v": np.array([[1.0], [2.0], [3.0], [4.0]])}
     given = np.array([[-5.0], [1.0], [1.1], [100.0]])
-    found = run(tmp_path, (Nearest(points="p", values="v"),), tensors, port(1), port(1), given)
-    assert found.ravel().tolist() == [1.0, 1.0, 2.0, 4.0]
+    output = run(tmp_path, (Nearest(points="p", values="v"),), tensors, port(1), port(1), given)
+    assert output.ravel().tolist() == [1.0, 1.0, 2.0, 4.0]
 
 
 FOREST = {
@@ -129,27 +129,27 @@ FOREST_STEP = Forest(**{name: name for name in FOREST})
 
 def test_a_forest_goes_left_where_the_input_is_not_greater_in_the_thresholds_precision(tmp_path):
     given = np.array([[0.0, 5.0], [0.0, 5.1], [0.2, 0.0], [0.1, 0.0], [np.float64(np.float32(0.1)) + 1e-12, 0.0]])
-    found = run(tmp_path, (FOREST_STEP,), FOREST, port(2), port(1), given)
-    assert found.ravel().tolist() == [5.5, 6.0, 6.5, 5.5, 5.5]
+    output = run(tmp_path, (FOREST_STEP,), FOREST, port(2), port(1), given)
+    assert output.ravel().tolist() == [5.5, 6.0, 6.5, 5.5, 5.5]
 
 
 def test_the_mean_of_members_and_a_residual_of_nothing_leave_the_input_alone(tmp_path):
     members = ((Residual(steps=()),), (Activation(function="relu"), Affine(gain=3.0)), (Clip(low=0, high=1),))
     given = np.array([[-1.0, 2.0]])
-    found = run(tmp_path, (Mean(members=members),), {}, port(2), port(2), given)
-    np.testing.assert_allclose(found, [[0.0, (4.0 + 6.0 + 1.0) / 3]])
+    output = run(tmp_path, (Mean(members=members),), {}, port(2), port(2), given)
+    np.testing.assert_allclose(output, [[0.0, (4.0 + 6.0 + 1.0) / 3]])
     assert given.tolist() == [[-1.0, 2.0]]
 
 
 def test_profiles_steps_are_those_of_the_rig(tmp_path):
     force = RANDOM.normal(size=(3, 621)) * 30
     names = ("max_force_N", "work_J_m", "first_peak_deg")
-    found = run(tmp_path / "a", (DoorFeatures(names=names),), {}, FORCE, port(3), force)
-    assert np.array_equal(found, features(force, names))
-    made = run(tmp_path / "b", (Playable(force_N=20.0, slope_N_deg=30.0),), {}, FORCE, FORCE, force)
-    assert np.array_equal(made, [bounded(row, 20.0, 30.0) for row in force])
-    assert np.abs(made).max() <= 20
-    assert np.abs(np.diff(made, axis=1)).max() <= 3 + 1e-12
+    output = run(tmp_path / "a", (DoorFeatures(names=names),), {}, FORCE, port(3), force)
+    assert np.array_equal(output, features(force, names))
+    playable = run(tmp_path / "b", (Playable(force_N=20.0, slope_N_deg=30.0),), {}, FORCE, FORCE, force)
+    assert np.array_equal(playable, [bounded(row, 20.0, 30.0) for row in force])
+    assert np.abs(playable).max() <= 20
+    assert np.abs(np.diff(playable, axis=1)).max() <= 3 + 1e-12
 
 
 def test_one_input_gives_one_answer_and_none_gives_none(tmp_path):

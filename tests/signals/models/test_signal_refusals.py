@@ -21,7 +21,7 @@ from palpate.signals.models.card_steps import (
 )
 from palpate.signals.models.errors import ModelFileError
 from tests.signals.models.cards import port
-from tests.signals.models.test_signal_steps import ATTEND, ATTENTION, CHANNELS, SIZE, START, made
+from tests.signals.models.test_signal_steps import ATTEND, ATTENTION, CHANNELS, SIZE, START, model_of
 
 EVEN = {"w": np.ones((8, CHANNELS)), "s": np.ones((8, 2)), "b": np.ones(8)}
 
@@ -61,4 +61,4 @@ EVEN = {"w": np.ones((8, CHANNELS)), "s": np.ones((8, 2)), "b": np.ones(8)}
 )  # fmt: skip
 def test_what_does_not_fit_is_refused_by_its_step(steps, tensors, words):
     with pytest.raises(ModelFileError, match=words):
-        made(steps, tensors, Port(kind="texture_window", size=SIZE, unit=""), port(SIZE))
+        model_of(steps, tensors, Port(kind="texture_window", size=SIZE, unit=""), port(SIZE))

@@ -42,7 +42,7 @@ THROUGH = Conv(weight="cw", bias="cb")
 """What comes after it is kept the other way round."""
 
 
-def made(steps, tensors, takes, gives):
+def model_of(steps, tensors, takes, gives):
     weights = Weights(file="x.safetensors", sha256="0" * 64, bytes=1)
     card = Card(name="x", title="", method="x", weights=weights, takes=takes, gives=gives, steps=tuple(steps))
     return Model(card, tensors)
@@ -55,11 +55,11 @@ def require(steps, tensors, expected, given=X, double=1e-12, single=1e-5):
     before = flat.copy()
     ports = port(flat.shape[1]), port(expected.shape[1])
     steps = (*steps, Reshape(shape=(expected.shape[1],)))
-    model = made(steps, tensors, *ports)
+    model = model_of(steps, tensors, *ports)
     top = max(1.0, np.abs(expected).max())
     np.testing.assert_allclose(model.run(flat), expected, rtol=0, atol=double * top)
     np.testing.assert_allclose([model.run(row) for row in flat], expected, rtol=0, atol=double * top)
-    rough = made(steps, {name: value.astype(np.float32) for name, value in tensors.items()}, *ports)
+    rough = model_of(steps, {name: value.astype(np.float32) for name, value in tensors.items()}, *ports)
     np.testing.assert_allclose(rough.run(flat), expected, rtol=0, atol=single * top)
     assert np.array_equal(before, flat)
 
@@ -248,14 +248,14 @@ def test_a_name_may_be_kept_again_and_seen_from_inside_other_steps():
 
 def test_what_overflows_within_is_refused_and_never_looks_like_an_answer():
     one = {"n": np.ones(SIZE, dtype=np.float32), "nb": np.zeros(SIZE, dtype=np.float32)}
-    model = made((Norm(weight="n", bias="nb"),), one, port(SIZE), port(SIZE))
+    model = model_of((Norm(weight="n", bias="nb"),), one, port(SIZE), port(SIZE))
     given = np.zeros(SIZE)
     assert np.isfinite(model.run(given)).all()
     given[3] = 1e25
     with pytest.raises(ModelInputError, match="no finite answer"):
         model.run(given)
     attention = {name: value.astype(np.float32) for name, value in ATTENTION.items()}
-    model = made(
+    model = model_of(
         (*START, Attention(**ATTEND, heads=1), Reshape(shape=(SIZE,))), attention, port(SIZE), port(SIZE)
     )  # fmt: skip
     assert np.isfinite(model.run(given / 1e19)).all()

@@ -12,11 +12,11 @@ from tests.devices.render.made import M, model, spectra, write
 
 
 def test_steps_are_timed_by_the_clock_and_their_error_is_that_of_single_precision():
-    made = model()
-    single = Model(made.card, {name: each.astype(np.float32) for name, each in made.tensors.items()})
+    texture = model()
+    single = Model(texture.card, {name: tensor.astype(np.float32) for name, tensor in texture.tensors.items()})
     ticks = count(0, 5000)
-    told = step_us(single, 200, lambda: next(ticks))
-    for median, p99, error in told.values():
+    timing = step_us(single, 200, lambda: next(ticks))
+    for median, p99, error in timing.values():
         assert median == p99 == 5.0
         assert 0 < error < 1e-6
 
@@ -31,8 +31,8 @@ def test_inputs_are_those_that_occur_while_it_runs():
 
 def test_a_card_is_played_the_same_each_time_and_its_steps_are_timed(tmp_path):
     card = write(tmp_path, model())
-    heard = play(card, np.full(200, 100.0), np.ones(200), seed=1)
-    assert heard.tobytes() == play(card, np.full(200, 100.0), np.ones(200), seed=1).tobytes()
+    played = play(card, np.full(200, 100.0), np.ones(200), seed=1)
+    assert played.tobytes() == play(card, np.full(200, 100.0), np.ones(200), seed=1).tobytes()
     assert "NumPy" in step_us(card, 20, perf_counter_ns)
     with pytest.raises(RenderError, match=r"10 at least"):
         step_us(card, 3, perf_counter_ns)

@@ -28,7 +28,7 @@ TABLES = ("studies", "participants", "sessions", "trials", "responses", "events"
 @pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.needs("psycopg", "postgres"))])
 def engine(request, tmp_path):
     if request.param == "sqlite":
-        made = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")
+        engine = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")
     else:
         url = os.environ["PALPATE_TEST_POSTGRES"]
         empty = create_engine(url)
@@ -36,9 +36,9 @@ def engine(request, tmp_path):
             connection.execute(text("DROP VIEW IF EXISTS ratings"))
             schema.metadata.drop_all(connection)
         empty.dispose()
-        made = open_database(url)
-    yield made
-    made.dispose()
+        engine = open_database(url)
+    yield engine
+    engine.dispose()
 
 
 def rows(engine, query):
@@ -46,16 +46,16 @@ def rows(engine, query):
         return [tuple(row) for row in connection.execute(text(query) if isinstance(query, str) else query)]
 
 
-def brought(lab, engine):
-    return [each.what for each in collect(ledgers_in(lab.path), engine)]
+def collect_all(lab, engine):
+    return [result.what for result in collect(ledgers_in(lab.path), engine)]
 
 
 def test_sessions_are_gathered_once(lab, engine):
     lab.start("P001")
     lab.start("P002")
-    assert brought(lab, engine) == ["new", "new"]
+    assert collect_all(lab, engine) == ["new", "new"]
     before = {name: sorted(rows(engine, select(schema.metadata.tables[name])), key=str) for name in TABLES}
-    assert brought(lab, engine) == ["unchanged", "unchanged"]
+    assert collect_all(lab, engine) == ["unchanged", "unchanged"]
     assert {name: sorted(rows(engine, select(schema.metadata.tables[name])), key=str) for name in TABLES} == before
     assert [len(before[name]) for name in ("studies", "participants", "sessions", "trials")] == [1, 2, 2, 8]
     assert set(TABLES) < set(inspect(engine).get_table_names())
@@ -63,7 +63,7 @@ def test_sessions_are_gathered_once(lab, engine):
 
 def test_the_view_holds_the_ratings_that_count(lab, engine):
     record = read(lab.start("P001"))
-    brought(lab, engine)
+    collect_all(lab, engine)
     seen = rows(
         engine, "SELECT trial, stimulus, attribute, antonym, value, revised FROM ratings ORDER BY trial, attribute"
     )
@@ -82,7 +82,7 @@ def test_the_view_holds_the_ratings_that_count(lab, engine):
 def test_a_revised_answer_keeps_both_and_counts_the_last(lab, engine):
     simulation = {"latents": {}, "revise_rate": 0.6, "lapse_rate": 1.0}
     record = read(lab.start("P001", simulation=simulation))
-    brought(lab, engine)
+    collect_all(lab, engine)
     given = rows(engine, "SELECT trial, attempt, counts, revised FROM responses WHERE attribute = 'Soft' ORDER BY 1, 2")
     assert any(revised for *_, revised in given)
     for trial in {row[0] for row in given}:
@@ -97,22 +97,22 @@ def test_a_revised_answer_keeps_both_and_counts_the_last(lab, engine):
 
 def test_an_interrupted_session_grows(lab, engine):
     path = lab.start(rig=stopping(lab.rig, 4))
-    assert brought(lab, engine) == ["new"]
+    assert collect_all(lab, engine) == ["new"]
     status = "SELECT status, trials_planned, trials_answered, sittings FROM sessions"
     assert rows(engine, status) == [("interrupted", 4, 2, 1)]
     met = rows(engine, "SELECT trial, status, attempts FROM trials ORDER BY trial")
     assert [row[1] for row in met].count("not met") >= 1
     resume(path, lab.rig)
-    assert brought(lab, engine) == ["updated"]
+    assert collect_all(lab, engine) == ["updated"]
     assert rows(engine, status) == [("complete", 4, 4, 2)]
     assert {row[0] for row in rows(engine, "SELECT status FROM trials")} == {"answered"}
 
 
 def test_the_database_can_be_dropped_and_rebuilt(lab, engine, tmp_path):
     lab.start()
-    brought(lab, engine)
+    collect_all(lab, engine)
     again = open_database(f"sqlite:///{tmp_path / 'again.sqlite'}")
-    brought(lab, again)
+    collect_all(lab, again)
     for name in TABLES:
         query = select(schema.metadata.tables[name])
         assert sorted(rows(again, query), key=str) == sorted(rows(engine, query), key=str)
@@ -121,7 +121,7 @@ def test_the_database_can_be_dropped_and_rebuilt(lab, engine, tmp_path):
 
 def test_the_study_explains_itself(lab, engine):
     lab.start()
-    brought(lab, engine)
+    collect_all(lab, engine)
     [(study_digest, definition)] = rows(engine, "SELECT study_digest, definition FROM studies")
     assert json.loads(definition) == lab.plan().study.definition()
     assert study_digest == digest(lab.plan().study.definition())
@@ -129,30 +129,30 @@ def test_the_study_explains_itself(lab, engine):
 
 def test_another_session_of_the_same_name_is_refused(lab, engine, tmp_path):
     lab.start()
-    brought(lab, engine)
+    collect_all(lab, engine)
     other = Lab(tmp_path / "other")
     other.start(title="Another lab's")
     with pytest.raises(CollectError, match=r"session toy/P001/1 is another session.*distinct pseudonyms"):
-        brought(other, engine)
+        collect_all(other, engine)
     assert len(rows(engine, "SELECT * FROM sessions")) == 1
 
 
 def test_a_session_that_was_cut_short_is_refused(lab, engine, tmp_path):
     whole = lab.start()
-    brought(lab, engine)
+    collect_all(lab, engine)
     shorter = Lab(tmp_path / "shorter")
     path = shorter.cut(9)
     header = read(whole).header
     assert read(path).header == header
     with pytest.raises(CollectError, match=r"session toy/P001/1 is cut short .*event 9"):
-        brought(shorter, engine)
+        collect_all(shorter, engine)
 
 
 def test_a_damaged_ledger_brings_nothing(lab, engine):
     path = lab.start("P001")
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(LedgerError):
-        brought(lab, engine)
+        collect_all(lab, engine)
     assert rows(engine, "SELECT * FROM sessions") == []
 
 
@@ -169,7 +169,7 @@ def test_samples_are_listed_as_streams(tmp_path, engine):
 
 
 @pytest.mark.parametrize(
-    ("url", "said"),
+    ("url", "message"),
     [
         ("nonsense", "nonsense: not a database URL; use a SQLite file"),
         ("postgresql+psycopg://joe:pw@127.0.0.1:notaport/x", r"joe:\*\*\*@127.0.0.1:notaport/x: not a database URL"),
@@ -180,8 +180,8 @@ def test_samples_are_listed_as_streams(tmp_path, engine):
         ("mysql://host/x", "MySQLdb"),
     ],
 )
-def test_a_database_that_cannot_be_used_is_said_without_its_password(url, said):
-    with pytest.raises(CollectError, match=said) as caught:
+def test_a_database_that_cannot_be_used_is_said_without_its_password(url, message):
+    with pytest.raises(CollectError, match=message) as caught:
         open_database(url)
     assert "secret" not in str(caught.value)
 
@@ -241,14 +241,14 @@ def test_the_other_files_of_a_lab_are_no_place_to_collect_into(lab, file):
 
 def test_to_rebuild_drops_our_tables_and_no_other(lab, engine):
     lab.start()
-    brought(lab, engine)
+    collect_all(lab, engine)
     with engine.begin() as connection:
         connection.execute(text("DROP TABLE IF EXISTS notes"))
         connection.execute(text("CREATE TABLE notes (words TEXT)"))
         connection.execute(text("INSERT INTO notes VALUES ('mine')"))
     open_database(engine.url, rebuild=True).dispose()
     assert rows(engine, "SELECT words FROM notes") == [("mine",)] and rows(engine, "SELECT * FROM sessions") == []
-    assert brought(lab, engine) == ["new"]
+    assert collect_all(lab, engine) == ["new"]
     with engine.begin() as connection:
         connection.execute(text("DROP TABLE notes"))
 
@@ -292,10 +292,10 @@ def test_stations_that_collect_at_once_wait_for_each_other(lab):
         start.wait(30)
         own = open_database(url)
         try:
-            return [each.what for each in collect([path], own)]
+            return [result.what for result in collect([path], own)]
         finally:
             own.dispose()
 
     with postgres_schema() as url, ThreadPoolExecutor(6) as stations:
-        found = [what for whats in stations.map(station, [url] * 6) for what in whats]
-    assert sorted(found) == ["new", *["unchanged"] * 5]
+        results = [what for whats in stations.map(station, [url] * 6) for what in whats]
+    assert sorted(results) == ["new", *["unchanged"] * 5]

@@ -62,9 +62,9 @@ def contents(engine, sessions):
     rows = {}
     with engine.connect() as connection:
         for name, table in schema.metadata.tables.items():
-            found = [tuple(row) for row in connection.execute(select(table))]
+            table_rows = [tuple(row) for row in connection.execute(select(table))]
             where = list(table.c).index(table.c.session) if "session" in table.c else None
-            rows[name] = sorted(row for row in found if where is None or row[where] in sessions)
+            rows[name] = sorted(row for row in table_rows if where is None or row[where] in sessions)
     return rows
 
 
@@ -103,9 +103,9 @@ def test_the_database_is_as_a_rebuild_makes_it_whatever_happened_between(recorde
             rebuilt = open_database("sqlite://")
             list(collect(ledgers_in(lab), rebuilt, frozenset(withdrawn)))
             expected = contents(rebuilt, there)
-            found = contents(engine, there)
-            assert {**found, "participants": [], "studies": []} == {**expected, "participants": [], "studies": []}
-            assert set(expected["participants"]) <= set(found["participants"])
+            actual = contents(engine, there)
+            assert {**actual, "participants": [], "studies": []} == {**expected, "participants": [], "studies": []}
+            assert set(expected["participants"]) <= set(actual["participants"])
             with engine.connect() as connection:  # one whose ledger is gone is kept
                 assert set(connection.execute(select(schema.sessions.c.session)).scalars()) == ever
             rebuilt.dispose()
@@ -115,17 +115,18 @@ def test_the_database_is_as_a_rebuild_makes_it_whatever_happened_between(recorde
 def test_only_what_changed_is_read(recorded, tmp_path, reads):
     engine = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")
     places = {who: put(recorded[who, 9], tmp_path, who) for who in PEOPLE}
-    assert [each.what for each in collect(ledgers_in(tmp_path), engine)] == ["new"] * 3
+    assert [result.what for result in collect(ledgers_in(tmp_path), engine)] == ["new"] * 3
     reads.clear()
-    assert [each.what for each in collect(ledgers_in(tmp_path), engine)] == ["unchanged"] * 3 and reads == []
+    assert [result.what for result in collect(ledgers_in(tmp_path), engine)] == ["unchanged"] * 3 and reads == []
     put(recorded["P002", None], tmp_path, "P002")
     os.utime(places["P003"], ns=(1, 10**18))
-    found = list(collect(ledgers_in(tmp_path), engine, {"P001"}))
-    assert [each.what for each in found] == ["updated", "updated", "unchanged"]
+    results = list(collect(ledgers_in(tmp_path), engine, {"P001"}))
+    assert [result.what for result in results] == ["updated", "updated", "unchanged"]
     assert reads == [f"toy_{who}_s1.sqlite" for who in PEOPLE]
     reads.clear()
-    assert [each.what for each in collect(ledgers_in(tmp_path), engine, {"P001"})] == ["unchanged"] * 3 and not reads
-    assert [each.what for each in collect(ledgers_in(tmp_path), engine)] == ["updated", "unchanged", "unchanged"]
+    results = list(collect(ledgers_in(tmp_path), engine, {"P001"}))
+    assert [result.what for result in results] == ["unchanged"] * 3 and not reads
+    assert [result.what for result in collect(ledgers_in(tmp_path), engine)] == ["updated", "unchanged", "unchanged"]
     assert reads == ["toy_P001_s1.sqlite"]  # came back: withdrawn no longer
     engine.dispose()
 
@@ -190,7 +191,7 @@ def test_a_database_collected_before_there_were_states_of_files_is_read_once_mor
     engine.dispose()
     reads.clear()
     engine = open_database(url)
-    assert [each.what for _ in range(2) for each in collect([place], engine)] == ["unchanged"] * 2
+    assert [result.what for _ in range(2) for result in collect([place], engine)] == ["unchanged"] * 2
     assert len(reads) == 1
     engine.dispose()
 

@@ -18,14 +18,14 @@ class Meddled:
     """A world, and an experimenter who does one thing at the n-th Ask."""
 
     def __init__(self, world, at, does):
-        self.world, self.at, self.does, self.asked = world, at, does, 0
+        self.world, self.at, self.does, self.form_count = world, at, does, 0
 
     def now(self):
         return self.world.now()
 
     def perform(self, request):
-        self.asked += isinstance(request, Ask)
-        if self.asked == self.at and self.does is not None:
+        self.form_count += isinstance(request, Ask)
+        if self.form_count == self.at and self.does is not None:
             aside, self.does = Aside(self.does), None
             return aside
         return self.world.perform(request)
@@ -42,9 +42,9 @@ def meddling(plan, lab, at, does):
 
 @pytest.fixture
 def engine():
-    made = open_database("sqlite://")
-    yield made
-    made.dispose()
+    engine = open_database("sqlite://")
+    yield engine
+    engine.dispose()
 
 
 def ran(lab, task, participant="P001", at=0, does=None, needs=(), **changes):
@@ -58,7 +58,7 @@ def rows(engine, query):
 
 
 def gather(lab, engine, withdrawn=()):
-    return [each.what for each in collect(ledgers_in(lab), engine, withdrawn)]
+    return [result.what for result in collect(ledgers_in(lab), engine, withdrawn)]
 
 
 def test_words_are_rows_and_a_revision_counts_alone(tmp_path, engine):
@@ -79,11 +79,11 @@ def test_words_are_rows_and_a_revision_counts_alone(tmp_path, engine):
 def test_forms_outside_trials_are_answers(tmp_path, engine):
     ran(tmp_path, "free_lexicon")
     gather(tmp_path, engine)
-    found = {item: (form, value, number) for form, item, value, number in
+    answers = {item: (form, value, number) for form, item, value, number in
              rows(engine, "SELECT form, item, value, number FROM answers")}  # fmt: skip
-    assert found["agreed"] == ("consent", "true", None) and found["remark"] == ("demographics", "null", None)
-    assert found["handedness"][1] in ("left", "right") and 18 <= found["age"][2] <= 64
-    assert 1 <= found["Realism"][2] <= 7
+    assert answers["agreed"] == ("consent", "true", None) and answers["remark"] == ("demographics", "null", None)
+    assert answers["handedness"][1] in ("left", "right") and 18 <= answers["age"][2] <= 64
+    assert 1 <= answers["Realism"][2] <= 7
     assert rows(engine, "SELECT DISTINCT form FROM words ORDER BY form") == [("lexicon",), ("suggestions",)]
 
 
@@ -134,13 +134,13 @@ def test_a_repeated_trial_s_first_answer_does_not_count(tmp_path, engine):
 
 
 def test_an_aborted_session_is_over_but_not_analysed(tmp_path, engine):
-    sat = ran(tmp_path, "matching", at=4, does={"do": "abort", "text": "felt unwell"})
-    assert (sat.status, sat.complete, sat.reason) == ("aborted", False, "aborted")
+    result = ran(tmp_path, "matching", at=4, does={"do": "abort", "text": "felt unwell"})
+    assert (result.status, result.complete, result.reason) == ("aborted", False, "aborted")
     ran(tmp_path, "matching", "P002")
     gather(tmp_path, engine)
-    found = read_ratings(engine, "toy")
-    assert sorted(set(found.table["participant"])) == ["P002"]
-    assert any("aborted after 1 of 4 trials" in line for line in map(str, found.exclusions))
+    ratings = read_ratings(engine, "toy")
+    assert sorted(set(ratings.table["participant"])) == ["P002"]
+    assert any("aborted after 1 of 4 trials" in line for line in map(str, ratings.exclusions))
 
 
 def test_a_withdrawn_participant_is_marked_also_afterwards_and_never_analysed(tmp_path, engine):
@@ -151,8 +151,8 @@ def test_a_withdrawn_participant_is_marked_also_afterwards_and_never_analysed(tm
     assert rows(engine, "SELECT participant, status FROM sessions ORDER BY 1") == [
         ("P001", "withdrawn"), ("P002", "complete"),
     ]  # fmt: skip
-    found = read_ratings(engine, "toy", include_incomplete=True)
-    assert sorted(set(found.table["participant"])) == ["P002"]
+    ratings = read_ratings(engine, "toy", include_incomplete=True)
+    assert sorted(set(ratings.table["participant"])) == ["P002"]
 
 
 def test_a_confirmation_stands_at_the_start(tmp_path):

@@ -20,11 +20,11 @@ from tests.studies.live.halls import Paper, Script, Time, sheets_plan
 MOUNT, MEASURE = Prompt("Put in place: T07"), Prompt("How long is the line?", "number", 127.0)
 
 
-def typed(keys, entry=IDLE, asked=None, paused=False):
+def typed(keys, entry=IDLE, demand=None, paused=False):
     """The orders that the keys give."""
     orders = []
     for key in keys:
-        pressed = press(entry, key, asked, paused)
+        pressed = press(entry, key, demand, paused)
         entry = pressed.entry
         if pressed.order is not None:
             orders.append(pressed.order)
@@ -70,9 +70,9 @@ def test_only_the_word_abort_aborts():
 
 
 def test_digits_are_a_number_only_where_one_is_asked_for():
-    assert typed("126.8\r", asked=MEASURE)[0] == [Order("number", number=126.8)]
-    assert typed("126.8\r", asked=MOUNT)[0] == [Order("confirm")], "stray digits do not become an answer"
-    assert typed("1-2\r", asked=MEASURE)[0] == []
+    assert typed("126.8\r", demand=MEASURE)[0] == [Order("number", number=126.8)]
+    assert typed("126.8\r", demand=MOUNT)[0] == [Order("confirm")], "stray digits do not become an answer"
+    assert typed("1-2\r", demand=MEASURE)[0] == []
 
 
 def test_p_pauses_and_goes_on():
@@ -82,8 +82,8 @@ def test_p_pauses_and_goes_on():
 @given(
     st.text(st.sampled_from("npaqrRh\r\x1b\x7fab1.-,한 \t\x04"), max_size=60), st.sampled_from([None, MOUNT, MEASURE])
 )
-def test_no_sequence_of_keys_breaks_the_entry_or_aborts_without_the_word(keys, asked):
-    orders, entry = typed(keys, asked=asked)
+def test_no_sequence_of_keys_breaks_the_entry_or_aborts_without_the_word(keys, demand):
+    orders, entry = typed(keys, demand=demand)
     assert len(entry.text) <= LONGEST_NOTE
     assert not any(order.do == "abort" for order in orders)
     assert all(order.text for order in orders if order.do == "note")
@@ -96,12 +96,12 @@ def desk(orders=(), by_line=False, at_s=0.0):
 
 def polled(one, until_s=10.0):
     """What the desk gives in ten seconds of polling."""
-    found = []
+    values = []
     while one.clock() < until_s:
         if (aside := one.poll()) is not None:
-            found.append(aside.value)
+            values.append(aside.value)
         one.source.time.t_ns += 100_000_000
-    return found
+    return values
 
 
 def test_enter_confirms_what_stands_and_nothing_that_comes_later():
@@ -146,13 +146,13 @@ def test_a_number_is_no_confirmation_and_blank_lines_are_none_either():
     one, _ = desk([(0.0, "127"), (0.0, ""), (0.0, "  ")], by_line=True)
     one.demand(MOUNT)
     polled(one)
-    assert one.answer() is None and one.display.said[-1].startswith("no number is expected")
+    assert one.answer() is None and one.display.lines[-1].startswith("no number is expected")
 
 
 def test_lines_that_mean_nothing_are_answered_with_what_would():
     one, _ = desk([(0.0, "puase"), (0.0, "pause"), (0.0, "help")], by_line=True)
     assert polled(one) == [{"do": "pause"}]
-    assert "pause" in one.display.said[1] and one.display.said[-1].startswith("one order a line")
+    assert "pause" in one.display.lines[1] and one.display.lines[-1].startswith("one order a line")
 
 
 def test_quit_ends_the_sitting():

@@ -47,8 +47,8 @@ def test_the_demand_the_samples_and_the_entry_are_seen_at_every_size(width, heig
     text = printed(view(), width, height)
     lines = text.splitlines()
     assert len(lines) == height and max(map(len, lines)) <= width
-    for wanted in ("Put in place: T05 (suede, box 6)", "trial 20 of 50", "next", "T39", "38%", "min left", "note:"):
-        assert wanted in text
+    for expected in ("Put in place: T05 (suede, box 6)", "trial 20 of 50", "next", "T39", "38%", "min left", "note:"):
+        assert expected in text
 
 
 def test_the_samples_of_the_next_two_trials_are_named():

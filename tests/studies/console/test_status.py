@@ -12,7 +12,7 @@ from palpate.studies.console.words import about, clock, doing, standing
 from tests.studies.live.halls import Hall, sheets_plan
 
 ASK = {"do": "ask", "form": "sliders", "items": ["Soft", "Cold"]}
-BEGUN, ANSWERS = {"stimulus": "T07", "block": "main"}, {"answers": {"Soft": 1, "Cold": 1}}
+STARTED, ANSWERS = {"stimulus": "T07", "block": "main"}, {"answers": {"Soft": 1, "Cold": 1}}
 
 
 def played(*happenings) -> SessionStatus:
@@ -24,9 +24,9 @@ def played(*happenings) -> SessionStatus:
     return status_of(sheets_plan(), fold(events))
 
 
-def trial(number, begun_s, ended_s):
+def trial(number, start_s, ended_s):
     return (
-        (begun_s, "trial_started", BEGUN, number), (begun_s, "request", ASK, number),
+        (start_s, "trial_started", STARTED, number), (start_s, "request", ASK, number),
         (ended_s, "reply", ANSWERS, number), (ended_s, "trial_ended", {"as": "answered"}, number),
     )  # fmt: skip
 
@@ -39,7 +39,7 @@ def test_time_left_is_the_pace_of_the_trials_so_far():
 
 
 def test_time_left_is_unknown_before_the_first_trial_is_over_and_nothing_at_the_end():
-    assert played((0, "trial_started", BEGUN, 1)).left_s(NS) is None
+    assert played((0, "trial_started", STARTED, 1)).left_s(NS) is None
     over = played(*trial(1, 0, 10), (11, "session_ended", {"as": "aborted"}, None))
     assert over.left_s(12 * NS) == 0.0 and standing(over) == "the session is aborted"
 
@@ -54,30 +54,30 @@ def test_who_takes_no_part_is_named_and_not_the_session(how, words):
 
 def test_a_pause_counts_in_no_time():
     pause = [(104, "experimenter", {"do": "pause"}, 1), (204, "experimenter", {"do": "go_on"}, 1)]
-    begun, _, *ended = trial(1, 100, 210)
-    status = played(begun, (102, "request", ASK, 1), *pause)
+    started, _, *ended = trial(1, 100, 210)
+    status = played(started, (102, "request", ASK, 1), *pause)
     assert status.doing_s(206 * NS) == pytest.approx(4.0)
-    paused = played(begun, (102, "request", ASK, 1), pause[0])
+    paused = played(started, (102, "request", ASK, 1), pause[0])
     assert paused.paused and paused.doing_s(150 * NS) == pytest.approx(2.0)
-    assert played(begun, (102, "request", ASK, 1), *pause, *ended).left_s(210 * NS) == pytest.approx(30.0)
+    assert played(started, (102, "request", ASK, 1), *pause, *ended).left_s(210 * NS) == pytest.approx(30.0)
 
 
 def test_a_trial_that_is_repeated_is_named():
     repeat = (25, "experimenter", {"do": "repeat", "which": "last"}, 2)
-    again = played(*trial(1, 0, 10), (20, "trial_started", BEGUN, 2), repeat)
+    again = played(*trial(1, 0, 10), (20, "trial_started", STARTED, 2), repeat)
     assert again.done == set() and again.remarks[-1].text == "trial 1 is repeated"
 
 
 def test_what_comes_next_follows_the_place_in_the_plan():
-    status = played(*trial(1, 0, 10), (10, "trial_started", BEGUN, 2))
+    status = played(*trial(1, 0, 10), (10, "trial_started", STARTED, 2))
     assert status.current().stimulus.id == "T12"
-    assert [each.stimulus.id for each in status.coming()] == ["T33", "T41"]
-    assert [each.stimulus.id for each in SessionStatus(sheets_plan()).coming()] == ["T07", "T12"]
+    assert [trial.stimulus.id for trial in status.coming()] == ["T33", "T41"]
+    assert [trial.stimulus.id for trial in SessionStatus(sheets_plan()).coming()] == ["T07", "T12"]
 
 
 def test_only_the_last_remarks_are_kept():
     notes = [(n, "experimenter", {"do": "note", "text": f"note {n}"}, None) for n in range(REMEMBERED + 3)]
-    assert next(each.text for each in played(*notes).remarks) == "note 3"
+    assert next(remark.text for remark in played(*notes).remarks) == "note 3"
 
 
 def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
@@ -91,7 +91,7 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "description"),
     [
         (ASK, "rating 2 attributes"),
         ({"do": "ask", "form": "similarity", "items": ["Same"]}, "switching sides and rating 1 attribute"),
@@ -102,8 +102,8 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
         (None, "waiting"),
     ],
 )
-def test_what_the_participant_is_doing_is_said_in_words(body, told):
-    assert doing(body) == told
+def test_what_the_participant_is_doing_is_said_in_words(body, description):
+    assert doing(body) == description
 
 
 def test_durations_are_told_as_a_person_would():

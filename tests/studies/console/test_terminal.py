@@ -56,34 +56,34 @@ def terminal():
 
 @contextmanager
 def streams(slave):
-    with os.fdopen(os.dup(slave), "r") as heard, os.fdopen(os.dup(slave), "w") as told:
-        yield heard, told
+    with os.fdopen(os.dup(slave), "r") as reader, os.fdopen(os.dup(slave), "w") as writer:
+        yield reader, writer
 
 
 def until(condition):
     """Wait, a bounded time, until it holds."""
     pause, tries = threading.Event(), int(LONGEST_S / 0.01)
     for _ in range(tries):
-        if found := condition():
-            return found
+        if result := condition():
+            return result
         pause.wait(0.01)
     raise AssertionError("waited in vain")
 
 
-def read_until(fd, wanted):
+def read_until(fd, expected):
     """Everything that comes until the wanted bytes have come."""
-    came = b""
-    while wanted not in came:
-        assert select.select([fd], [], [], LONGEST_S)[0], came[-400:]
-        came += os.read(fd, 65536)
-    return came
+    received = b""
+    while expected not in received:
+        assert select.select([fd], [], [], LONGEST_S)[0], received[-400:]
+        received += os.read(fd, 65536)
+    return received
 
 
 def test_keys_come_one_by_one_and_the_terminal_is_as_it_was():
     with terminal() as (master, slave):
         before = termios.tcgetattr(slave)
-        with streams(slave) as (heard, _):
-            source = listen(heard)
+        with streams(slave) as (reader, _):
+            source = listen(reader)
             assert not source.by_line
             os.write(master, "n한\x1b[A\x1bq".encode())
             keys = []
@@ -98,8 +98,8 @@ def test_keys_come_one_by_one_and_the_terminal_is_as_it_was():
 
 
 def test_the_page_is_drawn_on_the_second_screen_and_the_first_is_given_back():
-    with terminal() as (master, slave), streams(slave) as (heard, told):
-        desk = open_desk(sheets_plan(), lambda: 61_000_000_000, heard, told)
+    with terminal() as (master, slave), streams(slave) as (reader, writer):
+        desk = open_desk(sheets_plan(), lambda: 61_000_000_000, reader, writer)
         try:
             assert desk.poll() is None
             desk.demand(Prompt("Put in place: T07"))
@@ -113,8 +113,8 @@ def test_the_page_is_drawn_on_the_second_screen_and_the_first_is_given_back():
 
 
 def test_a_note_is_seen_as_it_is_typed_and_reaches_the_desk():
-    with terminal() as (master, slave), streams(slave) as (heard, told):
-        desk = open_desk(sheets_plan(), lambda: 0, heard, told)
+    with terminal() as (master, slave), streams(slave) as (reader, writer):
+        desk = open_desk(sheets_plan(), lambda: 0, reader, writer)
         try:
             os.write(master, b"nthe fan")
             until(lambda: desk.poll() is None and desk.view.entry.text == "the fan")
@@ -155,8 +155,8 @@ def test_lines_of_a_pipe_are_orders_and_what_happens_is_told_in_lines():
 
 def test_the_end_of_a_pipe_ends_nothing():
     reading, writing = os.pipe()
-    with os.fdopen(reading) as heard:
-        source = listen(heard)
+    with os.fdopen(reading) as reader:
+        source = listen(reader)
         os.close(writing)
         until(lambda: not source._thread.is_alive())
         assert source.take() == []
@@ -169,22 +169,22 @@ def test_where_nothing_can_be_heard_there_is_silence():
 
 def test_a_reader_that_has_gone_does_not_stop_the_session():
     reading, writing = os.pipe()
-    told = os.fdopen(writing, "w")
-    plain = Plain(told)
+    writer = os.fdopen(writing, "w")
+    plain = Plain(writer)
     os.close(reading)
     for number in range(100):
         plain.say(f"line {number}")
     plain.close()
     with pytest.raises(BrokenPipeError):
-        told.close()
+        writer.close()
 
 
 def test_pages_are_drawn_no_more_than_four_times_a_second_and_only_on_change():
-    with terminal() as (master, slave), streams(slave) as (_, told):
+    with terminal() as (master, slave), streams(slave) as (_, writer):
         drain = threading.Thread(target=lambda: read_until(master, ALT_OFF), daemon=True)
         drain.start()
         moments = []
-        painter = Painter(told, lambda: 0)
+        painter = Painter(writer, lambda: 0)
         draw = painter._draw
         painter._draw = lambda view: (moments.append(painter.clock()), draw(view))
         try:

@@ -29,7 +29,7 @@ def stimuli(**of_t07):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "description"),
     [
         ({"scale": {"from": -10, "to": 12, "step": 1}}, "scale.high was 10 and is 12"),
         ({"stimuli": stimuli(material="cloth")}, 'stimuli.T07.columns.material was "sandpaper P60" and is "cloth"'),
@@ -40,8 +40,8 @@ def stimuli(**of_t07):
         ({"needs": ["window"]}, 'needs was ["samples","window"] and is ["window"]'),
     ],
 )
-def test_a_change_is_named_in_plain_words(changes, told):
-    assert study_change(HEADER["study"], sheets(**changes)).startswith(told)
+def test_a_change_is_named_in_plain_words(changes, description):
+    assert study_change(HEADER["study"], sheets(**changes)).startswith(description)
 
 
 def test_the_same_study_has_not_changed():
@@ -51,8 +51,8 @@ def test_the_same_study_has_not_changed():
 
 def test_many_changes_are_counted():
     rows = stimuli()
-    told = study_change(HEADER["study"], sheets(stimuli=[{**row, "columns": {}} for row in rows]))
-    assert told.count(";") == 3 and told.endswith("and 9 more")
+    description = study_change(HEADER["study"], sheets(stimuli=[{**row, "columns": {}} for row in rows]))
+    assert description.count(";") == 3 and description.endswith("and 9 more")
 
 
 def test_whole_numbers_and_decimals_are_different_things():

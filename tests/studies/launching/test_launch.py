@@ -24,8 +24,8 @@ BY_THE_WALL_CLOCK = {
 def test_nothing_of_a_session_is_timed_by_the_wall_clock():
     asks = re.compile(r"\btime\.time\b|\btime\.time_ns\b|datetime\.now|\bdate\.today|utcnow|CLOCK_REALTIME")
     files = [path for room in ("protocols", "signals", "devices", "studies") for path in (ROOT / room).rglob("*.py")]
-    found = {path.relative_to(ROOT).as_posix() for path in files if asks.search(path.read_text("utf-8"))}
-    assert found == set(BY_THE_WALL_CLOCK)
+    users = {path.relative_to(ROOT).as_posix() for path in files if asks.search(path.read_text("utf-8"))}
+    assert users == set(BY_THE_WALL_CLOCK)
 
 
 TWO = {"participants": {"sessions": 2, "apart_days": [1, 14]}}
@@ -36,15 +36,15 @@ def day_of(path):
 
 
 @pytest.mark.parametrize(
-    ("fewest", "days", "told"),
+    ("fewest", "days", "reason"),
     [(1, 0, "0 days before today"), (2, 1, "1 day before today"), (1, 15, "15 days before today")],
 )
-def test_a_session_out_of_time_is_refused_or_accepted_on_record(lab, fewest, days, told):
+def test_a_session_out_of_time_is_refused_or_accepted_on_record(lab, fewest, days, reason):
     two = {"participants": {"sessions": 2, "apart_days": [fewest, 14]}}
     study = toy(**two)
     first = day_of(lab.start(**two))
     today = first + timedelta(days)
-    with pytest.raises(WrongTime, match=f"session 1 on {first}, {told}; from {fewest} to 14 days .* --accept-timing"):
+    with pytest.raises(WrongTime, match=f"session 1 on {first}, {reason}; from {fewest} to 14 days .* --accept-timing"):
         demand_in_time(lab.path, study, "P001", 2, accept=False, today=today)
     timing = demand_in_time(lab.path, study, "P001", 2, accept=True, today=today)
     assert timing == {"timing": {"since_session": 1, "days": days, "apart_days": [fewest, 14]}}

@@ -84,7 +84,7 @@ class Script:
 class Paper:
     """A display that keeps what it was given."""
 
-    said: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
     views: list[Any] = field(default_factory=list)
     closed: bool = False
 
@@ -92,7 +92,7 @@ class Paper:
         self.views.append(view)
 
     def say(self, line: str) -> None:
-        self.said.append(line)
+        self.lines.append(line)
 
     def close(self) -> None:
         self.closed = True

@@ -37,14 +37,14 @@ def dying(rig: RigPlan, seq: int) -> RigPlan:
     """The rig whose process is killed at the instant after event `seq` is kept: no machine's load moves that."""
 
     def opened(plan, t_ns):
-        found = rig.open(plan, t_ns)
+        opened_rig = rig.open(plan, t_ns)
 
         def watch(event):
             if event.seq == seq:
                 os.kill(os.getpid(), signal.SIGKILL)
-            found.watch(event)
+            opened_rig.watch(event)
 
-        return replace(found, watch=watch)
+        return replace(opened_rig, watch=watch)
 
     return replace(rig, open=opened)
 
@@ -62,9 +62,9 @@ def ledger(lab: Path) -> Path:
 def main(labs: Path) -> None:
     """One whole session in LABS/whole; killed ones in LABS/0, LABS/1, ...: every third after an event, else by time."""
     chance = random.Random(5)
-    begun = time.perf_counter()
+    started_s = time.perf_counter()
     os.waitpid(child(lambda: begin(labs / "whole")), 0)
-    usual = time.perf_counter() - begun
+    usual = time.perf_counter() - started_s
     for number in range(KILLS):
         lab = labs / str(number)
         if number % 3 == 0:

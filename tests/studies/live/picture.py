@@ -48,9 +48,9 @@ def half_way(trials: int = 19) -> SessionState:
         state.apply(Event(seq, round(t_s * NS), kind, canonical(body), number, 1))
         seq += 1
 
-    begun = {"stimulus": "", "block": "main"}
+    trial_body = {"stimulus": "", "block": "main"}
     for number in range(1, trials + 1):
-        happen("trial_started", begun, number, 0.2)
+        happen("trial_started", trial_body, number, 0.2)
         happen("request", {"do": "present", "stimulus": ""}, number, 0.0)
         if number == 12:
             happen("experimenter", {"do": "note", "text": "asked how long the break would be"}, number, 1.0)
@@ -63,7 +63,7 @@ def half_way(trials: int = 19) -> SessionState:
         happen("request", FORM, number, 0.0)
         happen("reply", {"answers": {}}, number, 19.5)
         happen("trial_ended", {"as": "answered"}, number, 0.1)
-    happen("trial_started", begun, trials + 1, 0.2)
+    happen("trial_started", trial_body, trials + 1, 0.2)
     happen("request", {"do": "present", "stimulus": ""}, trials + 1, 0.0)
     return state
 

@@ -128,12 +128,12 @@ def captures(**changes) -> StudyFiles:
     return StudyFiles(Study.model_validate(given | changes), SHIPPED / "texture_capture")
 
 
-def plan_of(found):
-    return compile_plan(found.study, ParticipantRow("P001"))
+def plan_of(study_files):
+    return compile_plan(study_files.study, ParticipantRow("P001"))
 
 
-def begun(found, lab, **options):
-    return start(lab, plan_of(found), live_plan(found, lab, LiveOptions(**options)))
+def run_live(study_files, lab, **options):
+    return start(lab, plan_of(study_files), live_plan(study_files, lab, LiveOptions(**options)))
 
 
 def kinds(record):
@@ -144,6 +144,6 @@ def ends(record):
     return [event.value["as"] for event in record.events if event.kind == "trial_ended"]
 
 
-def lasting(record):
+def counting_outcomes(record):
     """How the trials ended, those left out that a busy machine's missing heartbeat broke off."""
     return [how for how in ends(record) if how != "faulted"]

@@ -65,7 +65,7 @@ def palpate(*arguments):
 
 
 @contextmanager
-def sitting(display, *arguments):
+def session_process(display, *arguments):
     """A session in a process of its own; it is gone when the block is left, or when it has hung for long."""
     process = subprocess.Popen(
         command(*arguments), cwd=ROOT, env={**os.environ, "DISPLAY": display}, text=True, bufsize=1,
@@ -88,14 +88,14 @@ def order(process, line):
     process.stdin.flush()
 
 
-def until(process, wanted):
+def until(process, expected):
     """Read what the console says until the wanted words have come."""
-    said = []
+    lines = []
     while line := process.stdout.readline():
-        said.append(line)
-        if wanted in line:
+        lines.append(line)
+        if expected in line:
             return line
-    raise AssertionError(f"{wanted!r} did not come:\n{''.join(said)}")
+    raise AssertionError(f"{expected!r} did not come:\n{''.join(lines)}")
 
 
 def run_of(lab):
@@ -104,13 +104,13 @@ def run_of(lab):
 
 def ended(process):
     """(exit code, the last line)."""
-    said, _ = process.communicate(timeout=LONGEST_S)
-    return process.returncode, said.splitlines()[-1]
+    output, _ = process.communicate(timeout=LONGEST_S)
+    return process.returncode, output.splitlines()[-1]
 
 
 def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(display, lab):
     path = ledger_path(lab, "stroking", "P001")
-    with sitting(display, *run_of(lab)) as process:
+    with session_process(display, *run_of(lab)) as process:
         until(process, "How many mm")
         order(process, "127.2")
         until(process, "Put in place: T01 (wood)")
@@ -120,19 +120,19 @@ def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(displ
         order(process, "quit")
         assert ended(process) == (1, f"interrupted by QUIT; recorded: {len(read(path).events)} events. "
                                      f"Resume with: palpate resume {path}")  # fmt: skip
-    with sitting(display, "resume", str(path)) as process:
+    with session_process(display, "resume", str(path)) as process:
         until(process, "Put in place: T02 (foam)")
         order(process, "pause")
         until(process, "paused")
         process.send_signal(signal.SIGKILL)
-    kept = read(path).events
-    with sitting(display, "resume", str(path)) as process:
+    recorded = read(path).events
+    with session_process(display, "resume", str(path)) as process:
         until(process, "went on")
         for _ in range(3):
             order(process, "confirm")
         assert ended(process)[0] == 0
     record = read(path)
-    assert record.complete and record.events[: len(kept)] == kept
+    assert record.complete and record.events[: len(recorded)] == recorded
     assert record.header["rig"]["twins"] == ["tool"] and record.header["rig"]["window"]["size_px"] == list(SIZE)
     assert record.header["calibration"]["px_per_mm"] == 3.6
     replies = [event.value for event in record.events if event.kind == "reply"]
@@ -145,7 +145,7 @@ def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(displ
 
 def test_a_line_that_measures_wrong_twice_ends_the_sitting_and_a_changed_study_is_named(display, lab):
     path = ledger_path(lab, "stroking", "P001")
-    with sitting(display, *run_of(lab)) as process:
+    with session_process(display, *run_of(lab)) as process:
         until(process, "How many mm")
         order(process, "120")
         until(process, "measure once more")
@@ -155,10 +155,10 @@ def test_a_line_that_measures_wrong_twice_ends_the_sitting_and_a_changed_study_i
     assert not read(path).ended
     study = lab / "studies" / "stroking" / "study.yaml"
     study.write_text(STUDY.replace("seconds: 1", "seconds: 2"), encoding="utf-8")
-    with sitting(display, "resume", str(path)) as process:
+    with session_process(display, "resume", str(path)) as process:
         code, last = ended(process)
         assert code == 2 and "capture.seconds was 1" in last and "--accept-change" in last
-    with sitting(display, "resume", str(path), "--accept-change") as process:
+    with session_process(display, "resume", str(path), "--accept-change") as process:
         until(process, "How many mm")
         order(process, "quit")
         assert ended(process)[0] == 1
@@ -167,7 +167,7 @@ def test_a_line_that_measures_wrong_twice_ends_the_sitting_and_a_changed_study_i
 
 def test_a_rehearsal_shows_a_whole_study_and_leaves_no_session(display, lab):
     options = ("--rehearse", "--pace", "0.01", "--participant", "P001", "--lab", str(lab))
-    with sitting(display, "run", "door_matching", *options) as process:
+    with session_process(display, "run", "door_matching", *options) as process:
         code, last = ended(process)
     assert code == 0, last
     [path] = ledgers_in(lab / "rehearsals")

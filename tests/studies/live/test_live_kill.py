@@ -38,13 +38,13 @@ def test_a_killed_live_session_keeps_every_aside_and_goes_on(tmp_path):
         path = ledger(tmp_path / str(number))
         if not path.exists():
             continue
-        kept = read(path)
-        cut_at.add(len(kept.events))
-        assert kept.events == whole.events[: len(kept.events)]
-        if not kept.ended:
+        recorded = read(path)
+        cut_at.add(len(recorded.events))
+        assert recorded.events == whole.events[: len(recorded.events)]
+        if not recorded.ended:
             go_on(path)
         record = read(path)
-        assert record.complete and record.events[: len(kept.events)] == kept.events and not left_paused(record)
+        assert record.complete and record.events[: len(recorded.events)] == recorded.events and not left_paused(record)
         replay(path)
     assert len(cut_at) > 2, "the kills fell on different places"
 

@@ -44,9 +44,9 @@ def refused(lab, capsys, *more):
 NOT_CALIBRATED = pytest.param((), "screen is not calibrated", marks=pytest.mark.needs("psychopy"))
 
 
-@pytest.mark.parametrize(("more", "told"), [NOT_CALIBRATED, (("--session", "2"), "P001 has no session 1")])
-def test_a_start_that_is_refused_takes_no_row(lab, capsys, more, told):
-    assert told in refused(lab, capsys, *more)
+@pytest.mark.parametrize(("more", "message"), [NOT_CALIBRATED, (("--session", "2"), "P001 has no session 1")])
+def test_a_start_that_is_refused_takes_no_row(lab, capsys, more, message):
+    assert message in refused(lab, capsys, *more)
     assert every_allocation(open_registry(lab)) == [] and list((lab / "sessions").glob("*.sqlite")) == []
 
 

@@ -98,8 +98,8 @@ def test_samples_are_mounted_by_hand_and_devices_present_what_is_theirs(tmp_path
     of_doors = station(compile_plan(DOORS.study, ParticipantRow("P001", "1")), DOORS.folder, ["door"])
     assert isinstance(of_doors.presents, TwinInRealTime) and not of_doors.records
     both = sheets_plan(needs=["samples", "texture_renderer", "window"])
-    made = station(both, tmp_path, ["texture_renderer"])
-    assert isinstance(made.presents, Mounted) and made.presents.presents.name == "texture_renderer"
+    opened = station(both, tmp_path, ["texture_renderer"])
+    assert isinstance(opened.presents, Mounted) and opened.presents.presents.name == "texture_renderer"
 
 
 def test_a_recording_without_a_recorder_is_refused():
@@ -177,8 +177,8 @@ def silent_capture() -> Study:
 
 def test_a_capture_that_shows_nothing_needs_no_window(tmp_path):
     assert not asks_anything(silent_capture()) and asks_anything(sheets())
-    found = StudyFiles(silent_capture(), tmp_path)
-    assert live_plan(found, tmp_path, LiveOptions(twins=True)).calibration is None
+    study_files = StudyFiles(silent_capture(), tmp_path)
+    assert live_plan(study_files, tmp_path, LiveOptions(twins=True)).calibration is None
 
 
 def test_without_a_window_samples_are_mounted_and_recorded_and_pauses_kept(tmp_path):
@@ -238,6 +238,6 @@ def test_options_that_mean_nothing_are_refused():
 
 
 def test_a_study_that_renders_textures_needs_a_rig_or_stand_ins(tmp_path):
-    found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
+    study_files = read_study(SHIPPED / "texture_similarity" / "study.yaml")
     with pytest.raises(RigError, match="needs texture renderer, masking noise, .* no rig file .*--twins"):
-        live_plan(found, calibrated(tmp_path), LiveOptions())
+        live_plan(study_files, calibrated(tmp_path), LiveOptions())

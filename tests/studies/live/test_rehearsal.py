@@ -44,15 +44,15 @@ class Rehearsing(Hall):
 
 
 def test_a_rehearsal_is_a_session_of_its_own_that_nothing_collects(tmp_path):
-    found = StudyFiles(sheets(), tmp_path)
+    study_files = StudyFiles(sheets(), tmp_path)
     for number in (1, 2):
-        sat = rehearse(tmp_path, sheets_plan(), rehearsal_plan(found, tmp_path, FAST))
-        assert sat.complete and sat.path.name == f"sheets_P001_s{number}.sqlite"
-        assert sat.path.parent == tmp_path / "rehearsals" / "sessions"
+        result = rehearse(tmp_path, sheets_plan(), rehearsal_plan(study_files, tmp_path, FAST))
+        assert result.complete and result.path.name == f"sheets_P001_s{number}.sqlite"
+        assert result.path.parent == tmp_path / "rehearsals" / "sessions"
     assert not ledgers_in(tmp_path) and not others_in(tmp_path) and not (tmp_path / "sessions").exists()
-    record = read(sat.path)
+    record = read(result.path)
     assert record.header["rig"]["kind"] == "rehearsal" and record.header["calibration"] is None
-    replay(sat.path)
+    replay(result.path)
 
 
 @pytest.mark.parametrize(
@@ -60,11 +60,11 @@ def test_a_rehearsal_is_a_session_of_its_own_that_nothing_collects(tmp_path):
     [("door_ratings", "1", 900), ("door_authoring", None, 60), ("texture_similarity", None, 400)],
 )
 def test_a_shipped_study_is_rehearsed_at_once_and_tells_how_long_it_takes(tmp_path, study, group, least_s):
-    found = read_study(SHIPPED / study / "study.yaml")
-    forms = lab_forms(found.study, tmp_path, live=False)
-    plan = compile_plan(found.study, ParticipantRow("P001", group), 0, forms)
-    sat = rehearse(tmp_path, plan, rehearsal_plan(found, tmp_path, FAST))
-    assert sat.complete and read(sat.path).events[-1].t_ns > least_s * NS
+    study_files = read_study(SHIPPED / study / "study.yaml")
+    forms = lab_forms(study_files.study, tmp_path, live=False)
+    plan = compile_plan(study_files.study, ParticipantRow("P001", group), 0, forms)
+    result = rehearse(tmp_path, plan, rehearsal_plan(study_files, tmp_path, FAST))
+    assert result.complete and read(result.path).events[-1].t_ns > least_s * NS
 
 
 def test_every_form_is_shown_for_a_moment_and_every_waiting_page_once(tmp_path):

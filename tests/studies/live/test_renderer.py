@@ -82,28 +82,28 @@ def present(renderer, trial=TRIAL, desk=None):
 
 
 def fake(lab, **more):
-    made = [FakePlays(**more)]
+    players = [FakePlays(**more)]
 
     def begin():
-        made.append(FakePlays())
-        return made[-1]
+        players.append(FakePlays())
+        return players[-1]
 
-    return RigRenderer(PLAN, VirtualTextures(FOLDER, lab), begin, made[0]), made
+    return RigRenderer(PLAN, VirtualTextures(FOLDER, lab), begin, players[0]), players
 
 
 def test_replies_name_the_model_and_count_the_deadlines_of_the_texture_alone(lab):
     renderer, (plays,) = fake(lab)
-    begun = present(renderer).value["rendered"]
+    rendered = present(renderer).value["rendered"]
     model = TRIAL.stimulus.columns["model"]
-    assert (begun["model"], begun["method"], begun["runtime"]) == (f"texture-cloth-{model}", model, "native")
-    assert len(begun["sha256"]) == len(begun["weights_sha256"]) == 64
+    assert (rendered["model"], rendered["method"], rendered["runtime"]) == (f"texture-cloth-{model}", model, "native")
+    assert len(rendered["sha256"]) == len(rendered["weights_sha256"]) == 64
     answered = renderer.after(Reply({"answers": {"a": 1}})).value
-    assert answered["answers"] == {"a": 1} and answered["rendered"]["model"] == begun["model"]
+    assert answered["answers"] == {"a": 1} and answered["rendered"]["model"] == rendered["model"]
     counted = answered["rendered"]["deadlines"]
     assert (counted["steps"], counted["late"], counted["underruns"], counted["ahead_ms"]) == (100, 1, 0, 10)
-    assert begun["seed"] == plays.sounds[0].seed == answered["rendered"]["seed"]
+    assert rendered["seed"] == plays.sounds[0].seed == answered["rendered"]["seed"]
     assert answered["rendered"]["met"] == {"sounding": 80, "held": 1, "restarts": 7, "quiet": 20, "muted": 40}
-    assert plays.sounds[0].card.stem == begun["model"] and plays.sounds[-1] is None, "silent once it is answered for"
+    assert plays.sounds[0].card.stem == rendered["model"] and plays.sounds[-1] is None, "silent once it is answered for"
     assert renderer.after(Reply({})) == Reply({}), "forms without a texture are left alone"
 
 
@@ -133,16 +133,16 @@ class FakeTablet:
 def test_the_tablet_shows_the_picture_while_the_virtual_side_is_on(lab):
     renderer, _ = fake(lab)
     renderer.tablet = tablet = FakeTablet()
-    made = present(renderer).value["rendered"]
-    assert made["picture"]["file"] == "cloth.jpg" and len(made["picture"]["sha256"]) == 64
-    assert made["picture"]["size_mm"] == pytest.approx([100.0, 100.0], abs=0.2)
+    rendered = present(renderer).value["rendered"]
+    assert rendered["picture"]["file"] == "cloth.jpg" and len(rendered["picture"]["sha256"]) == 64
+    assert rendered["picture"]["size_mm"] == pytest.approx([100.0, 100.0], abs=0.2)
     assert tablet.seen == [None], "no side was chosen yet"
     station = Station(renderer, beside=renderer, switch_side=renderer.switch_side)
     for side in ("virtual", "real", "virtual"):
         station.switch_side(side)
     assert tablet.seen[1:] == ["cloth", None, "cloth"]
     answered = station.after(Reply({"answers": {}})).value["rendered"]
-    assert tablet.seen[-1] is None and answered["picture"] == made["picture"]
+    assert tablet.seen[-1] is None and answered["picture"] == rendered["picture"]
     present(renderer)
     assert tablet.seen[-1] is None, "the next trial begins with no side"
 
@@ -162,8 +162,8 @@ def test_a_tablet_that_goes_dark_marks_the_trial(lab):
     present(renderer)
     tablet.fails = "the window on the tablet's screen has ended"
     renderer.switch_side("virtual")
-    came = renderer.after(Reply({"answers": {}}))
-    assert isinstance(came, Fault) and "tablet's screen has ended" in came.value["message"]
+    outcome = renderer.after(Reply({"answers": {}}))
+    assert isinstance(outcome, Fault) and "tablet's screen has ended" in outcome.value["message"]
 
 
 def test_a_tablet_s_screen_is_its_own_and_every_texture_has_a_picture(lab):
@@ -179,14 +179,14 @@ def test_a_tablet_s_screen_is_its_own_and_every_texture_has_a_picture(lab):
 
 
 def test_what_fails_is_a_fault_and_goes_on_once_somebody_has_mended_it(lab):
-    renderer, made = fake(lab, fails="the actuator is gone")
-    came = present(renderer)
-    assert isinstance(came, Fault) and came.value["message"] == "the actuator is gone" and made[0].ended == 1
+    renderer, players = fake(lab, fails="the actuator is gone")
+    outcome = present(renderer)
+    assert isinstance(outcome, Fault) and outcome.value["message"] == "the actuator is gone" and players[0].ended == 1
     desk = FakeDesk()
     desk.answers.append(True)
-    assert isinstance(present(renderer, desk=desk), Reply) and len(made) == 2
+    assert isinstance(present(renderer, desk=desk), Reply) and len(players) == 2
     assert "the actuator is gone. Put it right" in desk.demands[0].text
-    made[1].running = False
+    players[1].running = False
     assert isinstance(renderer.after(Reply({"answers": {}})), Fault), "what was not felt to its end is met again"
 
 

@@ -60,7 +60,7 @@ def new_lab(path: Path, url: str | None = None) -> Registry:
     return open_registry(path)
 
 
-def sat(
+def record_session(
     lab: Path, participant: str, answers: dict[str, Any] | None = None, at: str = "2026-01-01T00:00:00+00:00",
     number: int = 1, kind: str = "live", row: tuple[str | None, int] = (None, 0), study: str = "toy", seed: int = 0,
 ) -> Path:  # fmt: skip

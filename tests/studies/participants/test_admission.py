@@ -63,11 +63,11 @@ def test_a_finished_session_is_on_record_once_and_keeps_its_row(home, tmp_path):
     finish(home.lab, toy(), "P001")
     finish(home.lab, toy(), "P001")
     assert [what for what, _ in audit_of(home)].count("finished") == 1
-    assert [each.status for each in every_allocation(home)] == ["finished"]
+    assert [allocation.status for allocation in every_allocation(home)] == ["finished"]
     assert admit(home.lab, toy(), "P002", live=True).row == 1
     release(home, toy(), "P002", "-")
     finish(home.lab, toy(), "P002")
-    assert [each.status for each in every_allocation(home)] == ["finished", "released"]
+    assert [allocation.status for allocation in every_allocation(home)] == ["finished", "released"]
 
 
 def test_who_finished_at_another_station_is_refused_here(home):
@@ -90,7 +90,7 @@ def test_a_session_is_gone_on_with_only_on_a_row_that_is_still_the_participants(
     admit(home.lab, toy(), "P001", live=True)
     release(home, toy(), "P001", "left")
     readmit(home.lab, toy(), "P001")
-    assert [each.status for each in every_allocation(home)] == ["active"]
+    assert [allocation.status for allocation in every_allocation(home)] == ["active"]
     release(home, toy(), "P001", "left")
     allocate_row(home, toy(), "P002", replaces="P001")
     with pytest.raises(ParticipantError, match=r"P001 had row 0 of toy, which is P002's now"):
@@ -104,4 +104,4 @@ def test_who_declines_gives_up_the_row_unless_a_session_was_finished_on_it(home)
     finish(home.lab, toy(), "P001")
     decline(home.lab, toy(), "P001")
     decline(home.lab, toy(), "P002")
-    assert [each.status for each in every_allocation(home)] == ["finished", "released"]
+    assert [allocation.status for allocation in every_allocation(home)] == ["finished", "released"]

@@ -6,7 +6,7 @@ from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row, release
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
-from tests.studies.participants.labs import filled, grouped, sat
+from tests.studies.participants.labs import filled, grouped, record_session
 
 
 def test_a_study_is_certified_balanced_when_its_square_is_full_and_not_before(registry):
@@ -17,7 +17,7 @@ def test_a_study_is_certified_balanced_when_its_square_is_full_and_not_before(re
     allocate_row(registry, toy(), "P004")
     [whole] = group_allocations(registry, toy())
     assert whole.certificate.balanced and whole.certificate.sequences == 4 and whole.group is None
-    assert [each.participant for each in whole.holders] == ["P001", "P002", "P003", "P004"] and whole.next_row == 4
+    assert [holder.participant for holder in whole.holders] == ["P001", "P002", "P003", "P004"] and whole.next_row == 4
     release(registry, toy(), "P002", "ill")
     [gap] = group_allocations(registry, toy())
     assert not gap.certificate.balanced and gap.given_up == ((1, "P002"),) and gap.next_row == 1
@@ -27,12 +27,12 @@ def test_a_study_is_certified_balanced_when_its_square_is_full_and_not_before(re
 
 
 def test_groups_stand_by_themselves_and_sessions_from_before_the_registry_count(home):
-    sat(home.lab, "P001", row=("x", 0))
+    record_session(home.lab, "P001", row=("x", 0))
     filled(home, 1)
     allocate_row(home, grouped(), "P002")
     x, y = group_allocations(home, grouped())
-    assert [(each.participant, each.status) for each in x.holders] == [("P001", "session")]
-    assert [(each.participant, each.status) for each in y.holders] == [("P002", "active")]
+    assert [(holder.participant, holder.status) for holder in x.holders] == [("P001", "session")]
+    assert [(holder.participant, holder.status) for holder in y.holders] == [("P002", "active")]
     assert (x.certificate.sequences, y.certificate.sequences) == (1, 1)
 
 
@@ -48,10 +48,10 @@ def test_how_many_also_took_part_in_another_study(registry):
         allocate_row(registry, toy(), who)
     for who in people[3:]:
         allocate_row(registry, toy(study="door_lexicon"), who)
-    sat(registry.lab, "P001", study="similarity")
-    found = overlaps(registry, "toy")
-    assert found == [Overlap("door_lexicon", 2, 5), Overlap("similarity", 1, 5)]
-    assert found[0].text() == "40 % (2 of 5) also took part in door_lexicon"
+    record_session(registry.lab, "P001", study="similarity")
+    shared = overlaps(registry, "toy")
+    assert shared == [Overlap("door_lexicon", 2, 5), Overlap("similarity", 1, 5)]
+    assert shared[0].text() == "40 % (2 of 5) also took part in door_lexicon"
     release(registry, toy(study="door_lexicon"), "P004", "left before it began")
     withdraw(registry, "P001", "-")
     assert overlaps(registry, "toy") == [Overlap("door_lexicon", 1, 4)]
@@ -60,7 +60,7 @@ def test_how_many_also_took_part_in_another_study(registry):
 
 def test_a_pseudonym_within_another_is_not_taken_for_it(home):
     add(home, "P1")
-    sat(home.lab, "P11", study="other")
+    record_session(home.lab, "P11", study="other")
     allocate_row(home, toy(), "P1")
     assert overlaps(home, "toy") == [Overlap("other", 0, 1)]
 
@@ -68,10 +68,10 @@ def test_a_pseudonym_within_another_is_not_taken_for_it(home):
 def test_simulated_people_take_part_in_nothing(home):
     filled(home, 1)
     allocate_row(home, toy(), "P001")
-    sat(home.lab, "P002", kind="simulated")
-    sat(home.lab, "P001", study="other", kind="simulated")
+    record_session(home.lab, "P002", kind="simulated")
+    record_session(home.lab, "P001", study="other", kind="simulated")
     assert overlaps(home, "toy") == []
-    sat(home.lab, "P001", study="another")
+    record_session(home.lab, "P001", study="another")
     assert overlaps(home, "toy") == [Overlap("another", 1, 1)]
 
 
@@ -80,7 +80,7 @@ def test_the_certificate_of_a_random_design_is_of_the_orders_that_were_run(home)
     filled(home, 2)
     for who in ("P001", "P002"):
         row = allocate_row(home, study, who)
-        sat(home.lab, who, row=(None, row.row), seed=int(who[1:]) + 6)
+        record_session(home.lab, who, row=(None, row.row), seed=int(who[1:]) + 6)
     orders = [
         [stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1), n + 6)]
         for n in (1, 2)

@@ -9,7 +9,7 @@ from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
-from tests.studies.participants.labs import filled, sat
+from tests.studies.participants.labs import filled, record_session
 
 HEADER = "participant_id\tage\tgender\thandedness\tdriving_experience\ttook_part_before\tstudies"
 ANSWERS = {"age": 27, "gender": "F", "handedness": "right", "driving_experience": 2.5, "took_part_before": "no"}
@@ -24,9 +24,9 @@ def test_everybody_stands_in_the_table_once_with_what_they_said(registry):
     identify(registry.lab, "P001", Identity("Kim Hana", "hana@example.org"))
     for study in ("toy", "other"):
         allocate_row(registry, toy(study=study), "P001")
-    sat(registry.lab, "P001", ANSWERS)
-    sat(registry.lab, "P002", {**ANSWERS, "age": 93.0, "gender": None}, row=(None, 1))
-    sat(registry.lab, "P007", row=(None, 2))
+    record_session(registry.lab, "P001", ANSWERS)
+    record_session(registry.lab, "P002", {**ANSWERS, "age": 93.0, "gender": None}, row=(None, 1))
+    record_session(registry.lab, "P007", row=(None, 2))
     done = export(registry)
     assert table(registry) == [
         HEADER,
@@ -43,16 +43,16 @@ def test_everybody_stands_in_the_table_once_with_what_they_said(registry):
 
 def test_the_latest_answer_counts_and_silence_takes_nothing_back(home):
     add(home)
-    sat(home.lab, "P001", {"age": 29, "gender": None}, at="2027-05-01T00:00:00+00:00", number=1)
-    sat(home.lab, "P001", {"age": 27, "gender": "F"}, at="2026-05-01T00:00:00+00:00", number=2)
+    record_session(home.lab, "P001", {"age": 29, "gender": None}, at="2027-05-01T00:00:00+00:00", number=1)
+    record_session(home.lab, "P001", {"age": 27, "gender": "F"}, at="2026-05-01T00:00:00+00:00", number=2)
     export(home)
     assert table(home)[1].startswith("sub-P001\t29\tF\t")
 
 
 def test_simulated_people_are_nobody(home):
     add(home)
-    sat(home.lab, "P001", ANSWERS, kind="simulated")
-    sat(home.lab, "P002", ANSWERS, kind="simulated", row=(None, 1))
+    record_session(home.lab, "P001", ANSWERS, kind="simulated")
+    record_session(home.lab, "P002", ANSWERS, kind="simulated", row=(None, 1))
     assert export(home).simulated == ("toy_P001_s1.sqlite", "toy_P002_s1.sqlite")
     assert table(home)[1:] == ["sub-P001" + "\tn/a" * 6]
     assert export(home, with_simulated=True).participants == ("P001", "P002")
@@ -75,7 +75,7 @@ def test_a_simulated_session_that_asks_is_read_as_a_real_one(home):
 
 def test_who_withdrew_is_left_out(home):
     filled(home, 2)
-    sat(home.lab, "P001", ANSWERS)
+    record_session(home.lab, "P001", ANSWERS)
     withdraw(home, "P001", "-")
     assert export(home).withdrawn == ("P001",)
     assert [line.split("\t")[0] for line in table(home)[1:]] == ["sub-P002"]
@@ -89,14 +89,14 @@ def test_what_was_written_by_hand_is_kept(home):
     (home.lab / "participants.tsv").write_text(
         "participant_id\tvision\tage\tgender\r\nsub-P002\t0.1\t40\tM\r\nsub-P099\t0.2\t41\tF\r\n", newline=""
     )
-    sat(home.lab, "P002", {"age": 41})
+    record_session(home.lab, "P002", {"age": 41})
     export(home)
     assert table(home)[0] == HEADER + "\tvision"
     assert table(home)[2] == "sub-P002\t41\tM\tn/a\tn/a\tn/a\ttoy\t0.1"
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("participant_id\temail\nsub-P001\tx\n", "line 1: a column about 'email' would identify a person"),
         ("participant_id\tshoe\nsub-P001\t42\n", "line 1: column 'shoe' is not described in participants.json"),
@@ -106,10 +106,10 @@ def test_what_was_written_by_hand_is_kept(home):
         ("participant_id\tage\nsub-P001\t1\n\nsub-P001\t2\n", "line 4: sub-P001 appears there twice"),
     ],
 )
-def test_a_table_that_cannot_be_used_is_refused_and_left_as_it_is(home, text, said):
+def test_a_table_that_cannot_be_used_is_refused_and_left_as_it_is(home, text, message):
     add(home)
     (home.lab / "participants.tsv").write_text(text)
-    with pytest.raises(ParticipantError, match=said):
+    with pytest.raises(ParticipantError, match=message):
         export(home)
     assert (home.lab / "participants.tsv").read_text() == text
     assert [path.name for path in home.lab.glob(".*")] == []
@@ -117,7 +117,7 @@ def test_a_table_that_cannot_be_used_is_refused_and_left_as_it_is(home, text, sa
 
 def test_an_answer_that_the_sidecar_no_longer_describes_is_refused(home):
     add(home)
-    sat(home.lab, "P001", {"gender": "D"})
+    record_session(home.lab, "P001", {"gender": "D"})
     with pytest.raises(
         ParticipantError, match=r"toy_P001_s1\.sqlite: gender = 'D': one of .*must describe every answer"
     ):
@@ -134,7 +134,7 @@ def test_an_identifying_column_is_refused(home):
 
 def test_a_damaged_session_is_named_and_the_rest_written(home):
     filled(home, 1)
-    path = sat(home.lab, "P001", ANSWERS)
+    path = record_session(home.lab, "P001", ANSWERS)
     path.write_bytes(path.read_bytes()[:3000])
     [problem] = export(home).refused
     assert "toy_P001_s1.sqlite" in problem and len(table(home)) == 2
@@ -145,6 +145,6 @@ def test_a_free_text_cannot_break_the_table(home):
     described["hobby"] = {"Question": "What do you like?"}
     (home.lab / "participants.json").write_text(json.dumps(described), "utf-8")
     add(home)
-    sat(home.lab, "P001", {"hobby": "tabs\tand\nlines\u2028"})
+    record_session(home.lab, "P001", {"hobby": "tabs\tand\nlines\u2028"})
     export(home)
     assert table(home)[1].split("\t")[-1] == "tabs and lines"

@@ -93,7 +93,7 @@ def test_the_journal_of_an_erasure_is_overwritten_before_it_goes(tmp_path, monke
 
 
 @pytest.mark.parametrize(
-    ("identity", "said"),
+    ("identity", "message"),
     [
         (Identity(name=" "), "name: found ' ', a text of one line"),
         (Identity(contact="a\nb"), r"contact: found 'a\\nb'"),
@@ -102,8 +102,8 @@ def test_the_journal_of_an_erasure_is_overwritten_before_it_goes(tmp_path, monke
         (Identity(consented="20260331"), "a date as"),
     ],
 )
-def test_an_identity_that_makes_no_sense_is_refused_and_nothing_made(tmp_path, identity, said):
-    with pytest.raises(ParticipantError, match=said):
+def test_an_identity_that_makes_no_sense_is_refused_and_nothing_made(tmp_path, identity, message):
+    with pytest.raises(ParticipantError, match=message):
         identify(tmp_path, "P001", identity)
     assert list(tmp_path.iterdir()) == []
 

@@ -17,7 +17,7 @@ def test_the_screen_shows_plain_paragraphs_without_the_lines_for_paper(language)
     text = consent_text(None, language)
     assert not any(mark in text for mark in ("#", "**", "<!--", "____"))
     paragraphs = text.split("\n\n")
-    assert len(paragraphs) == 7 and not any("\n" in each for each in paragraphs)
+    assert len(paragraphs) == 7 and not any("\n" in paragraph for paragraph in paragraphs)
     assert len(unfilled(text)) >= 8
 
 

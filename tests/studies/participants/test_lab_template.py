@@ -44,8 +44,8 @@ def test_a_folder_with_studies_and_sessions_becomes_a_lab_and_nothing_in_it_chan
 def test_a_folder_with_anything_else_is_refused_and_left_as_it_is(tmp_path, names):
     for name in names:
         (tmp_path / name).touch()
-    told = f"holds {', '.join(names[:3])}" + (" and 2 more" if len(names) > 3 else "")
-    with pytest.raises(ParticipantError, match=told):
+    message = f"holds {', '.join(names[:3])}" + (" and 2 more" if len(names) > 3 else "")
+    with pytest.raises(ParticipantError, match=message):
         make_lab(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 

@@ -9,7 +9,7 @@ from palpate.studies.participants import schema
 from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import add, status_of
 from palpate.studies.participants.registry import TRIES, find_registry, open_registry, reading, withdrawn, write
-from tests.studies.participants.labs import filled, sat
+from tests.studies.participants.labs import filled, record_session
 
 
 def audit_of(registry):
@@ -24,7 +24,7 @@ def row(participant, number=0, group="", status="active"):
 
 def test_the_next_pseudonym_is_one_that_nobody_ever_had(registry):
     assert [add(registry), add(registry, "P003"), add(registry, "X7"), add(registry)] == ["P001", "P003", "X7", "P002"]
-    sat(registry.lab, "P004")
+    record_session(registry.lab, "P004")
     assert add(registry) == "P005"
     assert status_of(registry, "P005") == "active" and status_of(registry, "P004") is None
     assert audit_of(registry)[-1] == ("added", {"participant": "P005"})
@@ -32,7 +32,7 @@ def test_the_next_pseudonym_is_one_that_nobody_ever_had(registry):
 
 def test_a_pseudonym_that_looks_like_another_is_refused_and_never_given(registry):
     add(registry, "P0001")
-    sat(registry.lab, "Q07")
+    record_session(registry.lab, "Q07")
     for new, other in (("P001", "P0001"), ("p1", "P0001"), ("Q7", "Q07")):
         with pytest.raises(ParticipantError, match=f"{new} looks like {other}, .*leave --pseudonym out"):
             add(registry, new)
@@ -73,11 +73,11 @@ def test_the_database_itself_lets_no_row_be_held_twice(registry):
 def test_a_write_that_meets_a_conflict_is_tried_anew_and_leaves_nothing_half_done(registry):
     filled(registry, 2)
     write(registry, lambda connection: connection.execute(insert(schema.allocations), row("P001")))
-    wanted = iter([0, 0, 1])
+    rows = iter([0, 0, 1])
 
     def act(connection):
         connection.execute(update(schema.participants).values(added_at=schema.participants.c.added_at + "!"))
-        connection.execute(insert(schema.allocations), row("P002", next(wanted)))
+        connection.execute(insert(schema.allocations), row("P002", next(rows)))
 
     write(registry, act)
     with reading(registry) as connection:
@@ -139,7 +139,7 @@ def test_a_relative_sqlite_file_lies_in_the_lab_wherever_one_stands(tmp_path, mo
 
 
 @pytest.mark.parametrize(
-    ("yaml", "said"),
+    ("yaml", "message"),
     [
         ("registri: sqlite:///x\n", r"lab\.yaml: line 1: registri: unknown key; did you mean 'registry'\?"),
         ("\nregistry: 3\n", r"lab\.yaml: line 2: registry: found 3, a text is expected"),
@@ -153,9 +153,9 @@ def test_a_relative_sqlite_file_lies_in_the_lab_wherever_one_stands(tmp_path, mo
         ("registry: sqlite:////no/such/folder/x.sqlite\n", "registry /no/such/folder/x.sqlite: unable to open"),
     ],
 )
-def test_settings_that_cannot_be_used_are_said_without_a_password(tmp_path, yaml, said):
+def test_settings_that_cannot_be_used_are_said_without_a_password(tmp_path, yaml, message):
     (tmp_path / "lab.yaml").write_text(yaml)
-    with pytest.raises(ParticipantError, match=said) as caught:
+    with pytest.raises(ParticipantError, match=message) as caught:
         open_registry(tmp_path)
     assert "secret" not in str(caught.value)
 

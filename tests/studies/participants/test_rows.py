@@ -10,12 +10,12 @@ from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row, release
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
-from tests.studies.participants.labs import filled, grouped, sat
+from tests.studies.participants.labs import filled, grouped, record_session
 from tests.studies.participants.test_registry import audit_of
 
 
 def places(registry, study, people):
-    return [(who.group, who.row) for who in (allocate_row(registry, study, each) for each in people)]
+    return [(who.group, who.row) for who in (allocate_row(registry, study, participant) for participant in people)]
 
 
 def test_groups_fill_evenly_as_people_arrive_and_a_row_is_given_once(registry):
@@ -39,8 +39,8 @@ def test_every_study_has_rows_of_its_own_and_rows_go_round_the_square(registry):
 def test_the_row_of_somebody_who_dropped_out_is_offered_first_the_lowest_of_several(registry):
     filled(registry, 8)
     places(registry, toy(), ["P001", "P002", "P003", "P004"])
-    for each in ("P003", "P002"):
-        release(registry, toy(), each, "did not come back")
+    for participant in ("P003", "P002"):
+        release(registry, toy(), participant, "did not come back")
     assert places(registry, toy(), ["P005", "P006", "P007"]) == [(None, 1), (None, 2), (None, 4)]
     assert ("released", {"study": "toy", "participant": "P003", "group": None, "row": 2,
                          "why": "did not come back"}) in audit_of(registry)  # fmt: skip
@@ -72,7 +72,7 @@ def test_a_replacement_inherits_group_and_row(registry):
         allocate_row(registry, grouped(), "P005", replaces="P002")
     withdraw(registry, "P001", "on request")
     assert allocate_row(registry, grouped(), "P005", replaces="P001") == ParticipantRow("P005", "x", 0)
-    inherited = {each.participant: each.replaces for each in every_allocation(registry, "toy")}
+    inherited = {allocation.participant: allocation.replaces for allocation in every_allocation(registry, "toy")}
     assert inherited == {"P001": None, "P002": None, "P003": None, "P004": "P002", "P005": "P001"}
 
 
@@ -100,7 +100,7 @@ def test_a_row_that_is_asked_for_is_given_if_nobody_holds_it(registry):
 
 
 @pytest.mark.parametrize(
-    ("wish", "said"),
+    ("wish", "message"),
     [
         ({"group": "z"}, "toy has no group 'z'; known: x, y"),
         ({"row": 1}, "row 1 of which group. toy has groups x, y: give --group"),
@@ -111,9 +111,9 @@ def test_a_row_that_is_asked_for_is_given_if_nobody_holds_it(registry):
         ({"replaces": "P002", "row": 1}, "leave --group and --row out"),
     ],
 )
-def test_a_wish_that_cannot_be_is_refused(home, wish, said):
+def test_a_wish_that_cannot_be_is_refused(home, wish, message):
     filled(home, 2)
-    with pytest.raises(ParticipantError, match=said):
+    with pytest.raises(ParticipantError, match=message):
         allocate_row(home, grouped(), "P001", **wish)
     assert every_allocation(home) == []
 
@@ -140,7 +140,7 @@ def test_nobody_unknown_or_withdrawn_gets_or_gives_up_a_row(registry):
 
 def test_a_lab_that_ran_before_it_had_a_registry_gives_no_row_twice(registry):
     for number, who in enumerate(("P001", "P002", "P003")):
-        sat(registry.lab, who, row=(None, number))
+        record_session(registry.lab, who, row=(None, number))
     filled(registry, 1)  # P004
     assert places(registry, toy(), ["P004"]) == [(None, 3)]
     add(registry, "P002")
@@ -156,7 +156,7 @@ def test_a_lab_that_ran_before_it_had_a_registry_gives_no_row_twice(registry):
 
 def test_two_earlier_sessions_of_one_row_are_told_apart(home):
     for who in ("P001", "P002"):
-        sat(home.lab, who, row=(None, 0))
+        record_session(home.lab, who, row=(None, 0))
         add(home, who)
     with pytest.raises(ParticipantError, match=r"P002 had row 0 of toy, which is P001's now.*release toy P001 --why"):
         allocate_row(home, toy(), "P002")
@@ -168,14 +168,14 @@ def test_two_earlier_sessions_of_one_row_are_told_apart(home):
 def test_whatever_people_do_no_row_has_two_holders_and_the_gaps_are_filled(home, seed):
     chance, study = random.Random(seed), grouped()
     for _ in range(40):
-        holders = [each.participant for each in every_allocation(home) if each.holds]
+        holders = [allocation.participant for allocation in every_allocation(home) if allocation.holds]
         if holders and chance.random() < 0.4:
             release(home, study, chance.choice(holders), "-")
         else:
             allocate_row(home, study, add(home))
         rows = held(home)
         assert all(len(set(of)) == len(of) for of in rows.values())
-    dropped_out = sum(not each.holds for each in every_allocation(home))
+    dropped_out = sum(not allocation.holds for allocation in every_allocation(home))
     assert dropped_out > 5
     for _ in range(dropped_out):
         allocate_row(home, study, add(home))
@@ -186,5 +186,5 @@ def test_whatever_people_do_no_row_has_two_holders_and_the_gaps_are_filled(home,
 
 def held(registry):
     """Group -> the rows that somebody holds."""
-    everybody = [each for each in every_allocation(registry) if each.holds]
-    return {group: [each.row for each in everybody if each.group == group] for group in ("x", "y")}
+    everybody = [allocation for allocation in every_allocation(registry) if allocation.holds]
+    return {group: [allocation.row for allocation in everybody if allocation.group == group] for group in ("x", "y")}

@@ -15,15 +15,15 @@ def broken(tmp_path, text):
 
 
 def test_a_new_lab_asks_what_the_field_reports(home):
-    asked = {each.name: each for each in questions(home.lab)}
-    assert list(asked) == ["age", "gender", "handedness", "driving_experience", "took_part_before"]
-    assert asked["age"] == Question("age", "How old are you?", "number", (), "years", 0, 120, True)
-    assert asked["gender"].levels == (("F", "Woman"), ("M", "Man"), ("X", "Another gender"))
+    by_name = {question.name: question for question in questions(home.lab)}
+    assert list(by_name) == ["age", "gender", "handedness", "driving_experience", "took_part_before"]
+    assert by_name["age"] == Question("age", "How old are you?", "number", (), "years", 0, 120, True)
+    assert by_name["gender"].levels == (("F", "Woman"), ("M", "Man"), ("X", "Another gender"))
     assert questions(None) == questions(home.lab)
-    form = Demographics(tuple(asked.values()))
+    form = Demographics(tuple(by_name.values()))
     assert form.problem({"age": 27, "gender": "X", "handedness": "left", "driving_experience": 2.5,
                          "took_part_before": None}) is None  # fmt: skip
-    assert "age" in form.problem({**dict.fromkeys(asked), "age": 200})
+    assert "age" in form.problem({**dict.fromkeys(by_name), "age": 200})
 
 
 def test_every_question_of_the_template_is_asked_in_korean_too():
@@ -31,7 +31,7 @@ def test_every_question_of_the_template_is_asked_in_korean_too():
     assert [(k.name, k.kind, [v for v, _ in k.levels]) for k in korean] == [
         (e.name, e.kind, [v for v, _ in e.levels]) for e in english
     ]
-    texts = [text for each in korean for text in (each.text, *(label for _, label in each.levels))]
+    texts = [text for question in korean for text in (question.text, *(label for _, label in question.levels))]
     assert all(any("가" <= letter <= "힣" for letter in text) for text in texts)
 
 
@@ -43,13 +43,13 @@ def test_a_column_without_a_question_is_not_asked_and_its_keys_say_of_what_kind_
         "cups": {"Question": "Cups a day?", "Minimum": 0, "Optional": False},
         "skin": {"Question": "Skin?", "Levels": {"dry": {"Description": "Dry"}, "oily": "Oily"}},
     })  # fmt: skip
-    asked = {each.name: (each.kind, each.optional, each.low) for each in questions(lab)}
-    assert asked == {"hobby": ("text", True, None), "cups": ("number", False, 0), "skin": ("choice", True, None)}
+    by_name = {question.name: (question.kind, question.optional, question.low) for question in questions(lab)}
+    assert by_name == {"hobby": ("text", True, None), "cups": ("number", False, 0), "skin": ("choice", True, None)}
     assert questions(lab)[2].levels == (("dry", "Dry"), ("oily", "Oily"))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("{", r"participants\.json: line 1, column 2: this is not JSON"),
         ("[]", 'an object with "participant_id" as its first key is expected'),
@@ -69,8 +69,8 @@ def test_a_column_without_a_question_is_not_asked_and_its_keys_say_of_what_kind_
         ({**BARE, "first_name": {}}, "first_name: a column about 'name' would identify a person"),
     ],
 )
-def test_a_broken_file_is_refused_with_file_key_and_expectation(tmp_path, text, said):
-    with pytest.raises(ParticipantError, match=said) as caught:
+def test_a_broken_file_is_refused_with_file_key_and_expectation(tmp_path, text, message):
+    with pytest.raises(ParticipantError, match=message) as caught:
         questions(broken(tmp_path, text))
     assert str(tmp_path / "participants.json") in str(caught.value)
 
@@ -82,7 +82,7 @@ def test_a_file_that_is_not_utf_8_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("column", "said"),
+    ("column", "message"),
     [
         ({"Question": "Age?"}, r"age\.Question_ko: missing; a translation of Question is expected"),
         ({"Question": "?", "Question_ko": "?", "Units": "years"}, r"age\.Units_ko: missing"),
@@ -90,10 +90,10 @@ def test_a_file_that_is_not_utf_8_is_refused(tmp_path):
          r"age\.Levels_ko: the same levels as in Levels are expected \(b\)"),
     ],
 )  # fmt: skip
-def test_a_missing_translation_is_named(tmp_path, column, said):
+def test_a_missing_translation_is_named(tmp_path, column, message):
     lab = broken(tmp_path, {**BARE, "age": column})
     assert questions(lab)[0].name == "age"
-    with pytest.raises(ParticipantError, match=said):
+    with pytest.raises(ParticipantError, match=message):
         questions(lab, "ko")
 
 

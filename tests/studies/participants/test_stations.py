@@ -39,14 +39,17 @@ def lab(request, tmp_path):
 def test_stations_that_take_people_in_at_once_give_no_row_twice_and_leave_none_out(lab):
     people = arrive(lab)
     assert sorted(who for who, *_ in people) == [f"P{n:03d}" for n in range(1, STATIONS * PEOPLE + 1)]
-    kept = {each.participant: each for each in every_allocation(open_registry(lab))}
+    allocations = {allocation.participant: allocation for allocation in every_allocation(open_registry(lab))}
     assert {who: (group, row, not dropped) for who, group, row, dropped in people} == {
-        who: (*each.place, each.holds) for who, each in kept.items()
+        who: (*allocation.place, allocation.holds) for who, allocation in allocations.items()
     }
-    held = [each for each in kept.values() if each.holds]
+    held = [allocation for allocation in allocations.values() if allocation.holds]
     stayed = STATIONS * PEOPLE * 4 // 5
-    assert len(held) == len({each.place for each in held}) == stayed
-    given = {group: sorted({each.row for each in kept.values() if each.group == group}) for group in ("x", "y")}
+    assert len(held) == len({allocation.place for allocation in held}) == stayed
+    given = {
+        group: sorted({allocation.row for allocation in allocations.values() if allocation.group == group})
+        for group in ("x", "y")
+    }
     assert all(rows == list(range(len(rows))) for rows in given.values())
-    counts = Counter(each.group for each in held)
+    counts = Counter(allocation.group for allocation in held)
     assert abs(counts["x"] - counts["y"]) <= STATIONS

@@ -9,7 +9,7 @@ from palpate.studies.participants.registry import withdrawn
 from palpate.studies.participants.rows import allocate_row
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
-from tests.studies.participants.labs import filled, sat
+from tests.studies.participants.labs import filled, record_session
 from tests.studies.participants.test_registry import audit_of
 
 
@@ -23,15 +23,15 @@ def test_who_withdraws_is_erased_their_rows_go_back_and_their_sessions_are_marke
     for who, name in (("P001", "Kim Hana"), ("P002", "Lee Minsu")):
         identify(lab, who, Identity(name, f"{who}@example.org"))
         allocate_row(registry, toy(), who)
-        sat(lab, who, {"age": 30}, row=(None, int(who[-1]) - 1))
+        record_session(lab, who, {"age": 30}, row=(None, int(who[-1]) - 1))
     allocate_row(registry, toy(study="other"), "P001")
-    sat(lab, "P0011", row=(None, 5))
+    record_session(lab, "P0011", row=(None, 5))
     export(registry)
     assert "sub-P001\t30" in (lab / "participants.tsv").read_text()
 
     done = withdraw(registry, "P001", "on request")
     assert (done.erased, done.sessions) == (True, ("toy_P001_s1.sqlite",))
-    assert [(each.study, each.row) for each in done.released] == [("other", 0), ("toy", 0)]
+    assert [(allocation.study, allocation.row) for allocation in done.released] == [("other", 0), ("toy", 0)]
     assert withdrawn(lab) == {"P001"} and set(identities(lab)) == {"P002"}
     assert b"Kim Hana" not in everything_in(lab) and b"P001@example" not in everything_in(lab)
     assert "sub-P001\t" not in (lab / "participants.tsv").read_text()
@@ -40,7 +40,7 @@ def test_who_withdraws_is_erased_their_rows_go_back_and_their_sessions_are_marke
         "withdrawn",
         {"participant": "P001", "why": "on request", "identity_erased": True, "sessions": ["toy_P001_s1.sqlite"]},
     )
-    assert {(each.participant, each.study): each.holds for each in every_allocation(registry)} == {
+    assert {(row.participant, row.study): row.holds for row in every_allocation(registry)} == {
         ("P001", "other"): False, ("P001", "toy"): False, ("P002", "toy"): True,
     }  # fmt: skip
     assert add(registry) == "P003"
@@ -70,7 +70,7 @@ def test_nothing_is_withdrawn_while_the_store_is_open_to_others(home):
 
 
 def test_the_row_of_a_session_from_before_the_registry_is_on_offer_again(home):
-    sat(home.lab, "P001", row=(None, 4))
+    record_session(home.lab, "P001", row=(None, 4))
     add(home, "P001")
     [released] = withdraw(home, "P001", "-").released
     assert (released.study, released.row) == ("toy", 4)

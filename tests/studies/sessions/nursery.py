@@ -58,12 +58,12 @@ def child(act: Callable[[], object]) -> int:
 
 def usual_seconds(path: Path, act: Callable[[], object]) -> tuple[float, float]:
     """How long an undisturbed session takes here: until its ledger is there, and from then on."""
-    begun = time.perf_counter()
+    started_s = time.perf_counter()
     pid = child(act)
     wait_for(path)
     there = time.perf_counter()
     os.waitpid(pid, 0)
-    return there - begun, time.perf_counter() - there
+    return there - started_s, time.perf_counter() - there
 
 
 def wait_for(path: Path, longest_s: float = 60.0) -> None:

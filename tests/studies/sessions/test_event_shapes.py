@@ -124,8 +124,9 @@ def test_collect_names_the_bad_ledger_and_takes_the_others(tmp_path, capsys):
     shutil.copy(FORMAT_1, sessions)
     forged(FORMAT_1, sessions / "doors_small_P099_s1.sqlite", {3: []})
     assert command_line._status(["collect", "--lab", str(tmp_path), "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["new"], told["refused"]) == (1, 1) and "doors_small_P099_s1.sqlite: event 3" in told["problems"][0]
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["new"], summary["refused"]) == (1, 1)
+    assert "doors_small_P099_s1.sqlite: event 3" in summary["problems"][0]
     assert command_line._status(["replay", "--lab", str(tmp_path)]) == 1
     assert "doors_small_P099_s1.sqlite: event 3 (" in capsys.readouterr().out
     bad = sessions / "doors_small_P099_s1.sqlite"

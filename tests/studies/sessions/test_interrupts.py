@@ -57,11 +57,11 @@ def run_until_waiting(folder, where):
     command = [sys.executable, "-c", SESSION, str(folder), where]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    said = []
+    lines = []
     while (line := process.stdout.readline().strip()) != "waiting":
         assert line, "the session ended before it waited"
-        said.append(line)
-    return process, said
+        lines.append(line)
+    return process, lines
 
 
 @pytest.mark.parametrize(
@@ -69,22 +69,22 @@ def run_until_waiting(folder, where):
     [("act", "SIGINT"), ("act", "SIGTERM"), ("act", "SIGHUP"), ("opening", "SIGINT"), ("stubborn driver", "SIGINT")],
 )
 def test_one_signal_ends_a_session_safely_wherever_it_finds_it(tmp_path, where, name):
-    process, said = run_until_waiting(tmp_path, where)
+    process, lines = run_until_waiting(tmp_path, where)
     process.send_signal(signal.Signals[name])
     rest, _ = process.communicate(timeout=30)
-    assert [*said, *rest.splitlines()] == ["opened", "safe", f"interrupted by {name}"]
+    assert [*lines, *rest.splitlines()] == ["opened", "safe", f"interrupted by {name}"]
     assert process.returncode == 0
     record = read(tmp_path / "sessions" / "toy_P001_s1.sqlite")
     assert record.sittings[-1].value["because"] == f"interrupted by {name}"
 
 
 def test_a_storm_of_signals_ends_a_session_safely(tmp_path):
-    process, said = run_until_waiting(tmp_path, "act")
+    process, first_lines = run_until_waiting(tmp_path, "act")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) * 30:
         if process.poll() is None:
             process.send_signal(number)
     rest, _ = process.communicate(timeout=30)
-    lines = [*said, *rest.splitlines()]
+    lines = [*first_lines, *rest.splitlines()]
     assert lines[:2] == ["opened", "safe"] and lines[2].startswith("interrupted by SIG")
     assert read(tmp_path / "sessions" / "toy_P001_s1.sqlite").sittings[-1].kind == "closed"
 

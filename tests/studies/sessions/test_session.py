@@ -45,8 +45,8 @@ def test_two_runs_of_one_seed_are_equal(lab, tmp_path):
 def test_a_session_cut_at_any_event_goes_on_to_the_uninterrupted_one(lab, events):
     path = lab.cut(events)
     assert len(read(path).events) == events
-    sat = resume(path, lab.rig)
-    assert sat.complete and read(path).events == lab.__class__(lab.path / "whole").read().events
+    result = resume(path, lab.rig)
+    assert result.complete and read(path).events == lab.__class__(lab.path / "whole").read().events
     replay(path)
 
 
@@ -147,14 +147,14 @@ def test_a_plan_that_compiles_to_another_digest_is_refused(lab, monkeypatch):
 
 
 def test_a_replay_says_how_fast_it_was(lab):
-    found = replay(lab.start())
-    assert found.complete and found.events > 20
-    assert found.speed == found.session_s / found.seconds > 20
+    result = replay(lab.start())
+    assert result.complete and result.events > 20
+    assert result.speed == result.session_s / result.seconds > 20
 
 
 def test_an_interrupted_session_replays_to_where_it_ends(lab):
-    found = replay(lab.start(rig=stopping(lab.rig, 5)))
-    assert not found.complete
+    result = replay(lab.start(rig=stopping(lab.rig, 5)))
+    assert not result.complete
 
 
 def test_without_a_device_nothing_can_be_sensed(lab):
@@ -214,12 +214,12 @@ def test_events_after_the_end_are_noticed(lab):
 
 
 def test_the_receipt_counts_what_was_planned_written_and_read_back(lab):
-    sat = start(lab.path, lab.plan(), lab.rig)
-    record = read(sat.path)
-    expected = {"planned": sat.events, "written": sat.events, "read_back": sat.events, "digest": record.head}
-    assert sat.receipt.good and sat.receipt.to_dict() == expected == record.sittings[-1].value["receipt"]
-    assert str(sat.receipt) == (
-        f"receipt: {sat.events} events planned, {sat.events} written, {sat.events} read back from the disk; "
+    result = start(lab.path, lab.plan(), lab.rig)
+    record = read(result.path)
+    expected = {"planned": result.events, "written": result.events, "read_back": result.events, "digest": record.head}
+    assert result.receipt.good and result.receipt.to_dict() == expected == record.sittings[-1].value["receipt"]
+    assert str(result.receipt) == (
+        f"receipt: {result.events} events planned, {result.events} written, {result.events} read back from the disk; "
         f"digest {record.head[:16]}"
     )
     stopped = start(lab.path, lab.plan("P002"), stopping(lab.rig, 5))
@@ -228,13 +228,13 @@ def test_the_receipt_counts_what_was_planned_written_and_read_back(lab):
 
 
 @pytest.mark.parametrize(
-    ("damage", "told"),
+    ("damage", "message"),
     [
         ("DELETE FROM events WHERE seq = (SELECT max(seq) FROM events)", "read back from the disk"),
         ("UPDATE events SET body = '{}' WHERE seq = 3", "the hash chain breaks at event 3"),
     ],
 )
-def test_a_receipt_shows_in_red_what_the_disk_does_not_hold(lab, monkeypatch, capsys, damage, told):
+def test_a_receipt_shows_in_red_what_the_disk_does_not_hold(lab, monkeypatch, capsys, damage, message):
     from click.exceptions import Exit
 
     from palpate.studies.commands_sessions import report
@@ -245,14 +245,14 @@ def test_a_receipt_shows_in_red_what_the_disk_does_not_hold(lab, monkeypatch, ca
         connection.commit()
         connection.close()
 
-    sat = start(lab.path, lab.plan(), with_safe(lab.rig, damaged))
-    assert sat.complete and not sat.receipt.good
+    result = start(lab.path, lab.plan(), with_safe(lab.rig, damaged))
+    assert result.complete and not result.receipt.good
     with pytest.raises(Exit):
-        report([sat], False, None)
-    assert told in capsys.readouterr().out
+        report([result], False, None)
+    assert message in capsys.readouterr().out
     with pytest.raises(Exit):
-        report([sat], True, None)
-    assert json.loads(capsys.readouterr().out)[0]["receipt"]["planned"] == sat.events
+        report([result], True, None)
+    assert json.loads(capsys.readouterr().out)[0]["receipt"]["planned"] == result.events
 
 
 def with_safe(rig, act):

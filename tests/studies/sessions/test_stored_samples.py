@@ -26,10 +26,10 @@ def block(number, count=20_000):
 
 def ledger(path, blocks, header=None):
     create(path, header or HEADER, AT)
-    kept = open_for_append(path, AT)
-    for number, each in enumerate(blocks, start=1):
-        kept.append(Event(number, number, "experimenter", canonical({"do": "note"}), samples=(each,)))
-    kept.close(AT)
+    open_ledger = open_for_append(path, AT)
+    for number, block in enumerate(blocks, start=1):
+        open_ledger.append(Event(number, number, "experimenter", canonical({"do": "note"}), samples=(block,)))
+    open_ledger.close(AT)
     return path
 
 
@@ -40,10 +40,10 @@ def test_large_blocks_are_read_when_they_are_asked_for(tmp_path):
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 5_000_000, "not one recording of 24 MB is kept in memory"
-    found = [event.samples[0] for event in record.events[1:]]
-    assert all(isinstance(each, StoredSamples) for each in found)
-    assert found[41] == block(42) and block(42) == found[41] and found[41] != block(43)
-    assert found[41].data == block(42).data and (found[41].first, found[41].clock) == (840_000, "daq")
+    samples = [event.samples[0] for event in record.events[1:]]
+    assert all(isinstance(stored, StoredSamples) for stored in samples)
+    assert samples[41] == block(42) and block(42) == samples[41] and samples[41] != block(43)
+    assert samples[41].data == block(42).data and (samples[41].first, samples[41].clock) == (840_000, "daq")
     assert read(path).events == record.events
 
 
@@ -51,12 +51,12 @@ def test_a_session_is_collected_without_its_samples_in_memory(tmp_path):
     header = read(RECORDED / "door_capture_P001_s1.sqlite").header
     path = ledger(tmp_path / "a.sqlite", [block(n) for n in range(1, 101)], header)  # 24 MB
     tracemalloc.start()
-    found = tables(read(path))
+    collected = tables(read(path))
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 5_000_000
-    assert [row["samples"] for row in found.streams] == [20_000] * 100
-    assert found.session["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert [row["samples"] for row in collected.streams] == [20_000] * 100
+    assert collected.session["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def test_small_blocks_are_kept(tmp_path):
@@ -65,26 +65,26 @@ def test_small_blocks_are_kept(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("statement", "said"),
+    ("statement", "message"),
     [
         ("update samples set data=zeroblob(240000)", "are not those that were there"),
         ("delete from samples", "any more"),
     ],
 )
-def test_samples_that_changed_since_are_refused(tmp_path, statement, said):
+def test_samples_that_changed_since_are_refused(tmp_path, statement, message):
     path = ledger(tmp_path / "a.sqlite", [block(1)])
-    [found] = read(path).events[1].samples
+    [stored] = read(path).events[1].samples
     connection = sqlite3.connect(path)
     connection.execute(statement)
     connection.commit()
     connection.close()
-    with pytest.raises(SamplesGone, match=said):
-        _ = found.data
+    with pytest.raises(SamplesGone, match=message):
+        _ = stored.data
 
 
 def test_a_ledger_that_is_gone_is_said(tmp_path):
     path = ledger(tmp_path / "a.sqlite", [block(1)])
-    [found] = read(path).events[1].samples
+    [stored] = read(path).events[1].samples
     path.unlink()
     with pytest.raises(SamplesGone, match="cannot be read any more"):
-        _ = found.data
+        _ = stored.data

@@ -20,8 +20,8 @@ def study(name):
     return read_study(SHIPPED / name / "study.yaml").study
 
 
-def column(found, name):
-    return [float(stimulus.columns[name]) for stimulus in found.stimuli]
+def column(matching_study, name):
+    return [float(stimulus.columns[name]) for stimulus in matching_study.stimuli]
 
 
 def expected():
@@ -32,26 +32,26 @@ def expected():
     ratings, matching = study("door_ratings"), study("door_matching")
     low, high = read_card(MODELS / "door-force.json").takes.scale
     stretch = 100.0 / (high - low)
-    made = {}
+    weights_of = {}
     for attribute, weights in ratings.simulation.latents.items():
         here, level = {}, weights.get("intercept", 0.0)
-        for name in (each for each in weights if each != "intercept"):
+        for name in (term for term in weights if term != "intercept"):
             there, now = column(ratings, name), column(matching, name)
             here[name] = stretch * weights[name] * pstdev(now) / pstdev(there)
             level += weights[name] * (mean(now) - mean(there)) / pstdev(there)
-        made[attribute] = {**here, "intercept": stretch * (level - low) - 50.0}
-    return made
+        weights_of[attribute] = {**here, "intercept": stretch * (level - low) - 50.0}
+    return weights_of
 
 
 def felt():
     """(attribute, target) -> attribute -> what everybody feels, 0..100: no person's gain, bias or noise."""
-    found = study("door_matching")
-    person = Perceiver(compile_plan(found, ParticipantRow("P001")))
+    matching_study = study("door_matching")
+    person = Perceiver(compile_plan(matching_study, ParticipantRow("P001")))
     return {
-        (each.columns["attribute"], int(each.columns["target"])): {
-            attribute.name: 50.0 + person.latent(attribute.name, each) for attribute in found.attributes
+        (stimulus.columns["attribute"], int(stimulus.columns["target"])): {
+            attribute.name: 50.0 + person.latent(attribute.name, stimulus) for attribute in matching_study.attributes
         }
-        for each in found.stimuli
+        for stimulus in matching_study.stimuli
     }
 
 
@@ -61,8 +61,8 @@ def off_what_is_felt():
 
     maker, off = maker_for(None), []
     for (attribute, target), known in felt().items():
-        made = maker.design({**dict.fromkeys(maker.attributes, NEUTRAL), attribute: float(target)})
-        off += [abs(known[name] - value) for name, value in zip(maker.attributes, made.predicted, strict=True)]
+        designed = maker.design({**dict.fromkeys(maker.attributes, NEUTRAL), attribute: float(target)})
+        off += [abs(known[name] - value) for name, value in zip(maker.attributes, designed.predicted, strict=True)]
     return mean(off)
 
 
@@ -78,6 +78,6 @@ def table_rows():
 
 if __name__ == "__main__":
     for attribute, weights in expected().items():
-        told = ", ".join(f"{name}: {value:.{DECIMALS}f}" for name, value in weights.items())
-        print(f"    {attribute}: {{{told}}}")
+        terms = ", ".join(f"{name}: {value:.{DECIMALS}f}" for name, value in weights.items())
+        print(f"    {attribute}: {{{terms}}}")
     print(*table_rows(), f"{off_what_is_felt():.1f}", sep="\n")

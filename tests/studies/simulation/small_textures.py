@@ -54,9 +54,9 @@ def write(folder: Path, texture: str, method: str, louder: float = 1.0, picture:
 def fitted(signal, speed, force, order):
     """Weight (2, 3 M) and bias (2,): the mean from the last `order` samples; log SD by speed and force."""
     past = np.lib.stride_tricks.sliding_window_view(signal, order)[:-1]
-    wanted = signal[order:]
-    mean = np.linalg.lstsq(past, wanted, rcond=None)[0]
-    left = float(np.std(wanted - past @ mean))
+    target = signal[order:]
+    mean = np.linalg.lstsq(past, target, rcond=None)[0]
+    left = float(np.std(target - past @ mean))
     weight, bias = np.zeros((2, 3 * M)), np.zeros(2)
     weight[0, M - order : M] = mean
     weight[1, 2 * M - 1], weight[1, 3 * M - 1] = BY_SPEED, BY_FORCE

@@ -25,8 +25,8 @@ def test_the_same_is_the_same_and_friction_is_what_it_is():
 
 
 def test_twice_as_much_is_6_dB_in_level_and_nothing_in_spectrum():
-    found = alike(noise(), 2 * noise(), HAND, 0.0)
-    assert found.level_dB == pytest.approx(6.02, abs=0.01) and found.spectrum_dB < 0.01
+    comparison = alike(noise(), 2 * noise(), HAND, 0.0)
+    assert comparison.level_dB == pytest.approx(6.02, abs=0.01) and comparison.spectrum_dB < 0.01
 
 
 def test_two_pieces_of_one_noise_are_nearly_alike_and_another_spectrum_is_not():
@@ -52,7 +52,7 @@ def test_what_is_played_while_the_hand_rests_does_not_count():
 
 
 @pytest.mark.parametrize(
-    ("real", "played", "hand", "said"),
+    ("real", "played", "hand", "message"),
     [
         (noise(), noise()[1:], HAND, "are expected"),
         (noise(), noise() * np.nan, HAND, "not a number"),
@@ -60,6 +60,6 @@ def test_what_is_played_while_the_hand_rests_does_not_count():
         (noise()[:500], noise()[:500], HAND[:, :500], "2 frames"),
     ],
 )
-def test_what_cannot_be_compared_is_refused(real, played, hand, said):
-    with pytest.raises(RigError, match=said):
+def test_what_cannot_be_compared_is_refused(real, played, hand, message):
+    with pytest.raises(RigError, match=message):
         alike(real, played, hand, 0.0)

@@ -10,15 +10,15 @@ SECONDS = 1.5
 
 
 def test_what_the_twins_record_has_the_streams_of_a_session_and_repeats():
-    found = captured("cloth", SECONDS, 1)
-    assert {name: (rate, values.shape) for name, (rate, values) in found.items()} == {
+    streams = captured("cloth", SECONDS, 1)
+    assert {name: (rate, values.shape) for name, (rate, values) in streams.items()} == {
         "tool_acceleration": (3000.0, (4500, 3)), "tool_force": (8000.0, (12_000, 6)),
         "tool_position": (120.0, (180, 4)),
     }  # fmt: skip
-    gravity = np.linalg.norm(found["tool_acceleration"][1].mean(axis=0))
+    gravity = np.linalg.norm(streams["tool_acceleration"][1].mean(axis=0))
     assert gravity == pytest.approx(9.8, abs=0.3)
     again = captured("cloth", SECONDS, 1)
-    assert all(np.array_equal(found[name][1], again[name][1]) for name in found)
+    assert all(np.array_equal(streams[name][1], again[name][1]) for name in streams)
 
 
 @pytest.mark.long

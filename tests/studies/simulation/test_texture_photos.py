@@ -17,29 +17,29 @@ from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated
 from palpate.studies.stimuli.scenes import pictures_of
 
-FOUND = read_study(SHIPPED / "texture_photos" / "study.yaml")
+STUDY_FILES = read_study(SHIPPED / "texture_photos" / "study.yaml")
 
 
 def test_every_texture_gets_ten_pictures_and_nobody_is_asked(tmp_path):
-    assert not asks_anything(FOUND.study)
-    plan = compile_plan(FOUND.study, ParticipantRow("E001", "all"))
-    sat = start(tmp_path, plan, simulated(FOUND.study, FOUND.folder))
-    replies = [event.value for event in read(sat.path).events if event.kind == "reply" and "pictures" in event.value]
-    assert sat.complete and len(replies) == len(plan.trials) == 50
-    assert [[each["light"] for each in reply["pictures"]] for reply in replies] == [list(range(1, 11))] * 50
+    assert not asks_anything(STUDY_FILES.study)
+    plan = compile_plan(STUDY_FILES.study, ParticipantRow("E001", "all"))
+    result = start(tmp_path, plan, simulated(STUDY_FILES.study, STUDY_FILES.folder))
+    replies = [event.value for event in read(result.path).events if event.kind == "reply" and "pictures" in event.value]
+    assert result.complete and len(replies) == len(plan.trials) == 50
+    assert [[photo["light"] for photo in reply["pictures"]] for reply in replies] == [list(range(1, 11))] * 50
     assert [reply["pictures"][0]["surface"] for reply in replies] == [trial.stimulus.id for trial in plan.trials]
-    assert replay(sat.path).complete
+    assert replay(result.path).complete
 
 
 @pytest.mark.long
 def test_a_picture_is_made_of_the_trial_s_own_surface():
-    plan = compile_plan(FOUND.study, ParticipantRow("E001", "all"))
+    plan = compile_plan(STUDY_FILES.study, ParticipantRow("E001", "all"))
     one, other = (next(pictures_of(Sense("camera", 60.0, plan.trials[n]))) for n in (26, 46))
     assert Image.open(io.BytesIO(one)).size == (1568, 1568) and one != other
 
 
 def test_what_cannot_be_simulated_is_refused_before_anything_is_recorded(tmp_path):
     stimuli = [{"id": "mine", "columns": {"sim_softness": "very"}}]
-    study = FOUND.study.model_validate(FOUND.study.definition() | {"stimuli": stimuli, "groups": {}})
+    study = STUDY_FILES.study.model_validate(STUDY_FILES.study.definition() | {"stimuli": stimuli, "groups": {}})
     with pytest.raises(RigError, match="'very' in the column 'sim_softness'"):
-        simulated(study, FOUND.folder).check(compile_plan(study, ParticipantRow("E001")))
+        simulated(study, STUDY_FILES.folder).check(compile_plan(study, ParticipantRow("E001")))

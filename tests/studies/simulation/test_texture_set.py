@@ -69,35 +69,35 @@ def small(tmp_path_factory):
 
 
 def test_the_sessions_are_real_complete_and_repeat(small):
-    lab, made, lines = small
+    lab, sessions, lines = small
     demand_lab(lab)
-    assert [f"{each.study} {each.participant}" for each in made] == list(ALL)
-    assert {each.done for each in made} == {"made"} and all(each.complete for each in made)
-    assert all(replay(each.ledger).complete for each in made)
+    assert [f"{session.study} {session.participant}" for session in sessions] == list(ALL)
+    assert {session.done for session in sessions} == {"made"} and all(session.complete for session in sessions)
+    assert all(replay(session.ledger).complete for session in sessions)
     assert "about" in lines[0] and any(line.startswith("texture_photos: T46, 2 of 2") for line in lines)
     assert "texture_ratings: P002, 2 textures rated" in lines
-    assert read(made[0].ledger).header["rig"] == {"kind": "simulated", "twins": ["samples", "tool", "window"]}
-    assert read(made[1].ledger).header["rig"]["pictures"] == 1
+    assert read(sessions[0].ledger).header["rig"] == {"kind": "simulated", "twins": ["samples", "tool", "window"]}
+    assert read(sessions[1].ledger).header["rig"]["pictures"] == 1
 
 
 def test_what_was_felt_can_be_learned_from_and_says_that_it_is_simulated(small):
-    found = read_lab(small[0])
-    assert [each.texture for each in found] == ["T15", "T46"]  # in the study's order
-    assert all(5.9 < each.seconds < 6.01 and "simulated" in each.notes for each in found)
-    assert found[0].acceleration_m_s2.std() > 2 * found[1].acceleration_m_s2.std()  # sandpaper and aluminum
+    recordings = read_lab(small[0])
+    assert [recording.texture for recording in recordings] == ["T15", "T46"]  # in the study's order
+    assert all(5.9 < recording.seconds < 6.01 and "simulated" in recording.notes for recording in recordings)
+    assert recordings[0].acceleration_m_s2.std() > 2 * recordings[1].acceleration_m_s2.std()  # sandpaper and aluminum
 
 
 @pytest.mark.needs("librosa", "pywt")
 def test_the_shortest_set_has_a_segment_of_touch_to_describe(small):
     """And a half second less would not have."""
     assert 2 * TRIM_S + SEGMENT_S < LEAST_S <= 2 * TRIM_S + 2 * SEGMENT_S
-    assert [len(touch_features(each.touch)["mfcc"]) for each in touches(small[0])] == [1, 1]
+    assert [len(touch_features(recording.touch)["mfcc"]) for recording in touches(small[0])] == [1, 1]
 
 
 def test_pictures_are_kept_as_a_camera_s_are(small):
     lab = small[0]
     replies = [
-        each.value for each in events(lab, "texture_photos") if each.kind == "reply" and "pictures" in each.value
+        event.value for event in events(lab, "texture_photos") if event.kind == "reply" and "pictures" in event.value
     ]
     for reply, texture in zip(replies, ("T15", "T46"), strict=True):
         (picture,) = reply["pictures"]
@@ -111,10 +111,12 @@ def test_pictures_are_kept_as_a_camera_s_are(small):
 def test_a_smaller_set_is_a_study_of_the_lab_s_own(small):
     lab = small[0]
     shipped, own = (read_study(root / "texture_capture" / "study.yaml").study for root in (SHIPPED, lab / "studies"))
-    seconds = {each.id: each.columns["seconds"] for each in own.stimuli if "perception" in each.columns["set"]}
+    seconds = {
+        stimulus.id: stimulus.columns["seconds"] for stimulus in own.stimuli if "perception" in stimulus.columns["set"]
+    }
     assert seconds == {"T15": "6", "T46": "6"}
     assert own.model_copy(update={"stimuli": shipped.stimuli}).definition() == shipped.definition()
-    assert {"pilot", "rendering"} <= {each.columns["set"] for each in own.stimuli}
+    assert {"pilot", "rendering"} <= {stimulus.columns["set"] for stimulus in own.stimuli}
     assert "50" not in (lab / "studies" / "texture_ratings" / "study.yaml").read_text("utf-8")
     assert not list(lab.glob(".draft*"))
 
@@ -122,7 +124,7 @@ def test_a_smaller_set_is_a_study_of_the_lab_s_own(small):
 def test_what_is_complete_is_kept(small):
     lab = small[0]
     before = {file: file.stat().st_mtime_ns for file in lab.rglob("*") if file.is_file()}
-    assert {each.done for each in make(lab)} == {"kept"}
+    assert {session.done for session in make(lab)} == {"kept"}
     assert {file: file.stat().st_mtime_ns for file in lab.rglob("*") if file.is_file()} == before
 
 
@@ -134,32 +136,32 @@ def test_stopped_it_goes_on_and_two_processes_make_the_same(small, tmp_path):
     (stopped,) = make(tmp_path / "lab", stop, workers=2)
     assert not stopped.complete and stopped.ended == "interrupted by SIGINT"
     again = make(tmp_path / "lab", workers=2)
-    assert [each.done for each in again] == ["gone on", "made", "made", "made"]
+    assert [session.done for session in again] == ["gone on", "made", "made", "made"]
     for study in STUDIES:
         assert events(tmp_path / "lab", study) == events(small[0], study)
 
 
 def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
     selection = select_textures(("T46", "T15"), 6.0)
-    found = read_study(SHIPPED / "texture_photos" / "study.yaml")
-    few = found.study.model_copy(update={"stimuli": set_studies(tmp_path, selection)["texture_photos"].stimuli})
+    study_files = read_study(SHIPPED / "texture_photos" / "study.yaml")
+    few = study_files.study.model_copy(update={"stimuli": set_studies(tmp_path, selection)["texture_photos"].stimuli})
     plan = compile_plan(few, ParticipantRow("P001", "all"))
 
     def stop(event):
         if event.kind == "trial_started":
             os.kill(os.getpid(), signal.SIGINT)
 
-    rig = rig_for(type(found)(few, found.folder), tmp_path, 1, 1, stop)
-    sat = start(tmp_path, plan, rig)
-    assert sat.status == "interrupted" and not (tmp_path / "pictures").exists()
-    lights = read(sat.path).header["rig"]["pictures"]
-    assert resume(sat.path, simulated(few, found.folder, tmp_path, lights)).complete
+    rig = rig_for(type(study_files)(few, study_files.folder), tmp_path, 1, 1, stop)
+    result = start(tmp_path, plan, rig)
+    assert result.status == "interrupted" and not (tmp_path / "pictures").exists()
+    lights = read(result.path).header["rig"]["pictures"]
+    assert resume(result.path, simulated(few, study_files.folder, tmp_path, lights)).complete
     assert len(list((tmp_path / "pictures").glob("*/light01-*.jpg"))) == 2
 
 
 def test_where_people_took_part_no_simulated_ones_join_them(tmp_path, monkeypatch):
-    sat = SessionStart("door_ratings", ParticipantRow("P001"), 0, in_person=True)
-    monkeypatch.setattr(texture_set, "session_starts", lambda ledgers: iter([sat]))
+    existing = SessionStart("door_ratings", ParticipantRow("P001"), 0, in_person=True)
+    monkeypatch.setattr(texture_set, "session_starts", lambda ledgers: iter([existing]))
     with pytest.raises(TextureSetError, match="people took part here"):
         make(tmp_path / "lab")
     assert not (tmp_path / "lab").exists()
@@ -185,17 +187,17 @@ def test_another_set_is_refused_and_nothing_is_written(small, changed, words):
 
 
 def test_more_raters_are_added(small):
-    made = make(small[0], raters=3)
-    assert [each.done for each in made] == ["kept"] * 4 + ["made"]
+    sessions = make(small[0], raters=3)
+    assert [session.done for session in sessions] == ["kept"] * 4 + ["made"]
     ledger_path(small[0], "texture_ratings", "P003").unlink()
 
 
 def test_a_lab_s_sessions_are_left_alone(tmp_path):
-    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    study_files = read_study(SHIPPED / "texture_ratings" / "study.yaml")
     lab = tmp_path / "lab"
-    plan = compile_plan(found.study, ParticipantRow("P007"), 0, texture_set.plans_of(
-        found.study, lab, ["P007"], 0, False)[0].lab_forms)  # fmt: skip
-    start(lab, plan, simulated(found.study, found.folder, lab))
+    plan = compile_plan(study_files.study, ParticipantRow("P007"), 0, texture_set.plans_of(
+        study_files.study, lab, ["P007"], 0, False)[0].lab_forms)  # fmt: skip
+    start(lab, plan, simulated(study_files.study, study_files.folder, lab))
     with pytest.raises(TextureSetError, match="P007_s1.sqlite: a session of texture_ratings that is not of 2"):
         make(lab)
     assert not (lab / "studies").exists() and not (lab / "participants.json").exists()
@@ -255,7 +257,7 @@ def test_the_sets_and_their_size():
     assert len(all_textures()) == 50 and select_textures().is_shipped and not select_textures(QUICK, 8.0).is_shipped
     assert 0.8e9 < room_bytes(SetOptions(select_textures())) < 2e9
     assert "50 textures x 60 s, 10 pictures of each, 20 simulated raters" in estimate(SetOptions(select_textures()))
-    classes = {each.id: each.columns["class"] for each in planned_ratings().stimuli}
+    classes = {stimulus.id: stimulus.columns["class"] for stimulus in planned_ratings().stimuli}
     assert len({classes[name] for name in QUICK}) == len(QUICK) >= needed(COVERAGE)
 
 

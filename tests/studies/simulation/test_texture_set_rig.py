@@ -15,7 +15,7 @@ STUDY = read_study(SHIPPED / "texture_photos" / "study.yaml").study
 PLAN = compile_plan(STUDY, ParticipantRow("E001", "all"))
 
 
-def told(plan, request):
+def describe(plan, request):
     return plan.digest, request.trial.stimulus.id, request.seconds, os.getpid()
 
 
@@ -32,11 +32,11 @@ def requests(count):
 
 
 def test_two_processes_give_what_one_gives_and_are_gone_afterwards():
-    here, ahead = Ahead(told, PLAN), Ahead(told, PLAN, workers=2)
+    here, ahead = Ahead(describe, PLAN), Ahead(describe, PLAN, workers=2)
     alone = [here(request) for request in requests(4)]
     together = [ahead(request) for request in requests(4)]
-    assert [each[:3] for each in together] == [each[:3] for each in alone]
-    assert {each[3] for each in alone} == {os.getpid()} and os.getpid() not in {each[3] for each in together}
+    assert [reply[:3] for reply in together] == [reply[:3] for reply in alone]
+    assert {reply[3] for reply in alone} == {os.getpid()} and os.getpid() not in {reply[3] for reply in together}
     assert sorted(ahead.coming) == [5, 6]
     ahead.close()
     assert not ahead.pools and not ahead.coming

@@ -17,14 +17,14 @@ from palpate.studies.simulation.twins import twin_for
 from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
 from palpate.studies.stimuli.profiles import Profiles
 from tests.protocols.every_task import plan_of
-from tests.studies.shipped import found_study, plan_for
+from tests.studies.shipped import plan_for, read_shipped
 
-DOORS = [[each.low, each.high] for each in found_study("door_authoring").study.attributes]
+DOORS = [[attribute.low, attribute.high] for attribute in read_shipped("door_authoring").study.attributes]
 
 
 def twins_of(name):
     plan = plan_for(name)
-    return plan, twin_for(plan.study, plan, found_study(name).folder)
+    return plan, twin_for(plan.study, plan, read_shipped(name).folder)
 
 
 def first(plan):
@@ -38,7 +38,7 @@ def test_a_door_is_opened_along_its_profile():
     rows = np.frombuffer(block.data, "<f4").reshape(-1, 2)
     assert (block.stream, block.channels, block.t0_ns) == ("door", ("angle", "force"), 7)
     assert rows[-1, 0] == pytest.approx(62, abs=0.1) and done.reply.value["presented"] is True
-    profile = Profiles(found_study("door_matching").folder).of(first(plan).stimulus)
+    profile = Profiles(read_shipped("door_matching").folder).of(first(plan).stimulus)
     felt = np.interp(rows[:, 0], np.arange(621) / 10, profile)
     assert rows[:, 1] == pytest.approx(felt, abs=1e-3)
 
@@ -77,7 +77,7 @@ def test_a_recording_has_its_streams_and_depends_on_trial_and_person(name, devic
     assert all(a.data != b.data for a, b in zip(one.samples, two.samples, strict=True))
     other = plan_for(name, "P003")
     assert (
-        twin_for(other.study, other, found_study(name).folder)(Sense(device, 2.0, first(other)), 5)
+        twin_for(other.study, other, read_shipped(name).folder)(Sense(device, 2.0, first(other)), 5)
         .reply.samples[0]
         .data
         != one.samples[0].data
@@ -95,16 +95,16 @@ def test_what_a_study_has_no_device_for_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({}, "makes doors from Easy-to-pull, .*; found Soft, Cold"),
         ({"attributes": DOORS, "scale": {"from": -10, "to": 10}}, "a scale from 0 to 100; found -10 to 10"),
         ({"attributes": DOORS, "scale": {"from": 0, "to": 10}}, "a scale from 0 to 100; found 0 to 10"),
     ],
 )
-def test_wishes_that_no_door_can_be_made_from_are_refused_before_anything_is_recorded(tmp_path, changes, said):
+def test_wishes_that_no_door_can_be_made_from_are_refused_before_anything_is_recorded(tmp_path, changes, message):
     plan = plan_of("authoring", needs=["door_generator"], **changes)
-    with pytest.raises(RigError, match=said):
+    with pytest.raises(RigError, match=message):
         simulated(plan.study, tmp_path).check(plan)
 
 
@@ -133,7 +133,7 @@ def test_a_lab_s_own_samples_and_cars_need_nothing_to_be_simulated(tmp_path):
 
 def test_another_profile_than_planned_is_refused(tmp_path):
     plan = plan_for("door_capture")
-    folder = shutil.copytree(found_study("door_capture").folder, tmp_path / "copy")
+    folder = shutil.copytree(read_shipped("door_capture").folder, tmp_path / "copy")
     file = folder / first(plan).stimulus.columns["file"]
     file.write_bytes(file.read_bytes() + b"\n")
     assert hashlib.sha256(file.read_bytes()).hexdigest() != first(plan).stimulus.sha256
@@ -148,23 +148,23 @@ def test_the_record_of_a_made_door_names_its_models_and_holds_its_forces():
     plan, twins = twins_of("door_authoring")
     wish = {attribute.name: 40.0 for attribute in plan.study.attributes}
     reply = twins(Present(first(plan), wish), 0).reply
-    made = reply.value["made"]
+    design = reply.value["made"]
     maker = maker_for(None)
-    assert made["models"] == maker.identity and made["models"]
-    assert tuple(made["force_N"]) == Doors(maker).force_N(wish) and len(made["force_N"]) == 621
+    assert design["models"] == maker.identity and design["models"]
+    assert tuple(design["force_N"]) == Doors(maker).force_N(wish) and len(design["force_N"]) == 621
     felt = np.frombuffer(reply.samples[0].data, "<f4").reshape(-1, 2)
-    assert felt[:, 1] == pytest.approx(np.interp(felt[:, 0], np.arange(621) / 10, made["force_N"]), abs=1e-3)
+    assert felt[:, 1] == pytest.approx(np.interp(felt[:, 0], np.arange(621) / 10, design["force_N"]), abs=1e-3)
     assert parse(canonical(reply.value)) == reply.value
 
 
 def test_a_rig_s_door_plays_what_was_made_and_its_reply_says_so():
     plan = plan_for("door_authoring")
-    made = made_doors(None)
+    doors = made_doors(None)
     wish = {attribute.name: 60.0 for attribute in plan.study.attributes}
-    came = [Aside({"do": "pause"}), Reply({"presented": True, "by": "door"})]
-    door = SimpleNamespace(perform=lambda *_: came.pop(0))
+    outcomes = [Aside({"do": "pause"}), Reply({"presented": True, "by": "door"})]
+    door = SimpleNamespace(perform=lambda *_: outcomes.pop(0))
     request = Present(first(plan), wish)
-    presents = PresentsMade(door, made)
+    presents = PresentsMade(door, doors)
     assert isinstance(presents.perform(request, None, None, None), Aside)
     reply = presents.perform(request, None, None, None)
-    assert reply.value["by"] == "door" and tuple(reply.value["made"]["force_N"]) == made.force_N(request)
+    assert reply.value["by"] == "door" and tuple(reply.value["made"]["force_N"]) == doors.force_N(request)

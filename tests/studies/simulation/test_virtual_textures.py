@@ -17,16 +17,16 @@ from palpate.studies.simulation.rig import simulated
 from palpate.studies.simulation.twins import twin_for
 from palpate.studies.simulation.virtual_textures import VirtualTextures
 from tests.protocols.every_task import LAB
-from tests.studies.shipped import found_study, plan_for
+from tests.studies.shipped import plan_for, read_shipped
 from tests.studies.simulation.small_textures import write, write_all
 from tools import similarity_table, texture_pictures
 
 FOLDER = similarity_table.FOLDER
-STUDY = found_study("texture_similarity").study
+STUDY = read_shipped("texture_similarity").study
 
 
 def stimulus(name):
-    return next(each for each in STUDY.stimuli if each.id == name)
+    return next(stimulus for stimulus in STUDY.stimuli if stimulus.id == name)
 
 
 CLOTH = stimulus("cloth_AR")
@@ -55,30 +55,30 @@ def lab(tmp_path):
 
 def test_a_model_is_rendered_once_for_all_participants_of_a_lab(lab):
     first, second = counted(lab), counted(lab)
-    made = first.of(CLOTH).record()
-    assert (first.of(CLOTH).record(), second.of(CLOTH).record()) == (made, made)
+    rendering = first.of(CLOTH).record()
+    assert (first.of(CLOTH).record(), second.of(CLOTH).record()) == (rendering, rendering)
     assert (first.opened, second.opened) == (1, 0)
     write(lab / "models", "cloth", "dstn").rename(lab / "models" / "texture-cloth-ar.json")
     third = counted(lab)
-    assert third.of(CLOTH).record()["compared"] != made["compared"] and third.opened == 1
+    assert third.of(CLOTH).record()["compared"] != rendering["compared"] and third.opened == 1
 
 
 def test_the_record_names_the_files_and_counts_deadlines(lab):
-    made = counted(lab).of(CLOTH).record()
+    rendering = counted(lab).of(CLOTH).record()
     card = json.loads((lab / "models" / "texture-cloth-ar.json").read_text())
-    assert (made["model"], made["method"]) == ("texture-cloth-ar", "ar")
-    assert made["weights_sha256"] == card["weights"]["sha256"] and len(made["sha256"]) == 64
+    assert (rendering["model"], rendering["method"]) == ("texture-cloth-ar", "ar")
+    assert rendering["weights_sha256"] == card["weights"]["sha256"] and len(rendering["sha256"]) == 64
     hand = read_felt(FOLDER / CLOTH.columns["file"])
-    assert made["deadlines"] == {"steps": hand.shape[1], "late": 0, "underruns": 0, "clock": "virtual"}
-    assert made["runtime"] and made["compared"]["friction"] == float(CLOTH.columns["friction"])
-    assert made["seed"] == 0 and 0 < made["met"].pop("sounding") <= hand.shape[1]
-    assert made["met"] == {"held": 0, "restarts": 0, "quiet": 0, "muted": 0}
+    assert rendering["deadlines"] == {"steps": hand.shape[1], "late": 0, "underruns": 0, "clock": "virtual"}
+    assert rendering["runtime"] and rendering["compared"]["friction"] == float(CLOTH.columns["friction"])
+    assert rendering["seed"] == 0 and 0 < rendering["met"].pop("sounding") <= hand.shape[1]
+    assert rendering["met"] == {"held": 0, "restarts": 0, "quiet": 0, "muted": 0}
 
 
 def test_a_model_that_died_is_felt_as_it_is_and_on_record(lab):
     write(lab / "models", "cloth", "ar", louder=1e-6)
-    made = counted(lab).of(CLOTH).record()
-    assert made["met"]["quiet"] > 1000 and made["compared"]["level_dB"] > 10
+    rendering = counted(lab).of(CLOTH).record()
+    assert rendering["met"]["quiet"] > 1000 and rendering["compared"]["level_dB"] > 10
 
 
 @pytest.mark.parametrize(
@@ -86,28 +86,28 @@ def test_a_model_that_died_is_felt_as_it_is_and_on_record(lab):
 )
 @pytest.mark.parametrize("shipped", [True, False])
 def test_what_is_kept_and_damaged_is_refused_by_name_before_anything_is_recorded(lab, tmp_path, content, shipped):
-    found = VirtualTextures(tmp_path / "copy", lab)
-    shutil.copytree(FOLDER, found.folder)
-    kept = found.folder / "rendered.json"
+    textures = VirtualTextures(tmp_path / "copy", lab)
+    shutil.copytree(FOLDER, textures.folder)
+    stored = textures.folder / "rendered.json"
     if shipped:
-        kept.write_bytes(b'{"%s": %s}' % (key_of(found).encode(), content))
+        stored.write_bytes(b'{"%s": %s}' % (key_of(textures).encode(), content))
     else:
-        found.of(CLOTH)
-        kept = next((lab / "models" / "compared").iterdir())
-        kept.write_bytes(content)
-    with pytest.raises(RigError, match=rf"{kept.name}: not a stored rendering.*Remove it"):
-        VirtualTextures(found.folder, lab).check(CLOTH)
+        textures.of(CLOTH)
+        stored = next((lab / "models" / "compared").iterdir())
+        stored.write_bytes(content)
+    with pytest.raises(RigError, match=rf"{stored.name}: not a stored rendering.*Remove it"):
+        VirtualTextures(textures.folder, lab).check(CLOTH)
 
 
-def key_of(found):
-    return found._key(CLOTH, found.card(CLOTH))
+def key_of(textures):
+    return textures._key(CLOTH, textures.card(CLOTH))
 
 
 def test_two_models_that_are_the_same_are_on_record_each_by_its_name(lab):
     models = lab / "models"
     shutil.copy(models / "texture-cloth-ar.json", models / "texture-cloth-hapinf.json")
-    found = counted(lab)
-    assert [found.of(stimulus(f"cloth_{name}")).metadata["model"] for name in ("AR", "HapInf")] == [
+    textures = counted(lab)
+    assert [textures.of(stimulus(f"cloth_{name}")).metadata["model"] for name in ("AR", "HapInf")] == [
         "texture-cloth-ar", "texture-cloth-hapinf",
     ]  # fmt: skip
 
@@ -133,14 +133,14 @@ def test_models_and_hands_that_are_not_what_they_should_be_are_refused_before_an
 
 def of_two(textures=("cloth",)):
     """The study with two methods of one texture."""
-    some = tuple(each for each in STUDY.stimuli if each.columns["texture"] in textures)
-    some = tuple(each for each in some if each.columns["method"] in ("AR", "FoTEN"))
+    some = tuple(stimulus for stimulus in STUDY.stimuli if stimulus.columns["texture"] in textures)
+    some = tuple(stimulus for stimulus in some if stimulus.columns["method"] in ("AR", "FoTEN"))
     return STUDY.model_copy(update={"stimuli": some})
 
 
 def rated(lab, study, people=12):
     """method -> its ratings, by people who feel the lab's models."""
-    found = {}
+    answers = {}
     for number in range(1, people + 1):
         who = plan_for("texture_similarity", f"P{number:03d}").who
         plan = compile_plan(study, who, 1, LAB)
@@ -149,8 +149,8 @@ def rated(lab, study, people=12):
         world = rig.open(plan, 0).world
         for trial in plan.trials:
             answered = world.person.latent("Similarity", trial.stimulus)
-            found.setdefault(trial.stimulus.columns["method"], []).append(answered)
-    return found
+            answers.setdefault(trial.stimulus.columns["method"], []).append(answered)
+    return answers
 
 
 def test_people_feel_what_the_models_play_not_what_the_table_says(tmp_path):
@@ -165,14 +165,14 @@ def test_people_feel_what_the_models_play_not_what_the_table_says(tmp_path):
 def test_the_twin_s_reply_carries_the_rendering_and_takes_as_long_as_people_explore(lab):
     plan = compile_plan(of_two(), plan_for("texture_similarity").who, 1, LAB)
     twins = twin_for(plan.study, plan, FOLDER, lab=lab)
-    trial = next(each for each in plan.trials if each.stimulus.id == "cloth_AR")
+    trial = next(trial for trial in plan.trials if trial.stimulus.id == "cloth_AR")
     done = twins(Present(trial), 0)
     assert done.seconds == STUDY.simulation.present_s
     assert done.reply.value["rendered"]["compared"] == dict(twins.feels(trial.stimulus))
 
 
 def rows():
-    return [{"id": each.id, **each.columns} for each in STUDY.stimuli]
+    return [{"id": stimulus.id, **stimulus.columns} for stimulus in STUDY.stimuli]
 
 
 def test_the_weights_are_points_for_each_dB_whatever_the_table_s_spread():
@@ -184,13 +184,13 @@ AGAIN = "the shipped models or the surfaces have changed: python -m tools.simila
 
 
 def test_what_is_kept_is_of_the_shipped_models_as_they_are_now():
-    found = Counted(FOLDER)
-    assert len([found.of(each) for each in STUDY.stimuli]) == 24 and found.opened == 0, AGAIN
+    textures = Counted(FOLDER)
+    assert len([textures.of(stimulus) for stimulus in STUDY.stimuli]) == 24 and textures.opened == 0, AGAIN
     assert len(json.loads((FOLDER / "rendered.json").read_text())) == 24, AGAIN
 
 
 def test_the_table_is_made_of_what_is_kept():
-    assert [dict(similarity_table.row(each)) for each in similarity_table.planned()] == rows(), AGAIN
+    assert [dict(similarity_table.row(planned)) for planned in similarity_table.planned()] == rows(), AGAIN
 
 
 @pytest.mark.parametrize("method", ["AR", "DSTN", "HapInf", pytest.param("FoTEN", marks=pytest.mark.long)])
@@ -203,8 +203,8 @@ def test_the_shipped_models_still_play_what_is_kept_of_them(method):
 
 def test_the_hands_are_those_that_are_made_today(tmp_path):
     similarity_table.write_felt(tmp_path / "made.csv", "plastic_mesh")
-    made, kept = read_felt(tmp_path / "made.csv"), read_felt(FOLDER / "felt" / "plastic_mesh.csv")
-    assert made == pytest.approx(kept, rel=1e-3, abs=1e-3), AGAIN
+    felt, committed = read_felt(tmp_path / "made.csv"), read_felt(FOLDER / "felt" / "plastic_mesh.csv")
+    assert felt == pytest.approx(committed, rel=1e-3, abs=1e-3), AGAIN
 
 
 @pytest.mark.parametrize("module", [similarity_table, texture_pictures])
@@ -219,4 +219,4 @@ def test_the_methods_of_a_texture_learned_from_one_recording_with_one_seed(textu
     files = [SHIPPED / f"texture-{texture}-{method}.json" for method in similarity_table.METHODS.values()]
     runs = [json.loads(file.read_bytes())["training"] for file in files]
     source = [(run["data"], run["configuration"]["seed"], run["configuration"]["made_from"]) for run in runs]
-    assert all(each == source[0] for each in source), [run["configuration"]["made_from"] for run in runs]
+    assert all(data == source[0] for data in source), [run["configuration"]["made_from"] for run in runs]

@@ -24,9 +24,9 @@ from palpate.studies.simulation.rig import simulated
 from palpate.studies.stimuli.made_doors import FORCES, SETTINGS, PresentsMade, made_doors
 from tests.devices.door.link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
-from tests.studies.shipped import found_study
+from tests.studies.shipped import read_shipped
 
-STUDY = found_study("door_authoring")
+STUDY = read_shipped("door_authoring")
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +77,11 @@ def test_what_was_set_and_what_was_made_of_it_is_on_record(session):
 
 def test_the_next_form_starts_from_where_the_sliders_were_left(session):
     record = read(session)
-    asked = [e.value["previous"] for e in record.events if e.kind == "request" and e.value.get("form") == "authoring"]
+    previous = [
+        e.value["previous"] for e in record.events if e.kind == "request" and e.value.get("form") == "authoring"
+    ]
     left = [event.value["left_at"] for event in presented(record)]
-    assert [each for each in asked if each is not None] == left
+    assert [answers for answers in previous if answers is not None] == left
 
 
 def test_the_hand_meets_the_changed_force_without_a_step(session):
@@ -88,8 +90,8 @@ def test_the_hand_meets_the_changed_force_without_a_step(session):
     felt = np.frombuffer(door.data, "<f4").reshape(-1, 2)
     end = np.interp(felt[-1, 0], np.arange(621) / 10, stream(event, FORCES)[0][-1, 1:])
     assert felt[-1, 1] == pytest.approx(end, abs=0.01)
-    begun = np.interp(felt[:, 0], np.arange(621) / 10, event.value["made"]["force_N"])
-    assert np.abs(felt[:, 1] - begun).max() > 1.0  # it is another door by then
+    start_N = np.interp(felt[:, 0], np.arange(621) / 10, event.value["made"]["force_N"])
+    assert np.abs(felt[:, 1] - start_N).max() > 1.0  # it is another door by then
 
 
 def test_the_session_replays_byte_for_byte_and_its_streams_are_read(session):
@@ -97,19 +99,19 @@ def test_the_session_replays_byte_for_byte_and_its_streams_are_read(session):
 
     replay(session)
     record = read(session)
-    names = [each.name for each in streams_of(record, 1)]
+    names = [stream.name for stream in streams_of(record, 1)]
     assert names.count(SETTINGS) == names.count(FORCES) == names.count("door") >= 1
 
 
 def test_live_goes_with_task_authoring_and_a_window(live_study, tmp_path):
-    for change, said in [
+    for change, message in [
         (("needs: [door_generator, window]", "needs: [door_generator]"), "goes together with it"),
         (("live: {show_force: true}", "live: {rate: 40}"), "rate"),
     ]:
         text = (live_study.folder / "study.yaml").read_text(encoding="utf-8")
         (tmp_path / "study.yaml").write_text(text.replace(*change), encoding="utf-8")
         (tmp_path / "stimuli.csv").write_bytes((live_study.folder / "stimuli.csv").read_bytes())
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             read_study(tmp_path / "study.yaml")
 
 
@@ -137,19 +139,19 @@ class LivePages:
 
 def at_the_rig(live_study, bench=None, **window):
     lab = Lab(bench or Bench()).opened()
-    made, plan = made_doors(None), compile_plan(live_study.study, ParticipantRow("P001"))
-    lab.door.profile_for = made.force_N
-    presents = PresentsMade(lab.door, made, lambda changes: setattr(lab.door, "changes", changes))
+    doors, plan = made_doors(None), compile_plan(live_study.study, ParticipantRow("P001"))
+    lab.door.profile_for = doors.force_N
+    presents = PresentsMade(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
     wish = {attribute.name: 50.0 for attribute in plan.study.attributes}
     request, pages = Present(plan.trials[0], wish), LivePages(lab.window, **window)
-    came = []
-    while not came or not isinstance(came[-1], Reply | Fault):
-        came.append(presents.perform(request, pages, lab.desk, lab.bench.line.now_ns))
-    return lab, came
+    outcomes = []
+    while not outcomes or not isinstance(outcomes[-1], Reply | Fault):
+        outcomes.append(presents.perform(request, pages, lab.desk, lab.bench.line.now_ns))
+    return lab, outcomes
 
 
-def rows_of(came, name):
-    blocks = [block for each in came for block in getattr(each, "samples", ()) if block.stream == name]
+def rows_of(outcomes, name):
+    blocks = [block for outcome in outcomes for block in getattr(outcome, "samples", ()) if block.stream == name]
     assert [block.first for block in blocks] == np.cumsum([0, *(block.count for block in blocks)]).tolist()[:-1]
     data = b"".join(block.data for block in blocks)
     return [struct.unpack_from(f"<{len(blocks[0].channels)}f", data, at) for at in
@@ -158,11 +160,11 @@ def rows_of(came, name):
 
 def test_a_rig_s_door_follows_until_the_participant_stops_it(live_study):
     moves = {30: {"Easy-to-pull": 60.0}, 60: {"Easy-to-pull": 90.0}}
-    lab, came = at_the_rig(live_study, moves=moves, stops_at=400)
-    reply = came[-1].value
+    lab, outcomes = at_the_rig(live_study, moves=moves, stops_at=400)
+    reply = outcomes[-1].value
     assert reply["ended"] == "participant" and reply["left_at"]["Easy-to-pull"] == 90.0
     assert reply["live"]["changes"] == 2 and reply["live"]["refused"] == 0
-    rows = rows_of(came, SETTINGS)
+    rows = rows_of(outcomes, SETTINGS)
     assert [row[4] for row in rows] == [50.0, 60.0, 90.0] and all(row[2] - row[0] < 0.2 for row in rows)
     assert len(lab.bench.plant.plant.changed) == 2 and lab.at_rest and lab.door.changes is None
     assert "live" in lab.window.shown and "feel_now" not in lab.window.shown
@@ -175,30 +177,30 @@ def test_what_was_set_before_the_door_was_unplugged_is_on_record(live_study):
         bench.link.lose(OSError("unplugged"))
         return {}
 
-    lab, came = at_the_rig(live_study, bench, moves={30: {"Damped": 80.0}, 200: unplugged})
-    assert came[-1].value["what"] == "link_lost" and lab.door.changes is None
-    assert [row[5] for row in rows_of(came, SETTINGS)] == [50.0, 80.0]
+    lab, outcomes = at_the_rig(live_study, bench, moves={30: {"Damped": 80.0}, 200: unplugged})
+    assert outcomes[-1].value["what"] == "link_lost" and lab.door.changes is None
+    assert [row[5] for row in rows_of(outcomes, SETTINGS)] == [50.0, 80.0]
 
 
 def test_a_window_that_cannot_show_the_form_is_refused(live_study):
-    lab, made = Lab().opened(), made_doors(None)
+    lab, doors = Lab().opened(), made_doors(None)
     plan = compile_plan(live_study.study, ParticipantRow("P001"))
     request = Present(plan.trials[0], {attribute.name: 50.0 for attribute in plan.study.attributes})
     with pytest.raises(RigError, match="no window to show it in"):
-        PresentsMade(lab.door, made).perform(request, lab.window, lab.desk, lab.bench.line.now_ns)
+        PresentsMade(lab.door, doors).perform(request, lab.window, lab.desk, lab.bench.line.now_ns)
 
 
 def test_a_pause_goes_on_with_the_same_door_and_a_repeat_begins_anew(live_study):
-    lab, made = Lab().opened(), made_doors(None)
-    lab.door.profile_for = made.force_N
+    lab, doors = Lab().opened(), made_doors(None)
+    lab.door.profile_for = doors.force_N
     plan = compile_plan(live_study.study, ParticipantRow("P001"))
-    presents = PresentsMade(lab.door, made, lambda changes: setattr(lab.door, "changes", changes))
+    presents = PresentsMade(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
     request = Present(plan.trials[0], {attribute.name: 50.0 for attribute in plan.study.attributes})
     pages, now = LivePages(lab.window), lab.bench.line.now_ns
     lab.desk.at[lab.bench.line.t_ms + 300] = Aside({"do": "repeat", "which": "this"})
-    while not isinstance(came := presents.perform(request, pages, lab.desk, now), Aside):
+    while not isinstance(outcome := presents.perform(request, pages, lab.desk, now), Aside):
         assert lab.door.changes is not None
-    assert came.value["do"] == "repeat" and lab.door.changes is None
+    assert outcome.value["do"] == "repeat" and lab.door.changes is None
 
 
 def test_a_stand_in_for_the_door_is_refused_because_it_cannot_follow_and_a_rig_s_twin_is_not(live_study, tmp_path):

@@ -39,7 +39,7 @@ STEPS, OPENED_DEG = 30, 15.0
 """A line is moved in so many steps; each line once the door is open by so much more than for the one before."""
 
 
-class Asked(Exception):
+class PendingRequest(Exception):
     """The record ends while this request is being performed."""
 
 
@@ -48,7 +48,7 @@ class Tape(Recorded):
 
     def perform(self, request):
         if self.position == len(self.events):
-            raise Asked(request)
+            raise PendingRequest(request)
         return super().perform(request)
 
 
@@ -57,8 +57,8 @@ def pending(record):
     tape = Tape(record.events)
     try:
         run(recompiled(record), tape, tape, record.header)
-    except Asked as asked:
-        return asked.args[0]
+    except PendingRequest as pending_request:
+        return pending_request.args[0]
     except EndOfRecord:
         pass
     return None
@@ -78,7 +78,7 @@ def until(what):
 
 
 @dataclass
-class Sitting:
+class RunningSession:
     """`palpate run` or `palpate resume` in a process of its own, on a virtual display."""
 
     display: str
@@ -88,9 +88,9 @@ class Sitting:
     process: subprocess.Popen = field(init=False)
 
     def __post_init__(self):
-        self.said = self.lab / "said.txt"
+        self.console_file = self.lab / "console.txt"
         environment = {**os.environ, "DISPLAY": self.display, "PYTHONUNBUFFERED": "1"}
-        with self.said.open("ab") as out:
+        with self.console_file.open("ab") as out:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "palpate", *self.arguments], stdin=subprocess.PIPE, stdout=out, stderr=out,
                 env=environment, cwd=Path(__file__).resolve().parents[3],
@@ -102,7 +102,7 @@ class Sitting:
 
     def record(self, seen=-1):
         """The ledger, once it holds more than `seen` events and the session waits for somebody, or is over."""
-        with until(f"the ledger goes on after event {seen}; said: {self.told()}") as late:
+        with until(f"the ledger goes on after event {seen}; output: {self.output()}") as late:
             while True:
                 if self.ledger.exists():
                     try:
@@ -111,15 +111,15 @@ class Sitting:
                         record = None
                     if record is not None and len(record.events) > seen and (record.ended or pending(record)):
                         return record
-                assert self.process.poll() is None, self.told()
+                assert self.process.poll() is None, self.output()
                 late()
 
-    def told(self):
-        return self.said.read_text(errors="replace")[-2000:] if self.said.exists() else ""
+    def output(self):
+        return self.console_file.read_text(errors="replace")[-2000:] if self.console_file.exists() else ""
 
     def end(self, status):
         self.process.stdin.close()
-        assert self.process.wait(PATIENCE_S) == status, self.told()
+        assert self.process.wait(PATIENCE_S) == status, self.output()
 
     def kill(self):
         self.process.kill()
@@ -132,7 +132,7 @@ class Robot:
     """Does what the session asks for, until it is told to stop; `answers` are what it gave, by form."""
 
     hand: Hand
-    sitting: Sitting
+    session: RunningSession
     folder: Path
     language: str = "en"
     keys_only: bool = False
@@ -150,7 +150,7 @@ class Robot:
         Of a resumed session so many events were `seen` before.
         """
         while True:
-            record = self.sitting.record(seen)
+            record = self.session.record(seen)
             if record.ended:
                 return record
             request, seen = pending(record), len(record.events)
@@ -161,9 +161,9 @@ class Robot:
     def perform(self, request, record):
         match request:
             case Confirm():
-                self.sitting.order("127" if request.text is None else "confirm")
+                self.session.order("127" if request.text is None else "confirm")
             case Present() if "samples" in recompiled(record).study.needs:
-                self.sitting.order("confirm")
+                self.session.order("confirm")
             case Present() if request.live_form is not None:
                 if self.felt_in != (requests := [event.kind for event in record.events].count("request")):
                     self.felt_in = requests
@@ -212,9 +212,9 @@ class Robot:
 
     def opened(self, angle_deg):
         """Wait until the door has been opened so far while it is felt."""
-        with until(f"the door is open by {angle_deg} degrees; said: {self.sitting.told()}") as late:
-            while opened_deg(read(self.sitting.ledger)) < angle_deg:
-                assert self.sitting.process.poll() is None, self.sitting.told()
+        with until(f"the door is open by {angle_deg} degrees; output: {self.session.output()}") as late:
+            while opened_deg(read(self.session.ledger)) < angle_deg:
+                assert self.session.process.poll() is None, self.session.output()
                 late()
 
     def _drag(self, mirror, line, shares, drawn):
@@ -259,28 +259,30 @@ class Robot:
     def _see(self, mirror, picture, name):
         """Wait until the display shows what the mirror paints: every pixel, but for the rounding of colours."""
         mirror.paint(picture)
-        with until(f"{name} is on the screen; said: {self.sitting.told()}") as late:
+        with until(f"{name} is on the screen; output: {self.session.output()}") as late:
             while True:
                 shot = self.hand.picture()
                 if shot.size == picture.size and largest_difference(shot, picture) <= 2:
                     self.shots.setdefault(name, shot)
                     return
-                assert self.sitting.process.poll() is None, self.sitting.told()
+                assert self.session.process.poll() is None, self.session.output()
                 late()
 
     def page_of(self, record):
         if self.page is None:
             plan = recompiled(record)
-            self.page = prepare(plan.study, read_calibration(self.sitting.lab), self.language, self.folder, plan=plan)
+            self.page = prepare(plan.study, read_calibration(self.session.lab), self.language, self.folder, plan=plan)
             if plan.study.live is not None and plan.study.live.show_force:
-                self.page = replace(self.page, force_of=made_doors(self.sitting.lab).doors.force_N)
+                self.page = replace(self.page, force_of=made_doors(self.session.lab).doors.force_N)
         return self.page
 
 
 def opened_deg(record):
     """How far the door of the last presentation has been opened by now."""
-    begun = max(n for n, event in enumerate(record.events) if event.kind == "request")
-    blocks = [block for event in record.events[begun:] for block in event.samples if block.stream == "door_telemetry"]
+    request_seq = max(n for n, event in enumerate(record.events) if event.kind == "request")
+    blocks = [
+        block for event in record.events[request_seq:] for block in event.samples if block.stream == "door_telemetry"
+    ]
     return max((np.frombuffer(block.data, "<f4")[:: len(block.channels)].max() for block in blocks), default=0.0)
 
 
@@ -325,4 +327,4 @@ def largest_difference(one, other):
     return max(high for _, high in ImageChops.difference(one, other).getextrema())
 
 
-__all__ = ["Key", "Robot", "Sitting", "page_for", "pending", "until"]
+__all__ = ["Key", "Robot", "RunningSession", "page_for", "pending", "until"]

@@ -12,21 +12,21 @@ from palpate.studies.participants.registry import open_registry
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session_files import ledger_path
-from tests.studies.window.robot import Robot, Sitting, pending
+from tests.studies.window.robot import Robot, RunningSession, pending
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 STUDY = "texture_ratings"
 
 
-def sit(hand, lab, *arguments):
+def start_session(hand, lab, *arguments):
     ledger = ledger_path(lab, STUDY, "P001")
-    return Sitting(hand.display.get_display_name(), lab, ledger, list(arguments))
+    return RunningSession(hand.display.get_display_name(), lab, ledger, list(arguments))
 
 
 def begin(hand, lab, *more):
-    sitting = sit(hand, lab, "run", STUDY, "--participant", "P001", "--lab", str(lab), *more)
-    return sitting, Robot(hand, sitting, SHIPPED / STUDY, *("ko",) * ("ko" in more))
+    session = start_session(hand, lab, "run", STUDY, "--participant", "P001", "--lab", str(lab), *more)
+    return session, Robot(hand, session, SHIPPED / STUDY, *("ko",) * ("ko" in more))
 
 
 def at_trial(number):
@@ -37,65 +37,65 @@ def at_trial(number):
 
 
 def test_a_killed_window_loses_nothing_and_goes_on_at_the_same_form(hand, lab):
-    sitting, robot = begin(hand, lab)
+    session, robot = begin(hand, lab)
     before = robot.go_on(at_trial(2))
-    sitting.kill()
-    kept = read(sitting.ledger)
-    assert kept.events[: len(before.events)] == before.events and pending(kept).trial.number == 2
+    session.kill()
+    killed = read(session.ledger)
+    assert killed.events[: len(before.events)] == before.events and pending(killed).trial.number == 2
 
-    sitting = sit(hand, lab, "resume", str(sitting.ledger))
-    robot = Robot(hand, sitting, SHIPPED / STUDY)
+    session = start_session(hand, lab, "resume", str(session.ledger))
+    robot = Robot(hand, session, SHIPPED / STUDY)
     after = robot.go_on(at_trial(3))
-    assert after.events[: len(kept.events)] == kept.events
-    sitting.process.send_signal(signal.SIGTERM)
-    sitting.end(status=1)
-    assert read(sitting.ledger).sittings[-1].value["because"] == "interrupted by SIGTERM"
-    assert not replay(sitting.ledger).complete
+    assert after.events[: len(killed.events)] == killed.events
+    session.process.send_signal(signal.SIGTERM)
+    session.end(status=1)
+    assert read(session.ledger).sittings[-1].value["because"] == "interrupted by SIGTERM"
+    assert not replay(session.ledger).complete
 
 
 def test_what_the_experimenter_does_is_on_record_at_once(hand, lab):
-    sitting, robot = begin(hand, lab)
+    session, robot = begin(hand, lab)
     record = robot.go_on(at_trial(1))
     for order, does in (("note the fan came on", {"do": "note", "text": "the fan came on"}), ("pause", {"do": "pause"}),
                         ("go on", {"do": "go_on"}), ("repeat", {"do": "repeat", "which": "this"})):  # fmt: skip
-        sitting.order(order)
-        record = sitting.record(len(record.events))
+        session.order(order)
+        record = session.record(len(record.events))
         assert does in [event.value for event in record.events if event.kind == "experimenter"]
     record = robot.go_on(at_trial(2))
     assert [e.value["as"] for e in record.events if e.kind == "trial_ended"] == ["repeated", "answered"]
-    sitting.order("abort felt unwell")
-    record = sitting.record(len(record.events))
-    sitting.order("confirm")
-    sitting.end(status=1)
-    assert record.status == "aborted" and "aborted" in sitting.told()
-    assert replay(sitting.ledger).events == len(record.events)
+    session.order("abort felt unwell")
+    record = session.record(len(record.events))
+    session.order("confirm")
+    session.end(status=1)
+    assert record.status == "aborted" and "aborted" in session.output()
+    assert replay(session.ledger).events == len(record.events)
 
 
 def test_korean_is_read_and_what_is_recorded_stays_as_the_study_says(hand, lab):
-    sitting, robot = begin(hand, lab, "--language", "ko")
+    session, robot = begin(hand, lab, "--language", "ko")
     record = robot.go_on(at_trial(2))
-    sitting.order("quit")
-    sitting.end(status=1)
+    session.order("quit")
+    session.end(status=1)
     given = dict(robot.given)
     assert record.header["rig"]["language"] == "ko" and set(given) >= {"consent", "demographics", "sliders"}
-    asked = (event.value for event in record.events if event.kind == "request")
-    assert all(item.isascii() for item in next(body["items"] for body in asked if body.get("form") == "sliders"))
+    requests = (event.value for event in record.events if event.kind == "request")
+    assert all(item.isascii() for item in next(body["items"] for body in requests if body.get("form") == "sliders"))
 
 
 def test_who_declines_takes_no_part_and_gives_up_the_row(hand, lab):
-    sitting, robot = begin(hand, lab)
+    session, robot = begin(hand, lab)
     record = robot.go_on(lambda request, _record: isinstance(request, Ask))
     page = robot.page_of(record)
     assert pending(record).form.name == "consent" and page is not None
     decline(robot, pending(record), page)
-    record = sitting.record(len(record.events))
-    sitting.order("confirm")
-    sitting.end(status=1)
+    record = session.record(len(record.events))
+    session.order("confirm")
+    session.end(status=1)
     assert record.status == "declined"
     registry = open_registry(lab)
     assert status_of(registry, "P001") == "active"
     add(registry, "P002")
-    assert admit(lab, found(), "P002", live=True).row == record.header["row"]
+    assert admit(lab, shipped_study(), "P002", live=True).row == record.header["row"]
 
 
 def decline(robot, request, page):
@@ -109,7 +109,7 @@ def decline(robot, request, page):
     robot.hand.click(*button.box.middle)
 
 
-def found():
+def shipped_study():
     from palpate.studies.catalogue import read_study
 
     return read_study(SHIPPED / STUDY / "study.yaml").study
@@ -128,7 +128,7 @@ def withdrawn(lab):
 
 
 @pytest.mark.parametrize(
-    ("prepare", "said"),
+    ("prepare", "message"),
     [
         (lambda lab: (lab / "stations").rename(lab / "old"), "this station's screen is not calibrated"),
         (wrong_size, "calibrated at 1024x768 px, the screen has 1280x720"),
@@ -137,19 +137,19 @@ def withdrawn(lab):
         (lambda lab: (lab / "participants" / "registry.sqlite").unlink(), "P001 is not known"),
     ],
 )
-def test_a_session_that_may_not_be_is_refused_before_anything_is_recorded(hand, lab, prepare, said):
+def test_a_session_that_may_not_be_is_refused_before_anything_is_recorded(hand, lab, prepare, message):
     prepare(lab)
-    sitting, _ = begin(hand, lab)
-    sitting.end(status=2)
-    assert said in sitting.told() and "Traceback" not in sitting.told()
-    assert not sitting.ledger.exists()
+    session, _ = begin(hand, lab)
+    session.end(status=2)
+    assert message in session.output() and "Traceback" not in session.output()
+    assert not session.ledger.exists()
 
 
 def test_a_wrong_ruler_ends_the_sitting_and_the_session_can_be_gone_on_with(hand, lab):
-    sitting, _ = begin(hand, lab)
-    record = sitting.record()
+    session, _ = begin(hand, lab)
+    record = session.record()
     for _ in range(2):
-        sitting.order("120")
-    sitting.end(status=2)
-    assert "the bar of 127 mm measures 120 mm" in sitting.told()
-    assert read(sitting.ledger).events == record.events
+        session.order("120")
+    session.end(status=2)
+    assert "the bar of 127 mm measures 120 mm" in session.output()
+    assert read(session.ledger).events == record.events

@@ -11,7 +11,7 @@ from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
-from tests.studies.window.robot import Robot, Sitting
+from tests.studies.window.robot import Robot, RunningSession
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
@@ -62,7 +62,7 @@ def never(_request, _record):
 
 def live(hand, lab, study, *arguments):
     ledger = ledger_path(lab, study, "P001")
-    return Sitting(hand.display.get_display_name(), lab, ledger, [*arguments])
+    return RunningSession(hand.display.get_display_name(), lab, ledger, [*arguments])
 
 
 def test_every_task_of_a_shipped_study_is_among_them():
@@ -72,27 +72,27 @@ def test_every_task_of_a_shipped_study_is_among_them():
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
-    found = read_study(SHIPPED / name / "study.yaml")
+    study_files = read_study(SHIPPED / name / "study.yaml")
     begin = ["run", name, "--participant", "P001", "--lab", str(lab), "--twins", *GROUP.get(name, [])]
-    sitting = live(hand, lab, name, *begin)
-    first = Robot(hand, sitting, found.folder)
+    session = live(hand, lab, name, *begin)
+    first = Robot(hand, session, study_files.folder)
     first.go_on(second_trial)
-    sitting.order("quit")
-    sitting.end(status=1)
+    session.order("quit")
+    session.end(status=1)
 
-    plan = fast_forward(sitting.ledger, found.folder)
-    sitting = live(hand, lab, name, "resume", str(sitting.ledger))
-    last = Robot(hand, sitting, found.folder)
+    plan = fast_forward(session.ledger, study_files.folder)
+    session = live(hand, lab, name, "resume", str(session.ledger))
+    last = Robot(hand, session, study_files.folder)
     assert last.go_on(never).complete
-    sitting.order("confirm")
-    sitting.end(status=0)
+    session.order("confirm")
+    session.end(status=0)
 
-    record = read(sitting.ledger)
+    record = read(session.ledger)
     assert record.header["rig"]["kind"] == "live" and record.header["group"] == plan.who.group
     assert [s.value.get("because") for s in record.sittings if s.kind == "closed"] == [
         "interrupted by QUIT", "the last trial is to come", "complete",
     ]  # fmt: skip
-    assert replay(sitting.ledger).complete
+    assert replay(session.ledger).complete
     for robot in (first, last):
         for form, value in robot.given:
             assert value.get("answers") in answers(record, form), f"{form}: another answer was recorded than was given"
@@ -102,12 +102,12 @@ def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
 def answers(record, form):
     """Every answer on record to a form; [None] for pages that are only read."""
     requests = [event.value if event.kind == "request" else {} for event in record.events]
-    found = [
+    given = [
         record.events[n + 1].value.get("answers")
         for n, request in enumerate(requests)
         if request.get("form") == form and record.events[n + 1].kind == "reply"
     ]
-    return found or [None]
+    return given or [None]
 
 
 def trial_is_met(plan, record):

@@ -15,7 +15,7 @@ from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.stimuli.made_doors import FORCES, SETTINGS
 from tests.studies.live.rig_rooms import TWINS, live_doors
-from tests.studies.window.robot import MOVED, Robot, Sitting, pending
+from tests.studies.window.robot import MOVED, Robot, RunningSession, pending
 
 pytestmark = [pytest.mark.needs("psychopy", "xvfb"), pytest.mark.long]
 
@@ -32,22 +32,22 @@ def live_lab(lab):
     return lab
 
 
-def sit(hand, lab, *arguments):
+def start_session(hand, lab, *arguments):
     ledger = ledger_path(lab, NAME, "P001")
-    sitting = Sitting(hand.display.get_display_name(), lab, ledger, list(arguments))
-    return sitting, Robot(hand, sitting, lab / "studies" / NAME)
+    session = RunningSession(hand.display.get_display_name(), lab, ledger, list(arguments))
+    return session, Robot(hand, session, lab / "studies" / NAME)
 
 
-def begun(hand, lab):
-    return sit(hand, lab, "run", NAME, "--participant", "P001", "--lab", str(lab))
+def first_run(hand, lab):
+    return start_session(hand, lab, "run", NAME, "--participant", "P001", "--lab", str(lab))
 
 
-def to_its_end(sitting, robot, seen=-1):
+def to_its_end(session, robot, seen=-1):
     """The record once the session is over."""
     assert robot.go_on(lambda _request, _record: False, seen).complete
-    sitting.order("confirm")
-    sitting.end(status=0)
-    return read(sitting.ledger)
+    session.order("confirm")
+    session.end(status=0)
+    return read(session.ledger)
 
 
 def palpate(*arguments):
@@ -60,8 +60,8 @@ def values(stream):
 
 
 def test_the_door_in_the_hand_follows_the_sliders_and_the_screen_shows_its_force(hand, live_lab, tmp_path):
-    sitting, robot = begun(hand, live_lab)
-    record = to_its_end(sitting, robot)
+    session, robot = first_run(hand, live_lab)
+    record = to_its_end(session, robot)
     reply = next(event.value for event in record.events if "left_at" in event.value)
     assert reply["ended"] == "participant" and reply["by"] == "twin" and reply["opened_deg"] > 20
 
@@ -85,35 +85,35 @@ def test_the_door_in_the_hand_follows_the_sliders_and_the_screen_shows_its_force
     angle_deg, felt_N = door[:, 0], door[:, 2] / RADIUS_M
     between = (angle_deg > 3) & (angle_deg < 60)  # no stop is felt
     taken_N = np.array([np.interp(at, grid_deg, forces[n, 1:]) for at, n in zip(angle_deg, row, strict=True)])
-    begun_N = np.interp(angle_deg, grid_deg, forces[0, 1:])
+    start_N = np.interp(angle_deg, grid_deg, forces[0, 1:])
     assert np.median(np.abs(felt_N - taken_N)[between]) < 0.5
-    assert np.median(np.abs(felt_N - begun_N)[between]) > 2
+    assert np.median(np.abs(felt_N - start_N)[between]) > 2
 
-    assert replay(sitting.ledger).complete
+    assert replay(session.ledger).complete
     palpate("collect", "--lab", live_lab)
-    listed = palpate("streams", "list", sitting.ledger)
+    listed = palpate("streams", "list", session.ledger)
     assert all(name in listed for name in (SETTINGS, FORCES, "door_telemetry"))
-    palpate("streams", "export", sitting.ledger, "--raw", "--out", tmp_path / "raw")
-    palpate("streams", "export", sitting.ledger, "--out", tmp_path / "door.csv")
+    palpate("streams", "export", session.ledger, "--raw", "--out", tmp_path / "raw")
+    palpate("streams", "export", session.ledger, "--out", tmp_path / "door.csv")
     written = (tmp_path / "raw" / f"{NAME}_P001_s1_t001_act2_{SETTINGS}.csv").read_text().splitlines()
     assert len(written) == 1 + len(settings)
 
 
 def test_a_door_killed_while_it_is_felt_loses_nothing_and_is_felt_again(hand, live_lab):
-    sitting, robot = begun(hand, live_lab)
+    session, robot = first_run(hand, live_lab)
     record = robot.go_on(lambda request, _record: isinstance(request, Present))
     robot.move_lines(pending(record), robot.page_of(record))
     robot.opened(30)
-    sitting.kill()
-    kept = read(sitting.ledger)
-    rows = sum(block.count for event in kept.events for block in event.samples if block.stream == SETTINGS)
-    assert kept.events[: len(record.events)] == record.events and rows > len(MOVED)
+    session.kill()
+    killed = read(session.ledger)
+    rows = sum(block.count for event in killed.events for block in event.samples if block.stream == SETTINGS)
+    assert killed.events[: len(record.events)] == record.events and rows > len(MOVED)
 
-    sitting, robot = sit(hand, live_lab, "resume", str(sitting.ledger))
-    record = to_its_end(sitting, robot, len(kept.events))
-    assert record.events[: len(kept.events)] == kept.events
+    session, robot = start_session(hand, live_lab, "resume", str(session.ledger))
+    record = to_its_end(session, robot, len(killed.events))
+    assert record.events[: len(killed.events)] == killed.events
     attempts = attempts_of(record)
-    assert [each.attempt.ended_as for each in attempts] == ["faulted", "answered"]
+    assert [trial_attempt.attempt.ended_as for trial_attempt in attempts] == ["faulted", "answered"]
     broken_off, whole = (streams_of(record, 1, number) for number in (1, 2))
     assert {SETTINGS, FORCES, "door_telemetry"} <= {stream.name for stream in broken_off} & {s.name for s in whole}
-    assert replay(sitting.ledger).complete
+    assert replay(session.ledger).complete

@@ -8,11 +8,11 @@ from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session_files import ledger_path
 from tests.studies.live.rig_rooms import TWINS
-from tests.studies.window.robot import Robot, Sitting
+from tests.studies.window.robot import Robot, RunningSession
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
-WANTED = {
+STREAMS = {
     "door_ratings": {"door_telemetry"},
     "texture_capture": {"tool_acceleration", "tool_force", "tool_position"},
 }
@@ -23,21 +23,21 @@ def second_trial(_request, record):
     return any(event.kind == "trial_ended" for event in record.events)
 
 
-@pytest.mark.parametrize("name", WANTED)
+@pytest.mark.parametrize("name", STREAMS)
 def test_a_trial_with_the_rig_s_twins_in_the_window(name, hand, lab):
     path = rig_path(lab)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(TWINS, encoding="utf-8")
     verb = "record" if name == "texture_capture" else "run"
     begin = [verb, name, "--participant", "P001", "--lab", str(lab), *GROUP.get(name, [])]
-    sitting = Sitting(hand.display.get_display_name(), lab, ledger_path(lab, name, "P001"), begin)
-    Robot(hand, sitting, read_study(SHIPPED / name / "study.yaml").folder).go_on(second_trial)
-    sitting.order("quit")
-    sitting.end(status=1)
-    record = read(sitting.ledger)
+    session = RunningSession(hand.display.get_display_name(), lab, ledger_path(lab, name, "P001"), begin)
+    Robot(hand, session, read_study(SHIPPED / name / "study.yaml").folder).go_on(second_trial)
+    session.order("quit")
+    session.end(status=1)
+    record = read(session.ledger)
     assert record.header["rig"]["settings"] and record.header["rig"]["twins"]
     chunks = [event for event in record.events if event.kind == "samples"]
-    assert {block.stream for event in chunks for block in event.samples} >= WANTED[name]
+    assert {block.stream for event in chunks for block in event.samples} >= STREAMS[name]
     ended = next(event.value["as"] for event in record.events if event.kind == "trial_ended")
     assert ended in {"answered", "captured"}
-    replay(sitting.ledger)
+    replay(session.ledger)

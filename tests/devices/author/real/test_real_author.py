@@ -50,44 +50,44 @@ class Window:
 
     def until(self, condition):
         limit = time.monotonic() + PATIENCE_S
-        while not (found := condition()):
+        while not (result := condition()):
             if time.monotonic() > limit:
                 self.hand.picture().save(self.lab / "seen.png")
                 raise AssertionError(f"nothing came of it: {self.lab / 'seen.png'}")
             assert self.process.poll() is None, "the window has ended"
             time.sleep(0.02)
-        return found
+        return result
 
-    def kept(self):
+    def saved(self):
         path = designs_folder(self.lab) / KEPT
         return json.loads(path.read_text()) if path.exists() else None
 
     def wishes(self):
-        work = self.kept()
+        work = self.saved()
         return None if work is None else work["a" if work["on"] == "A" else "b"]["wish"]
 
-    def expected(self, work, told=None):
+    def expected(self, work, status=None):
         """The pixels that the window must show."""
         state = self.page.texts("state_rest", name=self.page.texts("twin"))
         screen = DesignerScreen(self.page, self.view, History(work))
-        screen.show_status(told or DesignerStatus(door=state))
+        screen.show_status(status or DesignerStatus(door=state))
         image = Image.new("RGB", SIZE)
         screen.paint(image)
         return image
 
     def box(self, name, work):
         screen = DesignerScreen(self.page, self.view, History(work))
-        return next(each.box for each in screen.placed() if each.name == name)
+        return next(element.box for element in screen.placed() if element.name == name)
 
     def click(self, name, work):
         self.hand.click(*self.box(name, work).middle)
 
-    def shows(self, work, told=None):
+    def shows(self, work, status=None):
         """Whether the display shows this door, with what is said of it."""
-        expected, found = self.expected(work, told), self.hand.picture()
+        expected, actual = self.expected(work, status), self.hand.picture()
         door = self.view.layout.door.grown(-3)
         part = (door.left, door.top, door.right, door.bottom)
-        return found.crop(part).tobytes() == expected.crop(part).tobytes()
+        return actual.crop(part).tobytes() == expected.crop(part).tobytes()
 
     def asks_about_work(self):
         expected = Image.new("RGB", SIZE)
@@ -136,8 +136,8 @@ def drag_all(window, values):
     for number, value in enumerate(values):
         slider = window.view.slider(NEUTRAL, number)
         x = slider.box.middle[0]
-        window.hand.drag([(x, slider.row(each)) for each in (50, 0, 100, value)])
-    window.until(lambda: window.wishes() == [float(each) for each in values])
+        window.hand.drag([(x, slider.row(position)) for position in (50, 0, 100, value)])
+    window.until(lambda: window.wishes() == [float(value) for value in values])
     return NEUTRAL.put(type(neutral(7))(tuple(map(float, values))))
 
 
@@ -152,11 +152,11 @@ def test_every_slider_is_dragged_compared_undone_saved_and_exported(window):
     window.until(lambda: window.wishes() == list(values))
 
     window.click("compare", work)
-    window.until(lambda: window.kept()["on"] == "B")
+    window.until(lambda: window.saved()["on"] == "B")
     window.click("side A", work.compared())
-    window.until(lambda: window.kept()["on"] == "A")
+    window.until(lambda: window.saved()["on"] == "A")
     window.hand.key("c")
-    window.until(lambda: window.kept()["b"] is None)
+    window.until(lambda: window.saved()["b"] is None)
 
     window.hand.key("s")
     window.until(lambda: not window.shows(work))
@@ -167,7 +167,7 @@ def test_every_slider_is_dragged_compared_undone_saved_and_exported(window):
     window.until(saved.exists)
     assert list(read_design(saved).wish.values()) == list(values)
 
-    window.until(lambda: window.kept()["name"] == "first")
+    window.until(lambda: window.saved()["name"] == "first")
     window.hand.key("e")
     exported = designs_folder(window.lab) / "first.csv"
     window.until(exported.exists)
@@ -192,9 +192,9 @@ def test_the_door_is_played_on_the_twin_and_brought_back(window):
     stop = window.box("play", work)
 
     def says_stop():
-        told = window.expected(work, DesignerStatus(door=playing, play="stop"))
+        pixels = window.expected(work, DesignerStatus(door=playing, play="stop"))
         part = (stop.left, stop.top, stop.right, stop.bottom)
-        return window.hand.picture().crop(part).tobytes() == told.crop(part).tobytes()
+        return window.hand.picture().crop(part).tobytes() == pixels.crop(part).tobytes()
 
     window.until(says_stop)
     window.hand.click(*stop.middle)

@@ -59,10 +59,10 @@ def out_and_back(opens_deg=62.0, ms=1000, waits_ms=100):
 
 def firmware(plant=None, limits=None):
     """One that has booted."""
-    made = Firmware(plant or TinyPlant(), limits or Limits(speed_deg_s=1000.0))
+    device = Firmware(plant or TinyPlant(), limits or Limits(speed_deg_s=1000.0))
     for _ in range(BOOT_MS):
-        made.tick()
-    return made
+        device.tick()
+    return device
 
 
 @dataclass
@@ -72,21 +72,21 @@ class Host:
     firmware: object
     sequence: int = 0
     parser: Parser = field(default_factory=Parser)
-    heard: list = field(default_factory=list)
+    messages: list = field(default_factory=list)
 
     def say(self, message):
         """Say it, live a millisecond, and give the answer of that sequence, or None."""
         self.sequence += 1
         self.firmware.receive(says.sent(message, self.sequence))
-        answers = [each for sequence, each in self.tick() if sequence == self.sequence]
-        replies = [each for each in answers if not isinstance(each, says.Telemetry | says.FaultReport)]
+        answers = [answer for sequence, answer in self.tick() if sequence == self.sequence]
+        replies = [answer for answer in answers if not isinstance(answer, says.Telemetry | says.FaultReport)]
         return replies[0] if replies else None
 
     def tick(self):
         frames = self.parser.feed(self.firmware.tick())
-        came = [(frame.sequence, says.understood(frame)) for frame in frames]
-        self.heard += [message for _, message in came]
-        return came
+        answers = [(frame.sequence, says.understood(frame)) for frame in frames]
+        self.messages += [message for _, message in answers]
+        return answers
 
     def run(self, ms, beats=True):
         for _ in range(ms):
@@ -98,7 +98,7 @@ class Host:
         torque = profile.torque_Nm
         chunks = [says.UploadChunk(first, torque[first : first + 128]) for first in range(0, 621, 128)]
         begin, end = says.UploadBegin(621, profile.end_deg, profile.crc), says.UploadEnd(profile.crc)
-        return [self.say(each) for each in (begin, *chunks, end)]
+        return [self.say(part) for part in (begin, *chunks, end)]
 
     def play(self, profile):
         self.upload(profile)

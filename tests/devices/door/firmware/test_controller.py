@@ -65,7 +65,7 @@ def test_a_profile_is_held_exactly_as_it_was_sent_and_given_to_the_plant():
     plant = TinyPlant()
     host = Host(firmware(plant))
     sent = profile(33.3, 55.5)
-    assert all(isinstance(each, says.Ack) for each in host.upload(sent))
+    assert all(isinstance(answer, says.Ack) for answer in host.upload(sent))
     held = [host.say(says.ReadBack(first, min(100, 621 - first))).torque_Nm for first in range(0, 621, 100)]
     assert sum(held, ()) == sent.torque_Nm
     host.say(says.Arm(sent.crc))
@@ -73,16 +73,16 @@ def test_a_profile_is_held_exactly_as_it_was_sent_and_given_to_the_plant():
 
 
 @pytest.mark.parametrize(
-    ("made", "reason"),
+    ("built", "reason"),
     [
         (says.Profile((61.0,) * 621, 62.0), Reason.over_limit),
         (says.Profile((0.0,) * 300 + (20.0,) * 321, 62.0), Reason.over_limit),
     ],
 )
-def test_the_device_checks_the_limits_again(made, reason):
+def test_the_device_checks_the_limits_again(built, reason):
     host = Host(firmware())
-    assert host.upload(made)[-1].reason == reason
-    assert host.say(says.Arm(made.crc)).reason == Reason.incomplete
+    assert host.upload(built)[-1].reason == reason
+    assert host.say(says.Arm(built.crc)).reason == Reason.incomplete
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
@@ -119,7 +119,7 @@ def test_a_request_that_comes_twice_is_done_once_and_answered_twice():
     host.say(says.Stop())
     host.firmware.receive(data)  # a copy that was under way when it was stopped
     again = host.tick()
-    assert [each for each in first if each[0] == 77] == [each for each in again if each[0] == 77]
+    assert [answer for answer in first if answer[0] == 77] == [answer for answer in again if answer[0] == 77]
     assert host.firmware.state is State.safe and host.firmware.plant.mode == "off"
 
 
@@ -152,9 +152,9 @@ def test_telemetry_comes_at_the_rate_asked_for_and_counts_its_samples():
     for rate_hz in (1, 500, 640, 1000):
         host = Host(firmware())
         host.say(says.SetRate(rate_hz))
-        host.heard.clear()
+        host.messages.clear()
         host.run(2000)
-        numbers = [each.sample for each in host.heard if isinstance(each, says.Telemetry)]
+        numbers = [message.sample for message in host.messages if isinstance(message, says.Telemetry)]
         assert len(numbers) == 2 * rate_hz
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
@@ -202,15 +202,15 @@ def test_a_device_that_boots_does_nothing_but_answer():
 
 @settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.sampled_from(list(REQUESTS.values())) | st.binary(max_size=40), max_size=40))
-def test_whatever_is_said_the_motor_is_on_only_in_the_states_that_say_so(said):
+def test_whatever_is_said_the_motor_is_on_only_in_the_states_that_say_so(requests):
     host = Host(firmware(limits=Limits()))
     host.upload(profile())
-    for each in said:
-        if isinstance(each, bytes):
-            host.firmware.receive(each)
+    for request in requests:
+        if isinstance(request, bytes):
+            host.firmware.receive(request)
             host.tick()
         else:
-            host.say(says.Arm(profile().crc) if isinstance(each, says.Arm) else each)
+            host.say(says.Arm(profile().crc) if isinstance(request, says.Arm) else request)
         expected = {State.armed: "hold", State.playing: "play"}.get(host.firmware.state, "off")
         assert host.firmware.plant.mode == expected
         assert host.firmware.fault is Fault.none or host.firmware.plant.mode == "off"

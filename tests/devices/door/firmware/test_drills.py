@@ -49,8 +49,8 @@ def test_a_sensor_that_fails_in_full_swing_ends_safe_within_50_ms(ailment):
     assert safe_after_ms(host) <= 25
     assert host.firmware.state is State.safe and host.firmware.fault is EXPECTED[ailment]
     host.run(200)
-    reports = [each for each in host.heard if isinstance(each, says.FaultReport)]
-    assert [each.fault for each in reports] == [EXPECTED[ailment]]
+    reports = [message for message in host.messages if isinstance(message, says.FaultReport)]
+    assert [report.fault for report in reports] == [EXPECTED[ailment]]
     assert host.firmware.plant.plant.machine.dynamics.drives.motor_Nm == pytest.approx(0.0, abs=1e-6)
     assert host.firmware.plant.plant.machine.dynamics.drives.coil_A == pytest.approx(1.0, abs=1e-3)
 
@@ -127,7 +127,7 @@ def test_a_whole_opening_by_a_hand_raises_no_alarm(height_Nm, end_deg):
     host.run(BOOT_MS)
     host.play(profile(height_Nm, end_deg))
     host.run(7000)
-    angles = [each.angle_deg for each in host.heard if isinstance(each, says.Telemetry)]
+    angles = [message.angle_deg for message in host.messages if isinstance(message, says.Telemetry)]
     assert host.firmware.fault is Fault.none and host.firmware.state is State.playing
     assert max(angles) > end_deg - 2 and angles[-1] < 3
 

@@ -86,14 +86,14 @@ class VirtualDesk:
     line: VirtualLine
     at: dict = field(default_factory=dict)
     demands: list = field(default_factory=list)
-    told: list = field(default_factory=list)
+    statuses: list = field(default_factory=list)
     confirmed: list = field(default_factory=list)
     confirms: bool = True
     answered: object = None
-    asked: bool = False
+    confirm_asked: bool = False
 
     def poll(self):
-        if self.asked and self.confirms:
+        if self.confirm_asked and self.confirms:
             self.answered = True
         for t_ms in sorted(self.at):
             if t_ms <= self.line.t_ms:
@@ -109,15 +109,15 @@ class VirtualDesk:
     def demand(self, prompt):
         if prompt is not None and (not self.demands or self.demands[-1] != prompt.text):
             self.demands.append(prompt.text)
-        if prompt is None and self.asked and self.answered:
+        if prompt is None and self.confirm_asked and self.answered:
             self.confirmed.append(self.demands[-1])
-        self.answered, self.asked = None, prompt is not None and "then confirm" in prompt.text
+        self.answered, self.confirm_asked = None, prompt is not None and "then confirm" in prompt.text
 
     def answer(self):
         return self.answered
 
     def tell(self, state):
-        self.told.append(dict(state))
+        self.statuses.append(dict(state))
 
 
 class Drained:
@@ -184,17 +184,17 @@ class Lab:
     def at_rest(self):
         return self.bench.plant.mode == "off"
 
-    def perform(self, asked):
-        return self.door.perform(asked, self.window, self.desk, self.bench.line.now_ns)
+    def perform(self, presentation):
+        return self.door.perform(presentation, self.window, self.desk, self.bench.line.now_ns)
 
-    def until(self, kind, asked=None):
+    def until(self, kind, presentation=None):
         """Perform until something of that kind comes: (it, all that came before)."""
-        asked, before = asked or request(), []
+        presentation, before = presentation or request(), []
         for _ in range(300):
-            came = self.perform(asked)
-            if isinstance(came, kind):
-                return came, before
-            before.append(came)
+            outcome = self.perform(presentation)
+            if isinstance(outcome, kind):
+                return outcome, before
+            before.append(outcome)
         raise AssertionError(before)
 
 
@@ -208,7 +208,7 @@ def slow_lab(ailment="silent", **more):
 
 def playing(ailment="silent"):
     """A lab whose door plays, and the request; a first chunk has come."""
-    lab, asked = slow_lab(ailment), request()
-    lab.until(Chunk, asked)
+    lab, presentation = slow_lab(ailment), request()
+    lab.until(Chunk, presentation)
     assert lab.bench.firmware.state is State.playing and not lab.at_rest
-    return lab, asked
+    return lab, presentation

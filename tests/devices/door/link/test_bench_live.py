@@ -20,11 +20,11 @@ def test_every_method_has_median_and_95th_percentile_of_both_latencies_beside_it
 
 @pytest.mark.parametrize("name", WAYS)
 def test_a_change_comes_no_sooner_than_the_line_allows_and_no_sooner_than_the_passage_ends(name):
-    found = followed(WAYS[name], USED, len(DESIGNER.attributes), 4)
-    assert len(found.latency_s) <= 4 and found.missed == 0
-    assert found.latency_s.min() > 621 * 4 * 10 / 1_000_000  # 621 points of 4 bytes, 10 bits each, at 1 Mbaud
-    assert ((found.complete_s - found.latency_s) >= PASSAGE_TICKS / 1000 - 1e-9).all()
-    assert (found.off_N > 1) == (name == "straight line from the middle")
+    result = followed(WAYS[name], USED, len(DESIGNER.attributes), 4)
+    assert len(result.latency_s) <= 4 and result.missed == 0
+    assert result.latency_s.min() > 621 * 4 * 10 / 1_000_000  # 621 points of 4 bytes, 10 bits each, at 1 Mbaud
+    assert ((result.complete_s - result.latency_s) >= PASSAGE_TICKS / 1000 - 1e-9).all()
+    assert (result.off_N > 1) == (name == "straight line from the middle")
 
 
 def test_the_straight_line_is_the_model_itself_in_the_middle():

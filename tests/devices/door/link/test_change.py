@@ -123,8 +123,8 @@ def felt_on(bench, changes, at):
     """What a presentation comes to while things happen at these milliseconds, and the lab."""
     lab = Lab(bench, LIGHT).opened()
     lab.door.changes = changes
-    begun = bench.line.t_ms
-    lab.desk.at |= {begun + ms: what for ms, what in at.items()}
+    start_ms = bench.line.t_ms
+    lab.desk.at |= {start_ms + ms: what for ms, what in at.items()}
     return lab.until((Reply, Fault), request())[0], lab
 
 
@@ -139,12 +139,12 @@ def live(wishes):
 
 def test_a_presentation_takes_the_changes_along(wishes):
     bench, changes = Bench(), live(wishes)
-    came, lab = felt_on(bench, changes, {300: lambda: wishes.update(Soft=30.0)})
-    assert isinstance(came, Reply) and came.value["ended"] == "brought_back"
+    outcome, lab = felt_on(bench, changes, {300: lambda: wishes.update(Soft=30.0)})
+    assert isinstance(outcome, Reply) and outcome.value["ended"] == "brought_back"
     (change,) = changes.changes
     assert change.wish == {"Soft": 30.0} and 0 < change.taken_ns - change.seen_ns < 0.1 * NS
     assert bench.plant.plant.changed[0][0] == pytest.approx(27.0)
-    assert came.value["profile"] == f"{lab.door.change_for((30.0,) * 621, 62.0).crc:08x}"
+    assert outcome.value["profile"] == f"{lab.door.change_for((30.0,) * 621, 62.0).crc:08x}"
     assert changes.ticks >= 20 and changes.missed == 0
 
 
@@ -152,14 +152,14 @@ def test_a_change_beyond_the_limits_leaves_the_door_as_it_is_and_says_why_again_
     bench, changes = Bench(Ailing(TinyPlant(out_and_back(waits_ms=1500)), "silent")), live(wishes)
     too_much, the_same_door = (lambda: wishes.update(Soft=99.0)), (lambda: wishes.update(Hard=1.0))
     pause, go_on = Aside({"do": "pause"}), Aside({"do": "go_on"})
-    came, lab = felt_on(bench, changes, {300: too_much, 400: pause, 600: go_on, 900: the_same_door})
+    outcome, lab = felt_on(bench, changes, {300: too_much, 400: pause, 600: go_on, 900: the_same_door})
     change, again = changes.changes
-    assert isinstance(came, Reply) and change.taken_ns is None and "at most 60 N m are allowed" in change.why
+    assert isinstance(outcome, Reply) and change.taken_ns is None and "at most 60 N m are allowed" in change.why
     assert not bench.plant.plant.changed
     assert again.why == change.why
     stays = f"playing, does not change: {change.why}"
-    told = [state["door"] for state in lab.desk.told if "door" in state]
-    assert [each for each in told if each.startswith("playing")] == ["playing", stays, "playing", stays]
+    states = [state["door"] for state in lab.desk.statuses if "door" in state]
+    assert [state for state in states if state.startswith("playing")] == ["playing", stays, "playing", stays]
 
 
 def test_a_door_that_is_unplugged_in_mid_play_is_a_fault_and_keeps_what_was_taken(wishes):
@@ -168,8 +168,8 @@ def test_a_door_that_is_unplugged_in_mid_play_is_a_fault_and_keeps_what_was_take
     def unplugged():
         bench.link.lose(OSError("unplugged"))
 
-    came, _ = felt_on(bench, changes, {300: lambda: wishes.update(Soft=30.0), 700: unplugged})
-    assert isinstance(came, Fault) and came.value["what"] == "link_lost" and len(changes.changes) == 1
+    outcome, _ = felt_on(bench, changes, {300: lambda: wishes.update(Soft=30.0), 700: unplugged})
+    assert isinstance(outcome, Fault) and outcome.value["what"] == "link_lost" and len(changes.changes) == 1
 
 
 def test_ticks_that_pass_unseen_are_counted_and_not_made_up_for(wishes):

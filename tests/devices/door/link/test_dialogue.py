@@ -23,7 +23,7 @@ class Scripted:
     script: list
     clock: float = 0.0
     sent: bytes = b""
-    asked: list = field(default_factory=list)
+    requests: list = field(default_factory=list)
     parser: Parser = field(default_factory=Parser)
     waiting: bytes = b""
 
@@ -35,7 +35,7 @@ class Scripted:
     def write(self, data):
         self.sent += data
         for frame in self.parser.feed(data):
-            self.asked.append(says.understood(frame))
+            self.requests.append(says.understood(frame))
             answer = self.script.pop(0) if self.script else b""
             if isinstance(answer, says.Message):
                 answer = says.sent(answer, frame.sequence)
@@ -68,7 +68,7 @@ def test_the_greeting_byte_by_byte():
 def test_an_armed_device_is_stopped_before_anything_else():
     link, port = link_to(replace(IDENTITY, state=State.armed), says.Ack(says.Stop.KIND, State.safe), IDENTITY)
     assert dialogue.greet(link).state == State.safe
-    assert [type(each) for each in port.asked] == [says.Hello, says.Stop, says.Hello]
+    assert [type(request) for request in port.requests] == [says.Hello, says.Stop, says.Hello]
 
 
 def test_a_device_that_does_not_stop_is_refused():
@@ -82,11 +82,11 @@ def test_a_device_that_boots_is_waited_for():
     boot = replace(IDENTITY, state=State.boot)
     link, port = link_to(boot, boot, IDENTITY)
     assert dialogue.greet(link).state == State.safe
-    assert [type(each) for each in port.asked] == [says.Hello] * 3
+    assert [type(request) for request in port.requests] == [says.Hello] * 3
 
 
 @pytest.mark.parametrize(
-    ("answer", "told"),
+    ("answer", "message"),
     [
         (b"", "no door simulator answers. Is it switched on"),
         (b"\r\nERROR\r\n", "something answers"),
@@ -97,9 +97,9 @@ def test_a_device_that_boots_is_waited_for():
         (says.Nak(1, Reason.wrong_version, State.safe, 0), "another version"),
     ],
 )  # fmt: skip
-def test_what_is_no_door_simulator_of_this_version_is_refused_by_name(answer, told):
+def test_what_is_no_door_simulator_of_this_version_is_refused_by_name(answer, message):
     link, _ = link_to(*[answer] * 20)
-    with pytest.raises(DeviceError, match=told):
+    with pytest.raises(DeviceError, match=message):
         dialogue.greet(link)
 
 
@@ -121,7 +121,7 @@ def test_a_damaged_answer_is_no_answer():
     cut, turned = good[:-4] + b"\0", bytes([*good[:4], good[4] ^ 2, *good[5:]])
     link, port = link_to(cut, turned, good)
     link.ask(says.Stop())
-    assert len(port.asked) == 3 and link.parser.dropped >= 2
+    assert len(port.requests) == 3 and link.parser.dropped >= 2
 
 
 def test_a_refusal_says_what_why_and_how_the_device_is():

@@ -38,8 +38,8 @@ def test_runs_at_the_length_of_a_block_come_back(length):
 def test_frames_come_out_as_they_went_in_however_they_are_cut(sent, size):
     line = b"".join(map(on_the_line, sent))
     parser = Parser()
-    found = [frame for at in range(0, len(line), size) for frame in parser.feed(line[at : at + size])]
-    assert found == sent and parser.dropped == parser.dropped_bytes == 0
+    frames = [frame for at in range(0, len(line), size) for frame in parser.feed(line[at : at + size])]
+    assert frames == sent and parser.dropped == parser.dropped_bytes == 0
 
 
 @settings(max_examples=examples(300))
@@ -65,17 +65,17 @@ def test_a_frame_with_any_bit_turned_is_never_taken_for_a_frame(frame, data):
 @given(st.binary(max_size=3000), st.lists(frames, min_size=3, max_size=3), st.integers(0, 700))
 def test_garbage_within_and_before_frames_costs_at_most_the_frame_that_it_struck(garbage, sent, at):
     first, *rest = map(on_the_line, sent)
-    found = Parser().feed(first[:at] + garbage + first[at:] + b"".join(rest))
-    assert found[-2:] == sent[1:]
+    frames = Parser().feed(first[:at] + garbage + first[at:] + b"".join(rest))
+    assert frames[-2:] == sent[1:]
 
 
 @given(st.lists(frames, min_size=2, max_size=6), st.integers(0, 200), st.integers(1, 100))
 def test_what_is_lost_of_the_line_costs_at_most_two_frames(sent, at, gone):
     line = b"".join(map(on_the_line, sent))
     short = 12 * gone // 100
-    found = Parser().feed(line[:at] + line[at + short :])
-    assert len(found) >= len(sent) - 2
-    assert all(frame in sent for frame in found)
+    frames = Parser().feed(line[:at] + line[at + short :])
+    assert len(frames) >= len(sent) - 2
+    assert all(frame in sent for frame in frames)
 
 
 def test_a_run_without_an_end_is_counted_and_forgotten():
@@ -114,5 +114,5 @@ def test_telemetry_survives_a_noisy_line():
         line += says.sent(sample, sample.sample)
         if noise.random() < 0.1:
             line += noise.randbytes(noise.randrange(1, 200))
-    found = [says.understood(frame) for frame in Parser().feed(line)]
-    assert found == sent  # garbage between frames costs none of them
+    messages = [says.understood(frame) for frame in Parser().feed(line)]
+    assert messages == sent  # garbage between frames costs none of them

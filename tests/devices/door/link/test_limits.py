@@ -25,14 +25,14 @@ def test_every_profile_of_the_door_study_may_be_played_with_the_usual_limits():
 
 
 def test_torque_is_force_times_the_radius_of_the_handle():
-    made = profile_for_door(FLAT, 0.5, Limits())
-    assert set(made.torque_Nm) == {5.0} and made.end_deg == 62.0
+    profile = profile_for_door(FLAT, 0.5, Limits())
+    assert set(profile.torque_Nm) == {5.0} and profile.end_deg == 62.0
 
 
 def test_the_padding_is_held_and_the_stop_stands_at_the_end_of_the_motion():
-    made = profile_for_door([10.0] * 550 + [12.0] + [0.0] * 70, 1.0, Limits())
-    assert made.end_deg == pytest.approx(55.0)
-    assert set(made.torque_Nm[550:]) == {12.0}
+    profile = profile_for_door([10.0] * 550 + [12.0] + [0.0] * 70, 1.0, Limits())
+    assert profile.end_deg == pytest.approx(55.0)
+    assert set(profile.torque_Nm[550:]) == {12.0}
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -42,7 +42,7 @@ def test_a_force_that_is_no_number_is_refused_with_its_angle(value):
 
 
 @pytest.mark.parametrize(
-    ("force", "told"),
+    ("force", "message"),
     [
         (FLAT[:-1], "620 points found, 621 expected"),
         ([0.0] * POINTS, "a door that does not open"),
@@ -51,8 +51,8 @@ def test_a_force_that_is_no_number_is_refused_with_its_angle(value):
         ([5.0] * 300 + [25.0] * 321, r"180.0 N m/deg from 29.9 degrees on, at most 100"),
     ],
 )
-def test_what_must_not_be_played_is_refused_by_the_limit_and_where(force, told):
-    with pytest.raises(ProfileRefused, match=told):
+def test_what_must_not_be_played_is_refused_by_the_limit_and_where(force, message):
+    with pytest.raises(ProfileRefused, match=message):
         profile_for_door(force, 0.9, Limits())
 
 

@@ -35,20 +35,20 @@ def test_the_worked_examples_are_what_is_sent(message, sequence):
 
 def payload(kind):
     """The payload as the page writes it."""
-    names = [name for name, each in kind.__dataclass_fields__.items() if "ClassVar" not in str(each.type)]
+    names = [name for name, field in kind.__dataclass_fields__.items() if "ClassVar" not in str(field.type)]
     codes = re.findall(r"4s|[A-Za-z]", kind.LAYOUT.format)
-    told = [f"{name} {NAMES[code]}" for name, code in zip(names, codes, strict=False)]
-    return ", ".join([*told, "torque_Nm f32 ..."] if issubclass(kind, says.Points) else told)
+    described = [f"{name} {NAMES[code]}" for name, code in zip(names, codes, strict=False)]
+    return ", ".join([*described, "torque_Nm f32 ..."] if issubclass(kind, says.Points) else described)
 
 
 def test_every_message_is_there_with_its_payload():
-    told = {row[0]: (row[1], row[3]) for row in rows("type | message | from | payload | answered by")}
-    assert told == {f"{kind.KIND:#04x}": (kind.__name__, payload(kind)) for kind in says.MESSAGES}
+    documented = {row[0]: (row[1], row[3]) for row in rows("type | message | from | payload | answered by")}
+    assert documented == {f"{kind.KIND:#04x}": (kind.__name__, payload(kind)) for kind in says.MESSAGES}
 
 
 def test_where_a_request_may_be_made():
-    told = {row[0]: row[1:5] for row in rows("request | boot | safe | armed | playing | then")}
-    assert told == {
+    documented = {row[0]: row[1:5] for row in rows("request | boot | safe | armed | playing | then")}
+    assert documented == {
         kind.__name__: ["yes" if state in states else "no" for state in State] for kind, states in ALLOWED.items()
     }
 
@@ -64,7 +64,7 @@ def test_codes():
 
 def test_numbers():
     limits = Limits()
-    for said in (
+    for number_text in (
         f"no Heartbeat for more than {HEARTBEAT_MS} ms", f"no new reading for {SILENT_MS} ms",
         f"stands for {STUCK_MS} ms (within {STANDS_DEG:g} deg) though the arm came at {STUCK_DEG_S:g} deg/s",
         f"pulls {PULLED_NM:g} N m more", f"at most {MAX_PAYLOAD}", f"at most {CHUNK_POINTS}\n  points",
@@ -72,4 +72,4 @@ def test_numbers():
         f"angle outside {limits.angle_deg[0]:g} to {limits.angle_deg[1]:g} deg, torque beyond {limits.sensed_Nm[1]:g}",
         f"faster than {limits.still_deg_s:g} deg/s",
     ):  # fmt: skip
-        assert said in PAGE, said
+        assert number_text in PAGE, number_text

@@ -14,8 +14,8 @@ def test_every_case_of_the_bench_is_right():
 
 def test_after_every_drill_the_motor_is_off_and_the_brake_switched_on_within_50_ms():
     for name in DRILLS:
-        found = run_drill(name)
-        assert found.fault is not Fault.none and found.off_ms <= found.without_motor_ms <= SAFE_WITHIN_MS, name
+        result = run_drill(name)
+        assert result.fault is not Fault.none and result.off_ms <= result.without_motor_ms <= SAFE_WITHIN_MS, name
 
 
 def test_garbage_among_frames_costs_one_at_most():

@@ -58,30 +58,30 @@ def test_a_presentation_ends_with_its_time():
 
 
 def test_a_pause_rests_the_door_and_going_on_plays_it_again():
-    lab, asked = slow_lab(), request()
+    lab, presentation = slow_lab(), request()
     lab.desk.at = {1000: Aside({"do": "pause"}), 5000: Aside({"do": "go_on"})}
-    aside, _ = lab.until(Aside, asked)
+    aside, _ = lab.until(Aside, presentation)
     assert aside.value["do"] == "pause" and lab.at_rest
-    again, _ = lab.until(Aside, asked)
+    again, _ = lab.until(Aside, presentation)
     assert again.value["do"] == "go_on" and lab.at_rest
-    reply, _ = lab.until(Reply, asked)
+    reply, _ = lab.until(Reply, presentation)
     assert reply.value["ended"] == "brought_back"
     assert reply.value["seconds"] < lab.bench.line.clock_s() - 4
 
 
 def test_a_note_changes_nothing():
-    lab, asked = slow_lab(), request()
+    lab, presentation = slow_lab(), request()
     lab.desk.at = {1000: Aside({"do": "note", "text": "hm"})}
-    lab.until(Aside, asked)
+    lab.until(Aside, presentation)
     assert not lab.at_rest
-    assert lab.until(Reply, asked)[0].value["ended"] == "brought_back"
+    assert lab.until(Reply, presentation)[0].value["ended"] == "brought_back"
 
 
 @pytest.mark.parametrize("do", ["repeat", "abort"])
 def test_what_is_given_up_is_at_rest_at_once_and_the_next_one_begins_anew(do):
-    lab, asked = slow_lab(), request()
+    lab, presentation = slow_lab(), request()
     lab.desk.at = {1000: Aside({"do": do})}
-    lab.until(Aside, asked)
+    lab.until(Aside, presentation)
     assert lab.at_rest and lab.bench.firmware.state is State.safe
     assert lab.until(Reply, request())[0].value["ended"] == "brought_back"
 
@@ -94,31 +94,31 @@ def test_another_request_in_between_stops_the_first():
 
 @pytest.mark.parametrize("error", [Interrupted("abandoned"), KeyboardInterrupt(), RuntimeError("the window is closed")])
 def test_an_exception_from_the_desk_or_the_window_leaves_it_at_rest(error):
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.desk.at = {0: error}
     began_ms = lab.bench.line.t_ms
     with pytest.raises(type(error)):
-        lab.until(Reply, asked)
+        lab.until(Reply, presentation)
     assert lab.at_rest and lab.bench.line.t_ms - began_ms <= SAFE_WITHIN_MS
 
 
 def test_an_exception_out_of_the_window_itself_leaves_it_at_rest():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.window.wait_for = lambda *_: (_ for _ in ()).throw(OSError("the display is gone"))
     with pytest.raises(OSError, match="display"):
-        lab.perform(asked)
+        lab.perform(presentation)
     assert lab.at_rest
 
 
 def test_a_slow_disk_costs_the_heartbeat_and_ends_safe():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.window.passes(480)  # the main thread writes
     assert not lab.at_rest
     lab.window.passes(100)
     assert lab.at_rest
-    failed, before = lab.until(Failed, asked)
+    failed, before = lab.until(Failed, presentation)
     assert failed.value["what"] == "heartbeat_lost" and "heard nothing of this computer" in failed.value["message"]
-    assert all(isinstance(each, Chunk) for each in before)
+    assert all(isinstance(outcome, Chunk) for outcome in before)
 
 
 def test_a_door_whose_own_limit_is_higher_than_the_rigs_is_not_opened():
@@ -159,22 +159,22 @@ def test_closing_in_full_swing_leaves_it_at_rest():
 
 def test_health_tells_noise_and_faults():
     lab = Lab().opened()
-    found = lab.door.health(0.3)
-    assert found.ok and found.readings[0].signal.name == "telemetry" and found.facts["firmware"] == "2"
+    health = lab.door.health(0.3)
+    assert health.ok and health.readings[0].signal.name == "telemetry" and health.facts["firmware"] == "2"
     lab.bench.firmware.press(True)
-    found = lab.door.health(0.3)
-    assert not found.ok and "emergency stop" in found.summary
+    health = lab.door.health(0.3)
+    assert not health.ok and "emergency stop" in health.summary
 
 
 def test_health_tells_what_is_lost_on_the_line():
     lab, chance = Lab().opened(), random.Random(1)
     lab.bench.line.wire.to_host = lambda data: b"" if chance.random() < 0.1 else data
-    found = lab.door.health(0.3)
-    assert not found.ok and "samples of telemetry lost on the line" in found.summary
+    health = lab.door.health(0.3)
+    assert not health.ok and "samples of telemetry lost on the line" in health.summary
 
 
 def test_what_the_ledger_keeps_of_it():
-    told = dict(Lab().opened().door.describe())
-    assert told["kind"] == "door" and told["driver"] == "serial" and told["serial_number"] == 1
-    assert told["limits"] == {"torque_Nm": 60.0, "slope_Nm_deg": 100.0, "speed_deg_s": 180.0}
-    assert told["device_limits"]["heartbeat_ms"] == 40
+    description = dict(Lab().opened().door.describe())
+    assert description["kind"] == "door" and description["driver"] == "serial" and description["serial_number"] == 1
+    assert description["limits"] == {"torque_Nm": 60.0, "slope_Nm_deg": 100.0, "speed_deg_s": 180.0}
+    assert description["device_limits"]["heartbeat_ms"] == 40

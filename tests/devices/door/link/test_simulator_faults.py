@@ -26,10 +26,10 @@ DRILLS = {
 def test_a_sensor_that_fails_is_a_fault_and_the_next_attempt_asks_first(ailment):
     path = out_and_back(ms=1000)  # 62 deg/s: an encoder that stops is seen at once
     lab = Lab(Bench(Ailing(TinyPlant(path), ailment))).opened()
-    asked = request()
-    lab.until(Chunk, asked)
+    presentation = request()
+    lab.until(Chunk, presentation)
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["device"] == "door" and failed.value["what"] == DRILLS[ailment]
     assert "the door went safe" in failed.value["message"] and lab.at_rest
     assert lab.bench.firmware.fault is not Fault.none
@@ -41,9 +41,9 @@ def test_a_sensor_that_fails_is_a_fault_and_the_next_attempt_asks_first(ailment)
 
 
 def test_nothing_moves_until_the_experimenter_has_confirmed():
-    lab, asked = playing("not_a_number")
+    lab, presentation = playing("not_a_number")
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    lab.until(Failed, asked)
+    lab.until(Failed, presentation)
     lab.bench.plant.from_ms = None
     lab.desk.confirms = False
     lab.desk.at = {lab.bench.line.t_ms + 20_000: Aside({"do": "note", "text": "looking at it"})}
@@ -55,9 +55,9 @@ def test_nothing_moves_until_the_experimenter_has_confirmed():
 
 
 def test_a_fault_is_confirmed_once():
-    lab, asked = playing("not_a_number")
+    lab, presentation = playing("not_a_number")
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    lab.until(Failed, asked)
+    lab.until(Failed, presentation)
     lab.bench.plant.from_ms, lab.bench.plant.plant.angle_deg = None, 0.0
     lab.until((Chunk, Failed), request())
     assert lab.desk.confirmed == [
@@ -66,20 +66,20 @@ def test_a_fault_is_confirmed_once():
 
 
 def test_a_fault_in_a_pause_is_told_by_its_name_before_anything_moves_again():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.desk.at = {0: Aside({"do": "pause"})}
-    lab.until(Aside, asked)
+    lab.until(Aside, presentation)
     lab.bench.firmware.press(True)
     lab.desk.at = {lab.bench.line.t_ms + 300: Aside({"do": "go_on"})}
-    lab.until(Aside, asked)
-    failed, _ = lab.until(Failed, asked)
+    lab.until(Aside, presentation)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "emergency_stop" and lab.at_rest
 
 
 def test_a_fault_whose_cause_remains_is_asked_for_again():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.firmware.press(True)
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "emergency_stop" and "emergency stop was pressed" in failed.value["message"]
     lab.desk.demands.clear()
     lab.desk.at = {lab.bench.line.t_ms + 30: lambda: lab.bench.firmware.press(False)}
@@ -115,8 +115,8 @@ def unplug_at(lab, when):
 def test_a_cable_that_comes_out_at_any_request_ends_safe_and_the_trial_is_met_again(when):
     lab = Lab().opened()
     unplug_at(lab, when)
-    asked = request()
-    failed, _ = lab.until(Failed, asked)
+    presentation = request()
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "link_lost" and "the link to the door is lost" in failed.value["message"]
     lab.bench.line.run(SAFE_WITHIN_MS)
     assert lab.at_rest and lab.bench.firmware.state is State.safe
@@ -128,28 +128,28 @@ def test_a_cable_that_comes_out_at_any_request_ends_safe_and_the_trial_is_met_ag
 
 
 def test_a_cable_that_comes_out_while_it_is_felt_ends_safe_within_50_ms():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.line.unplugged = True
     cut_ms = lab.bench.line.t_ms
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "link_lost"
     lab.bench.line.run(max(0, cut_ms + SAFE_WITHIN_MS - lab.bench.line.t_ms))
     assert lab.at_rest and lab.bench.firmware.fault is Fault.heartbeat_lost
 
 
 def test_a_door_that_stays_gone_is_told_attempt_after_attempt():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.line.unplugged = True
-    lab.until(Failed, asked)
+    lab.until(Failed, presentation)
     failed, _ = lab.until(Failed, request())
     assert failed.value["what"] == "link_lost" and "no door simulator answers" in failed.value["message"]
 
 
 @pytest.mark.parametrize("side", ["to_host", "to_device"])
 def test_a_line_that_goes_deaf_or_dumb_ends_safe(side):
-    lab, asked = playing()
+    lab, presentation = playing()
     setattr(lab.bench.line.wire, side, lambda data: b"")
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] in {"silent", "heartbeat_lost"}
     lab.bench.line.run(SAFE_WITHIN_MS)
     assert lab.at_rest
@@ -164,9 +164,9 @@ def test_a_line_that_goes_deaf_or_dumb_ends_safe(side):
     ],
 )
 def test_a_line_on_which_nothing_comes_over_whole_ends_safe(damage):
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.line.wire.to_device = damage
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "heartbeat_lost" and lab.at_rest
 
 
@@ -188,19 +188,19 @@ def test_the_devices_own_lower_limit_holds_too():
 
 
 def test_a_device_that_leaves_playing_by_itself_is_a_fault():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.firmware._rest()
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert (
         failed.value["what"] == "firmware" and "the door is safe where it should be playing" in failed.value["message"]
     )
 
 
 def test_telemetry_that_cannot_be_true_is_a_fault_also_where_the_device_says_nothing():
-    lab, asked = playing()
+    lab, presentation = playing()
     lab.bench.firmware._watch.check = lambda *_: None
     lab.bench.plant.ailment, lab.bench.plant.from_ms = "not_a_number", lab.bench.plant.t_ms
-    failed, _ = lab.until(Failed, asked)
+    failed, _ = lab.until(Failed, presentation)
     assert failed.value["what"] == "not_a_number" and lab.at_rest
 
 

@@ -26,12 +26,12 @@ def test_lost_samples_are_numbered_and_said():
 @given(st.lists(st.integers(0, 200), max_size=60, unique=True), st.integers(0, 2**32 - 1), st.integers(1, 9))
 def test_numbers_rise_and_everything_is_given_or_lost_across_calls_and_over_the_counters_end(some, start, size):
     numbers = sorted({0, *some})
-    numbering, next_, kept = TelemetryBlocks(), 0, 0
+    numbering, next_, count = TelemetryBlocks(), 0, 0
     for at in range(0, len(numbers), size):
         for block in numbering.blocks([(0, sample(start + n)) for n in numbers[at : at + size]]):
             assert block.first == next_ + block.lost
-            next_, kept = block.first + len(block.data) // 20, kept + len(block.data) // 20
-    assert next_ == numbers[-1] + 1 and kept == len(numbers)
+            next_, count = block.first + len(block.data) // 20, count + len(block.data) // 20
+    assert next_ == numbers[-1] + 1 and count == len(numbers)
 
 
 def test_a_sample_that_comes_twice_counts_once():
@@ -45,14 +45,14 @@ def test_a_row_holds_the_channels_in_their_order():
 
 
 @pytest.mark.parametrize(
-    ("found", "what"),
+    ("telemetry", "what"),
     [
         (sample(0, math.nan), "not_a_number"), (sample(0, torque_Nm=math.inf), "not_a_number"),
         (sample(0, 91.0), "over_range"), (sample(0, torque_Nm=-501.0), "over_range"),
     ],
 )  # fmt: skip
-def test_telemetry_that_cannot_be_true_is_a_fault(found, what):
-    assert untrue("door", found).what == what
+def test_telemetry_that_cannot_be_true_is_a_fault(telemetry, what):
+    assert untrue("door", telemetry).what == what
 
 
 def test_telemetry_that_can_be_true_is_none():

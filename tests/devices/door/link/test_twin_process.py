@@ -57,17 +57,17 @@ class Window:
 
 class Desk:
     def __init__(self):
-        self.demands, self.asked, self.ends = [], None, False
+        self.demands, self.prompt, self.ends = [], None, False
 
     def poll(self):
         return None
 
     def demand(self, prompt):
-        self.asked = prompt
+        self.prompt = prompt
         self.demands += [prompt.text] if prompt else []
 
     def answer(self):
-        return True if self.asked and (self.ends or "then confirm" in self.asked.text) else None
+        return True if self.prompt and (self.ends or "then confirm" in self.prompt.text) else None
 
     def tell(self, state):
         pass
@@ -81,10 +81,10 @@ def twin(log=None, more=()):
     return door
 
 
-def came(door, desk, asked, kinds):
+def outcomes_of(door, desk, presentation, kinds):
     """What performing comes to in the end, and the chunks before."""
     window, chunks = Window(), []
-    while not isinstance(one := door.perform(asked, window, desk, time.monotonic_ns), kinds):
+    while not isinstance(one := door.perform(presentation, window, desk, time.monotonic_ns), kinds):
         chunks.append(one)
     return one, chunks
 
@@ -99,15 +99,15 @@ def test_a_twin_presents_through_its_pty_and_its_telemetry_is_recorded(tmp_path)
     door = twin(log)
     door.open()
     try:
-        reply, chunks = came(door, Desk(), request(), (Reply, Fault))
+        reply, chunks = outcomes_of(door, Desk(), request(), (Reply, Fault))
     finally:
         door.close()
     assert isinstance(reply, Reply), reply
     assert reply.value["ended"] == "brought_back" and reply.value["by"] == "twin"
     assert reply.value["opened_deg"] > 5.0 and reply.value["end_deg"] == 7.0
     assert all(isinstance(chunk, Chunk) for chunk in chunks)
-    kept = sum(piece.count for chunk in chunks for piece in chunk.samples)
-    assert kept == reply.value["streams"]["door_telemetry"]["samples"] > 500
+    count = sum(piece.count for chunk in chunks for piece in chunk.samples)
+    assert count == reply.value["streams"]["door_telemetry"]["samples"] > 500
     assert [note["state"] for note in notes(log)][:4] == ["boot", "safe", "armed", "playing"]
     assert notes(log)[-1]["host"] == "gone, ended" and notes(log)[-1]["mode"] == "off"
 
@@ -118,7 +118,7 @@ def test_a_sensor_that_fails_behind_the_pty_is_a_fault_and_the_door_is_safe(tmp_
     door = twin(log, ("--ail=not_a_number@900",))
     door.open()
     try:
-        fault, _ = came(door, Desk(), request(), (Reply, Fault))
+        fault, _ = outcomes_of(door, Desk(), request(), (Reply, Fault))
     finally:
         door.close()
     assert isinstance(fault, Fault) and fault.value["what"] == "not_a_number"
@@ -141,12 +141,12 @@ def test_a_host_that_is_killed_leaves_the_door_safe_within_50_ms_of_plant_time(t
     while not (log.exists() and "gone, ended" in log.read_text()):
         assert time.monotonic() < until
         time.sleep(0.02)
-    told = notes(log)
-    assert "playing" in [note["state"] for note in told]
-    tripped = next(note for note in told if note["fault"] == "heartbeat_lost")
+    written = notes(log)
+    assert "playing" in [note["state"] for note in written]
+    tripped = next(note for note in written if note["fault"] == "heartbeat_lost")
     assert tripped["state"] == "safe" and tripped["mode"] == "off"
     assert tripped["t_ms"] - tripped["beat_ms"] <= 50
-    assert told[-1]["state"] == "safe" and abs(told[-1]["motor_Nm"]) < 1e-6 and told[-1]["brake_A"] > 0.99
+    assert written[-1]["state"] == "safe" and abs(written[-1]["motor_Nm"]) < 1e-6 and written[-1]["brake_A"] > 0.99
 
 
 @pytest.mark.needs("serial")
@@ -165,10 +165,10 @@ def test_a_twin_that_is_killed_is_a_lost_link_and_another_one_is_started_for_the
         assert isinstance(door.perform(first, Window(), desk, time.monotonic_ns), Chunk)
         for pid in children():
             os.kill(pid, signal.SIGKILL)
-        fault, _ = came(door, desk, first, (Reply, Fault))
+        fault, _ = outcomes_of(door, desk, first, (Reply, Fault))
         assert isinstance(fault, Fault) and fault.value["what"] in {"link_lost", "silent"}
         desk.ends = True
-        reply, _ = came(door, desk, request(), (Reply, Fault))
+        reply, _ = outcomes_of(door, desk, request(), (Reply, Fault))
         assert isinstance(reply, Reply) and len(started) == 2
         assert any("Put it right" in demand for demand in desk.demands)
     finally:

@@ -41,16 +41,16 @@ def run(machine, seconds):
 def test_a_person_feels_the_door_that_was_loaded(label):
     """The thesis' device reached r 0.96 and 0.25 N m."""
     torque, end_rad = door(label)
-    found = play(torque, end_rad)
-    assert found.r > 0.999
-    assert found.rmse_Nm <= 0.10
-    assert max(found.angle_rad) > 0.95 * end_rad
+    felt = play(torque, end_rad)
+    assert felt.r > 0.999
+    assert felt.rmse_Nm <= 0.10
+    assert max(felt.angle_rad) > 0.95 * end_rad
 
 
 def test_at_constant_speed_the_door_moves_as_it_is_pulled():
     torque, end_rad = door("K8")
-    found = play(torque, end_rad, constant_velocity(0.5, end_rad))
-    assert found.rmse_Nm <= 0.10
+    pulled = play(torque, end_rad, constant_velocity(0.5, end_rad))
+    assert pulled.rmse_Nm <= 0.10
     machine = playing(constant_velocity(0.5, end_rad), (torque, end_rad))
     speeds = [machine.dynamics.w for _ in run(machine, 2.0)][800:]
     assert all(0.3 < speed < 0.7 for speed in speeds)
@@ -175,14 +175,14 @@ def test_a_held_machine_stands_for_minutes_to_the_last_digit():
 
 
 @pytest.mark.parametrize(
-    ("torque", "end", "told"),
+    ("torque", "end", "message"),
     [(FLAT[:-1], END, "621"), ([*FLAT[:-1], math.nan], END, "620"), (FLAT, 0.0, "end"), (FLAT, 2.0, "end")],
 )
-def test_what_is_no_profile_is_refused_and_the_old_one_stays(torque, end, told):
+def test_what_is_no_profile_is_refused_and_the_old_one_stays(torque, end, message):
     machine = Machine(hand=NOBODY)
     machine.load(FLAT, END)
     before = machine.rendered
-    with pytest.raises(PlantError, match=told):
+    with pytest.raises(PlantError, match=message):
         machine.load(torque, end)
     assert machine.rendered is before
 

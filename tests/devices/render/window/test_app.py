@@ -44,8 +44,8 @@ class FakePlays:
         self._did(self.sounds, sounds)
 
     def push(self, reports):
-        for each in reports:
-            self._did(self.reports, each)
+        for report in reports:
+            self._did(self.reports, report)
 
     def volume(self, gain):
         self._did(self.gains, gain)
@@ -70,18 +70,18 @@ def page_for(language="en", size=SIZE, px_per_mm=PX_PER_MM):
 
 
 def room_in(lab, **more):
-    made, board = [], RendererView(page_for(), only(lab))
+    players, board = [], RendererView(page_for(), only(lab))
 
     def begin(sounds):
-        made.append(FakePlays(sounds))
-        return made[-1]
+        players.append(FakePlays(sounds))
+        return players[-1]
 
     screen = RendererScreen(board.page, board, Choice("cloth", "ar"))
     room = RendererApp(FakeShell(deque()), board.page, screen, begin,
                 lambda card: Sounds(card, 3), epoch_s=99.0, **more)  # fmt: skip
     room._scene.appear()
     room._play()
-    return room, made
+    return room, players
 
 
 def only(lab):
@@ -92,14 +92,14 @@ def only(lab):
 
 
 def do(room, *inputs):
-    for each in inputs:
-        room.shell.turns.append([each])
+    for input_event in inputs:
+        room.shell.turns.append([input_event])
         room.turn()
     room.turn()
 
 
 def box(room, name):
-    return next(each.box for each in room.main.placed() if each.name == name)
+    return next(element.box for element in room.main.placed() if element.name == name)
 
 
 def click(room, name):
@@ -123,7 +123,7 @@ def test_off_the_picture_nothing_is_touched(lab):
     room, (plays,) = room_in(lab)
     place = box(room, "picture")
     do(room, Pressed(*place.middle, 0.0), Moved(place.right + 40, place.middle[1], 0.0))
-    assert [each.touching for each in plays.reports] == [True, False] and plays.reports[1].pressure == 0
+    assert [report.touching for report in plays.reports] == [True, False] and plays.reports[1].pressure == 0
     stylus = Report(0.0, 10.0, 10.0, 0.5, True)
     assert on_picture(stylus, Box(0, 0, 100, 100), 5.0) == stylus
     assert not on_picture(stylus, Box(60, 0, 100, 100), 5.0).touching
@@ -134,10 +134,10 @@ def test_textures_and_methods_are_switched_by_button_and_key(lab):
     click(room, "method hapinf")
     click(room, "texture rubber")
     do(room, Key("right", False, 0.0), Key("down", False, 0.0))
-    played = [each.card.stem for each in plays.sounds]
+    played = [sound.card.stem for sound in plays.sounds]
     assert played == ["texture-cloth-ar", "texture-cloth-hapinf", "texture-rubber-ar", "texture-cloth-ar",
                       "texture-cloth-hapinf"]  # fmt: skip
-    assert {each.seed for each in plays.sounds} == {3}
+    assert {sound.seed for sound in plays.sounds} == {3}
 
 
 def test_volume_force_and_silence(lab):
@@ -176,23 +176,23 @@ def test_a_damaged_card_or_picture_does_not_end_the_window(lab):
     rubber.with_name("rubber.png").write_bytes(b"none")
     plays.fails = ""
     click(room, "texture rubber")
-    said = next(each.text for each in room.main.placed() if each.name == "no picture")
-    assert said.startswith("No picture of this texture. ") and "rubber.png" in said
+    text = next(element.text for element in room.main.placed() if element.name == "no picture")
+    assert text.startswith("No picture of this texture. ") and "rubber.png" in text
 
 
 def test_a_renderer_that_has_ended_is_said_and_begun_anew_with_the_next_choice(lab):
-    room, made = room_in(lab)
-    made[0].running, made[0].fails = False, "the actuator is gone"
+    room, players = room_in(lab)
+    players[0].running, players[0].fails = False, "the actuator is gone"
     do(room, *[Moved(0, 0, 0.0)] * 60)
     assert "the actuator is gone. Choose" in room.main.status.notice
     click(room, "texture rubber")
-    assert len(made) == 2 and made[1].sounds[0].card.stem == "texture-rubber-ar"
+    assert len(players) == 2 and players[1].sounds[0].card.stem == "texture-rubber-ar"
 
 
 def test_the_figures_are_the_renderer_s(lab):
-    room, _made = room_in(lab)
+    room, _players = room_in(lab)
     do(room, *[Moved(0, 0, 0.0)] * 60)
-    texts = {each.text for each in room.main.placed()}
+    texts = {element.text for element in room.main.placed()}
     assert {"7", "2 (25 %)", "1 (3 samples)", "native"} <= texts
 
 
@@ -200,12 +200,12 @@ def test_what_is_shown_is_the_last_second():
     last = np.zeros((3, 1500))
     last[0, 600:1200] = 2 * np.sin(2 * np.pi * 100 * np.arange(600) / 1000)
     last[1], last[2] = 50.0, 0.7
-    found = heard(last)
-    assert len(found.samples) == 1000 and (found.speed_mm_s, found.force_N) == (50, 0.7)
-    assert found.level_m_s2 == pytest.approx(np.sqrt(2), rel=0.05)
-    low, high = columns(found.samples, 100)
+    last_second = heard(last)
+    assert len(last_second.samples) == 1000 and (last_second.speed_mm_s, last_second.force_N) == (50, 0.7)
+    assert last_second.level_m_s2 == pytest.approx(np.sqrt(2), rel=0.05)
+    low, high = columns(last_second.samples, 100)
     assert high[15:60].max() == pytest.approx(2, abs=0.1) and low[80] == high[80] == 0
-    levels = spectrum_dB(found.samples)
+    levels = spectrum_dB(last_second.samples)
     assert levels.argmax() * 4 == 100 and levels.max() < 3.1 and levels[-1] < -50 < levels[25]
     assert heard(np.zeros((3, 0))).samples.size == 0
 
@@ -244,7 +244,7 @@ def test_a_picture_has_its_true_size_and_is_cut_where_there_is_no_room(tmp_path)
 def test_the_six_textures_have_pictures_of_a_sample_and_a_card_may_name_its_own(lab):
     shipped = sorted(PICTURES.glob("*.jpg"))
     assert len(shipped) == 6
-    assert all(read_photo(each).size_mm == pytest.approx((SIZE_MM, SIZE_MM), rel=2e-3) for each in shipped)
+    assert all(read_photo(photo).size_mm == pytest.approx((SIZE_MM, SIZE_MM), rel=2e-3) for photo in shipped)
     assert photo_file(model().card, lab) == PICTURES / "cloth.jpg"
     assert photo_file(model(picture="mine.png").card, lab) == lab / "mine.png"
     assert photo_file(model(id="silk").card, lab) is None

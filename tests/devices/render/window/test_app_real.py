@@ -37,7 +37,7 @@ class Window:
         self.screen = RendererScreen(page, RendererView(page, available(lab)), Choice("cloth", "ar"))
 
     def box(self, name):
-        return next(each.box for each in self.screen.placed() if each.name == name)
+        return next(element.box for element in self.screen.placed() if element.name == name)
 
     def course(self):
         """How many of the course's columns leave the middle."""

@@ -28,13 +28,13 @@ def run(display, *arguments, typed=""):
 
 def test_a_screen_is_calibrated_by_what_the_ruler_reads(display, tmp_path):
     done = run(display, "calibrate", "--lab", tmp_path, "--width-mm", 320, typed="138.5\n127\n")
-    found = read_calibration(tmp_path)
+    calibration = read_calibration(tmp_path)
     drawn_px = round(127 * 1280 / 320)
 
     assert done.returncode == 0
     assert done.stderr == ""
-    assert found.size_px == (1280, 720)
-    assert found.px_per_mm == pytest.approx(drawn_px / 138.5)
+    assert calibration.size_px == (1280, 720)
+    assert calibration.px_per_mm == pytest.approx(drawn_px / 138.5)
     assert "corrected to" in done.stdout
 
 
@@ -45,9 +45,9 @@ def test_the_line_is_on_the_screen_while_the_terminal_waits(display, tmp_path):
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "DISPLAY": display},
     )  # fmt: skip
     with verb:
-        said = b""
-        while b"[127]" not in said:
-            said += verb.stdout.read(1)
+        output = b""
+        while b"[127]" not in output:
+            output += verb.stdout.read(1)
         before = hand.picture()
         verb.stdin.write(b"127.0\n")
         verb.stdin.close()

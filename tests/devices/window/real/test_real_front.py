@@ -55,13 +55,13 @@ def test_each_pixel_is_the_one_that_was_painted(display, way, tmp_path, monkeypa
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
     with program:
-        said, hand = program.stdout.readline(), Hand(display)
+        line, hand = program.stdout.readline(), Hand(display)
         seen = hand.picture()
         hand.close()
         program.stdin.close()
         assert program.wait(30) == 0
 
-    assert said == b"True\n", "a virtual display draws with the processor"
+    assert line == b"True\n", "a virtual display draws with the processor"
     assert seen.tobytes() == Image.open(tmp_path / "painted.png").tobytes()
 
 

@@ -12,8 +12,8 @@ pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 @pytest.fixture(scope="module")
 def korean():
-    found = read_study(SHIPPED / "door_lexicon" / "study.yaml")
-    with theatre_of(Setting(found.study, CALIBRATION, "ko", found.folder, fullscreen=True)) as opened:
+    study_files = read_study(SHIPPED / "door_lexicon" / "study.yaml")
+    with theatre_of(Setting(study_files.study, CALIBRATION, "ko", study_files.folder, fullscreen=True)) as opened:
         yield opened
 
 

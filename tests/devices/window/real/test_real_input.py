@@ -101,10 +101,10 @@ def test_next_stays_off_until_every_line_is_answered_and_says_which_is_not(theat
     for row in range(len(NAMES) - 1):
         theatre.hand.tap(*at(placed, row, 1))
     theatre.hand.click(*placed["next"].box.middle)
-    said = [each.text for each in theatre.stage.look()["placed"] if "Luxurious" in each.text]
+    texts = [element.text for element in theatre.stage.look()["placed"] if "Luxurious" in element.text]
     theatre.hand.tap(*at(placed, len(NAMES) - 1, 1))
 
-    assert any(text.startswith("Please answer") for text in said)
+    assert any(text.startswith("Please answer") for text in texts)
     assert len(answered(theatre)["answers"]) == len(NAMES)
 
 
@@ -203,7 +203,7 @@ def test_the_sides_that_are_switched_to_are_counted_timed_and_told(theatre):
     value = answered(theatre)
 
     assert sides == ["real", "virtual", "real"]
-    assert [each["to"] for each in value["switches"]] == sides
+    assert [switch["to"] for switch in value["switches"]] == sides
     assert sum(value["side_s"].values()) <= value["seconds"]
 
 

@@ -36,7 +36,7 @@ def message(theatre, *numbers):
     from Xlib.protocol.event import ClientMessage
 
     [window] = theatre.hand.windows("Palpate")
-    atoms = [theatre.hand.display.intern_atom(each) if isinstance(each, str) else each for each in numbers]
+    atoms = [theatre.hand.display.intern_atom(number) if isinstance(number, str) else number for number in numbers]
     data = (32, [*atoms, X.CurrentTime, 0, 0, 0, 0][:5])
     protocols = theatre.hand.display.intern_atom("WM_PROTOCOLS")
     window.send_event(ClientMessage(window=window, client_type=protocols, data=data))
@@ -146,21 +146,21 @@ def test_a_screen_of_another_size_than_calibrated_is_refused_before_anything_is_
 
 
 @pytest.mark.parametrize(
-    ("display", "screen", "said"),
+    ("display", "screen", "message"),
     [
         ("", 0, "WindowError no display: DISPLAY is not set"),
         (":77123", 0, "WindowError no display can be reached"),
         (None, 3, "WindowError there is no screen 3; there are 0: 1280x720"),
     ],
 )
-def test_what_keeps_the_window_from_opening_is_said_without_noise(display, screen, said, tmp_path):
+def test_what_keeps_the_window_from_opening_is_said_without_noise(display, screen, message, tmp_path):
     with virtual_display(1280, 720) as real:
         done = subprocess.run(
             [sys.executable, "-c", OPEN_ONE, str(screen)], capture_output=True, text=True, check=True,
             env={**os.environ, "DISPLAY": real if display is None else display},
         )  # fmt: skip
 
-    assert done.stdout.startswith(said)
+    assert done.stdout.startswith(message)
     assert done.stderr == ""
 
 
@@ -173,7 +173,7 @@ def test_opening_and_closing_says_nothing_and_stays_out_of_the_home_folder(tmp_p
             )  # fmt: skip
 
     assert (done.stdout, done.stderr) == ("", "")
-    assert {each.name for each in tmp_path.rglob("*.json")} <= {"testMonitor.json"}, "only PsychoPy's own example"
+    assert {path.name for path in tmp_path.rglob("*.json")} <= {"testMonitor.json"}, "only PsychoPy's own example"
 
 
 def test_a_polite_end_closes_the_window_and_a_rude_one_leaves_the_display_usable():

@@ -56,9 +56,9 @@ class Hand:
         self.clock_s = 0.0
 
     def element(self, name):
-        found = [each for each in self.screen.scene() if each.name == name]
-        assert found, f"no {name} among {[each.name for each in self.screen.scene()]}"
-        return found[0]
+        elements = [element for element in self.screen.scene() if element.name == name]
+        assert elements, f"no {name} among {[element.name for element in self.screen.scene()]}"
+        return elements[0]
 
     def tap(self, name, share=0.5):
         x, y = self.point(name, share)
@@ -109,4 +109,4 @@ class Hand:
 
     def text(self, name):
         """What an element says."""
-        return {each.name: each.text for each in self.screen.placed()}.get(name)
+        return {element.name: element.text for element in self.screen.placed()}.get(name)

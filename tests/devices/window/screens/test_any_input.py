@@ -22,7 +22,7 @@ LINES = Sliders(
 STATEMENTS = Likert(
     Questionnaire(items=tuple(Item(name=f"i{n}", text=f"So {n}. " * 40) for n in range(9)), ends=("-", "+"))
 )
-FORMS = {name: each.request for name, each in specimens().items() if isinstance(each.request, Ask)} | {
+FORMS = {name: specimen.request for name, specimen in specimens().items() if isinstance(specimen.request, Ask)} | {
     "lines on several sheets": ask(LINES),
     "statements on several sheets": ask(STATEMENTS),
 }
@@ -41,7 +41,7 @@ ACTS = st.one_of(
 def do(screen, act, t_s):
     kind, what, how = act
     if kind in ("tap", "drag"):
-        targets = [each for each in screen.scene() if each.stops]
+        targets = [element for element in screen.scene() if element.stops]
         box = targets[what % len(targets)].box
         x, y = box.left + how * (box.width - 1), box.middle[1]
         screen.handle(Pressed(x, y, t_s))
@@ -58,7 +58,7 @@ def do(screen, act, t_s):
 
 def canonical_types(value):
     if isinstance(value, dict):
-        return all(type(key) is str and canonical_types(each) for key, each in value.items())
+        return all(type(key) is str and canonical_types(part) for key, part in value.items())
     if isinstance(value, list):
         return all(map(canonical_types, value))
     return type(value) in (str, int, float, bool, type(None))
@@ -91,7 +91,7 @@ def test_the_last_touch_of_every_line_is_its_answer(presses, step):
     screen = screen_for(ask(form), PAGE, 0)
     last = {}
     for n, (line, share) in enumerate([*presses, (0, 0.5), (1, 0.5), (2, 0.5), (3, 0.5)]):
-        track = next(each for each in screen.scene() if each.name == f"slider {line}")
+        track = next(element for element in screen.scene() if element.name == f"slider {line}")
         x, y = track.line.left + share * (track.line.width - 1), track.box.middle[1]
         screen.handle(Pressed(x, y, float(n)))
         screen.handle(Released(x, y, float(n)))

@@ -33,9 +33,9 @@ def test_latin_with_accents_can_always_be_drawn_by_the_font_that_matplotlib_brin
 def test_characters_without_a_font_are_named_with_what_to_install():
     with pytest.raises(WindowError) as error:
         latin_only().demand(["Rough", "거친", "कड़ा"])
-    said = str(error.value)
-    assert "HANGUL SYLLABLE GEO" in said and "DEVANAGARI LETTER KA" in said
-    assert "fonts-noto-cjk (Debian" in said and "fonts-noto-core (Debian" in said and "Nirmala UI" in said
+    message = str(error.value)
+    assert "HANGUL SYLLABLE GEO" in message and "DEVANAGARI LETTER KA" in message
+    assert "fonts-noto-cjk (Debian" in message and "fonts-noto-core (Debian" in message and "Nirmala UI" in message
 
 
 @pytest.mark.needs("fonts")
@@ -67,7 +67,7 @@ def test_complex_scripts_are_refused_where_pillow_cannot_shape_them():
 @pytest.mark.needs("fonts")
 def test_hindi_is_shaped_and_not_drawn_letter_by_letter():
     font = fonts().font(fonts().face("क"), 40)
-    assert font.getlength("क्षि") < sum(font.getlength(each) for each in "क्षि")
+    assert font.getlength("क्षि") < sum(font.getlength(letter) for letter in "क्षि")
 
 
 def test_joiners_and_line_breaks_need_no_font():
@@ -79,8 +79,8 @@ def test_the_character_map_agrees_with_fonttools():
 
     for face in fonts().regular[:12]:
         known = set(fonttools.TTFont(face.path, fontNumber=face.index).getBestCmap())
-        found = coverage(face.path, face.index)
-        ranges = zip(found.first, found.last, strict=True)
+        codes = coverage(face.path, face.index)
+        ranges = zip(codes.first, codes.last, strict=True)
         assert {code for first, last in ranges for code in range(first, last + 1)} - {0xFFFF} == known - {0xFFFF}
 
 
@@ -90,8 +90,8 @@ def test_a_broken_font_file_is_passed_over(tmp_path, content):
     broken.write_bytes(content)
     with pytest.raises(NotAFont):
         coverage(broken)
-    found = find_fonts(folders=[tmp_path, MATPLOTLIB])
-    assert found.regular[0].path == broken and found.face("a").path.name == "DejaVuSans.ttf"
+    faces = find_fonts(folders=[tmp_path, MATPLOTLIB])
+    assert faces.regular[0].path == broken and faces.face("a").path.name == "DejaVuSans.ttf"
 
 
 def test_a_map_that_points_beyond_its_end_is_broken(tmp_path):

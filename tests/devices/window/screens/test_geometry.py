@@ -7,9 +7,9 @@ TARGET = Placed("a", "target", Box(100, 100, 60, 40))
 
 
 def only(*placed):
-    found = problems(placed, METRICS)
-    assert len(found) == 1, found
-    return found[0]
+    messages = problems(placed, METRICS)
+    assert len(messages) == 1, messages
+    return messages[0]
 
 
 def test_what_stands_apart_has_no_problem():

@@ -100,7 +100,7 @@ def test_seven_lines_stay_on_one_sheet_in_both_languages_on_the_smallest_screen(
 @pytest.mark.parametrize("size", SIZES)
 def test_the_line_is_127_mm_long_to_half_a_pixel(size):
     on = page(SIZES[size])
-    lines = [each for each in shown(specimens()["sliders"], on).placed() if each.name.endswith(".line")]
+    lines = [element for element in shown(specimens()["sliders"], on).placed() if element.name.endswith(".line")]
     assert len(lines) == 7
     for line in lines:
         assert abs(line.box.width / on.metrics.px_per_mm - 127.0) <= 0.5 / on.metrics.px_per_mm
@@ -109,8 +109,8 @@ def test_the_line_is_127_mm_long_to_half_a_pixel(size):
 @pytest.mark.parametrize("size", SIZES)
 def test_labels_and_ticks_stand_at_their_values_to_a_pixel(size):
     screen = shown(specimens()["sliders-labelled"], page(SIZES[size]))
-    placed = {each.name: each.box for each in screen.placed()}
-    tracks = {each.name: each for each in screen.scene() if each.name.startswith("slider ")}
+    placed = {element.name: element.box for element in screen.placed()}
+    tracks = {element.name: element for element in screen.scene() if element.name.startswith("slider ")}
     for row, track in enumerate(tracks.values()):
         line = track.line
         for n, (stroke, value) in enumerate(zip(track.strokes, (0, 25, 50, 75, 100), strict=True)):
@@ -118,13 +118,13 @@ def test_labels_and_ticks_stand_at_their_values_to_a_pixel(size):
             label = placed[f"row {row} label {n}"]
             assert abs(label.middle[0] - at) <= 1 and abs(stroke.left + (stroke.width - 1) / 2 - at) <= 1
             assert track.box.contains(stroke) and label.top >= track.box.bottom - 1
-    assert not any(each.strokes for each in shown(specimens()["sliders"], page(SIZES[size])).scene()
-                   if each.name.startswith("slider ")), "no ticks unless the study says so"  # fmt: skip
+    assert not any(element.strokes for element in shown(specimens()["sliders"], page(SIZES[size])).scene()
+                   if element.name.startswith("slider ")), "no ticks unless the study says so"  # fmt: skip
 
 
 def test_another_length_is_drawn_as_asked():
     on = page(SIZES["1920x1080 at 3.6"], length_mm=200.0)
-    line = next(each for each in shown(specimens()["similarity"], on).placed() if each.name.endswith(".line"))
+    line = next(element for element in shown(specimens()["similarity"], on).placed() if element.name.endswith(".line"))
     assert line.box.width == 720
 
 
@@ -157,5 +157,7 @@ def test_more_lines_than_fit_are_turned_over_evenly():
     counts = []
     for sheet in range(screen.sheets):
         screen._turn(sheet)
-        counts.append(sum(each.name.startswith("slider") and each.kind == "target" for each in screen.placed()))
+        counts.append(
+            sum(element.name.startswith("slider") and element.kind == "target" for element in screen.placed())
+        )
     assert screen.sheets > 1 and sum(counts) == 20 and max(counts) - min(counts) <= max(counts) // 2

@@ -14,7 +14,7 @@ NAMES = list(specimens())
 
 def all_events(screen):
     """Something of everything that can happen to a screen."""
-    targets = [each.box for each in screen.scene() if each.stops]
+    targets = [element.box for element in screen.scene() if element.stops]
     for n, box in enumerate(targets):
         x, y = box.left + (n % 5 + 1) * box.width / 6, box.top + box.height / 2
         yield from (Pressed(x, y, n), Moved(x + 9, y, n), Released(x + 9, y, n))
@@ -62,7 +62,7 @@ def test_text_is_drawn_where_the_geometry_says(name):
 def test_the_painted_line_is_as_long_as_the_placed_one(size):
     on = page(SIZES[size])
     screen = Hand(sliders(2), SIZES[size]).screen
-    line = next(each.box for each in screen.placed() if each.name == "slider 1.line")
+    line = next(element.box for element in screen.placed() if element.name == "slider 1.line")
     image = picture(screen, on)
     row = image.crop((line.left - 20, line.top, line.right + 20, line.top + 1))
     dark = [x for x in range(row.width) if row.getpixel((x, 0)) == INK]

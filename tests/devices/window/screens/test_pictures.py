@@ -19,10 +19,10 @@ def test_the_documentation_shows_every_kind_of_screen():
 
 
 def test_there_is_a_specimen_of_every_form_and_every_page():
-    found = [each.request for each in specimens().values()]
-    assert {each.form.name for each in found if isinstance(each, Ask)} == {*FORMS} >= {*SCREEN_PLACES}
+    requests = [specimen.request for specimen in specimens().values()]
+    assert {request.form.name for request in requests if isinstance(request, Ask)} == {*FORMS} >= {*SCREEN_PLACES}
     titled = {key.removesuffix("_text") for key in read_words(SHIPPED / "en.yaml") if key.endswith("_text")}
-    assert {each for each in found if isinstance(each, str)} == (titled - {"rest", "calibration"}) | WAITING
+    assert {request for request in requests if isinstance(request, str)} == (titled - {"rest", "calibration"}) | WAITING
     assert {path.stem for path in FOLDER.glob("*.yaml")} == set(languages())
 
 

@@ -52,7 +52,7 @@ def test_of_eligibility_nothing_leaves_the_screen_but_the_outcome(options, eligi
 def test_typing_takes_silence_back_and_what_must_be_answered_offers_none():
     hand = Hand(PERSON).tap("question 0 none").tap("question 0 field").type("5")
     assert "age" not in hand.screen.picked
-    assert "question 2 none" not in [each.name for each in hand.screen.scene()]
+    assert "question 2 none" not in [element.name for element in hand.screen.scene()]
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_statements_are_answered_by_whole_numbers_and_no_number_is_shown():
         "at_s": {"real": 0.1, "easy": 0.7, "clear": 0.5},
         "seconds": 1.0,
     }
-    assert not [each.text for each in hand.screen.placed() if any(c.isdigit() for c in each.text)]
+    assert not [element.text for element in hand.screen.placed() if any(c.isdigit() for c in element.text)]
 
 
 def test_statements_are_answered_by_keys_from_the_middle_and_within_the_ends():
@@ -119,7 +119,7 @@ def test_a_question_of_any_length_is_pointed_at_in_as_many_words_as_there_is_roo
 
 
 def test_an_interview_is_written_over_several_sheets_and_may_be_left_empty():
-    asked = Interview(tuple(Item(name=name, text=f"What of {name}?") for name in ("texture", "noise")))
-    hand = Hand(asked).type("It buzzed,\nthen stopped.").tap("next")
+    interview = Interview(tuple(Item(name=name, text=f"What of {name}?") for name in ("texture", "noise")))
+    hand = Hand(interview).type("It buzzed,\nthen stopped.").tap("next")
     assert hand.screen.reply is None and hand.text("question") == "What of noise?"
     assert hand.tap("next").value["answers"] == {"texture": "It buzzed,\nthen stopped.", "noise": ""}

@@ -95,7 +95,7 @@ def test_the_chosen_card_is_felt_again_by_button_or_key_placed_or_not():
 
 def test_where_nothing_is_felt_again_there_is_no_button():
     on = hand("s", form=replace(FOUR, again=False)).type("t")
-    assert on.screen.reply is None and "again" not in {each.name for each in on.screen.scene()}
+    assert on.screen.reply is None and "again" not in {element.name for element in on.screen.scene()}
     assert "T: feel" not in on.text("hint")
 
 

@@ -17,12 +17,12 @@ def reading(text):
 
 
 def all_text(screen):
-    return " ".join(each.text for each in screen.placed() if each.name.startswith("text "))
+    return " ".join(element.text for element in screen.placed() if element.name.startswith("text "))
 
 
 def test_paragraphs_headings_and_items_are_told_apart():
     text = "# Title\n\nOne\ntwo **bold**.\n\n- first\n  goes on\n- second\n<!-- unseen -->"
-    assert [(each.text, each.heading) for each in paragraphs(text)] == [
+    assert [(paragraph.text, paragraph.heading) for paragraph in paragraphs(text)] == [
         ("Title", True), ("One two bold.", False), ("•  first goes on", False), ("•  second", False),
     ]  # fmt: skip
 
@@ -40,7 +40,7 @@ def test_instructions_are_read_page_by_page_and_nothing_of_them_is_lost():
 
 def test_one_can_leaf_back():
     hand = reading(LONG)
-    assert "back" not in [each.name for each in hand.screen.scene()]
+    assert "back" not in [element.name for element in hand.screen.scene()]
     hand.tap("next").tap("back").tap("next").key("backspace")
     assert hand.screen.sheet == 0 and hand.screen.reply is None
 
@@ -52,7 +52,7 @@ def test_a_page_that_the_study_does_not_have_is_an_error():
 
 def test_consent_can_only_be_given_on_the_last_page_and_not_by_enter_alone():
     hand = Hand(Consent(LONG))
-    names = {each.name for each in hand.screen.scene()}
+    names = {element.name for element in hand.screen.scene()}
     assert "agree" not in names and "decline" in names
     while hand.screen.sheet < hand.screen.sheets - 1:
         hand.key("enter")
@@ -82,9 +82,9 @@ def test_a_rest_shows_what_is_done_and_ends_when_the_participant_goes_on():
 
 def test_the_ruler_is_exactly_as_long_as_it_says_and_answers_nothing_itself():
     screen = screen_for(Confirm("calibration"), page(), 0)
-    ruler = next(each for each in screen.placed() if each.name == "ruler")
+    ruler = next(element for element in screen.placed() if element.name == "ruler")
     assert ruler.box.width == SMALL.mm(127.0)
-    assert "127\u00a0mm" in next(each.text for each in screen.placed() if each.name == "text")
+    assert "127\u00a0mm" in next(element.text for element in screen.placed() if element.name == "text")
 
 
 @pytest.mark.parametrize("key", ["changing_sample", "feel_now", "recording", "pause", "end", "thanks", "aborted"])

@@ -77,8 +77,8 @@ def test_a_setting_of_many_lines_is_tried_on_its_last_sheet():
     hand = Hand(many)
     while hand.screen.reply is None:
         last = hand.screen.sheet == hand.screen.sheets - 1
-        assert ("try" in [each.name for each in hand.screen.scene()]) == last
-        for name in [each.name for each in hand.screen.scene() if each.name.startswith("slider")]:
+        assert ("try" in [element.name for element in hand.screen.scene()]) == last
+        for name in [element.name for element in hand.screen.scene() if element.name.startswith("slider")]:
             hand.tap(name)
         hand.tap("try" if last else "next")
     assert len(hand.value["answers"]) == 24

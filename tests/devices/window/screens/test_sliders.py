@@ -17,7 +17,7 @@ def rows(reply):
 
 def test_there_is_no_marker_before_the_first_touch_and_untouched_is_not_zero():
     hand = Hand(sliders(2, STEPS))
-    assert not [each for each in hand.screen.placed() if each.kind == "marker"]
+    assert not [element for element in hand.screen.placed() if element.kind == "marker"]
     hand.tap("slider 0", 0.5).tap("next")
     assert hand.screen.reply is None and hand.screen.notice[0] == "Please answer: Flat – not Flat"
     assert hand.tap("slider 1", 0.0).tap("next").value["answers"] == {"Rough": 0.0, "Flat": -10.0}
@@ -98,18 +98,18 @@ def test_the_focus_goes_round_and_back_and_is_seen_only_when_keys_are_used():
     hand = Hand(sliders(2), back=True)
     for name in ("slider 0", "slider 1", "next", "back", "slider 0"):
         hand.key("tab")
-        assert [each.name for each in hand.screen.scene() if getattr(each, "focused", False)] == [name]
+        assert [element.name for element in hand.screen.scene() if getattr(element, "focused", False)] == [name]
     hand.key("tab", shift=True)
     assert hand.screen.focus == "back"
     hand.tap("slider 1")
-    assert not [each for each in hand.screen.scene() if getattr(each, "focused", False)]
+    assert not [element for element in hand.screen.scene() if getattr(element, "focused", False)]
 
 
 def test_back_leaves_for_the_trial_before_only_where_it_may():
     assert Hand(sliders(2), back=True).tap("back").value == {"go": "back", "seconds": 0.2}
     assert Hand(sliders(2), back=True).key("backspace").value == {"go": "back", "seconds": 0.1}
     hand = Hand(sliders(2)).key("backspace")
-    assert hand.screen.reply is None and "back" not in [each.name for each in hand.screen.scene()]
+    assert hand.screen.reply is None and "back" not in [element.name for element in hand.screen.scene()]
 
 
 def test_a_revised_trial_shows_its_former_answers_and_may_be_left_as_it_is():
@@ -141,7 +141,7 @@ def test_a_form_of_many_sheets_is_answered_sheet_by_sheet_and_turned_back():
     hand = Hand(form)
     assert hand.tap("next").screen.sheet == 0 and hand.text("label") == f"1 / {hand.screen.sheets}"
     while hand.screen.reply is None:
-        for name in [each.name for each in hand.screen.scene() if each.name.startswith("slider")]:
+        for name in [element.name for element in hand.screen.scene() if element.name.startswith("slider")]:
             hand.tap(name, 0.5)
         if hand.screen.sheet == 1:
             hand.tap("back").tap("next")
@@ -153,9 +153,9 @@ def test_a_form_of_many_sheets_is_answered_sheet_by_sheet_and_turned_back():
 def test_a_filled_form_shows_a_reply_and_going_back_fills_nothing():
     screen = screen_for(ask(sliders(2)), page(), 0)
     screen.fill({"go": "back", "seconds": 1.0})
-    assert not [each for each in screen.placed() if each.kind == "marker"]
+    assert not [element for element in screen.placed() if element.kind == "marker"]
     screen.fill({"answers": {"Rough": 10, "Flat": 90}})
-    assert len([each for each in screen.placed() if each.kind == "marker"]) == 2
+    assert len([element for element in screen.placed() if element.kind == "marker"]) == 2
 
 
 def test_practice_and_progress_are_told():

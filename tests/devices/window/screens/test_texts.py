@@ -60,8 +60,8 @@ def test_a_missing_key_is_named_with_its_english_text(tmp_path):
 
 
 def test_an_unknown_key_is_named_with_the_nearest(tmp_path):
-    found = problems(changed(tmp_path, lambda line: line.replace("rest_title:", "rest_titel:")))
-    assert any("unknown key 'rest_titel'; did you mean 'rest_title'?" in each for each in found)
+    messages = problems(changed(tmp_path, lambda line: line.replace("rest_title:", "rest_titel:")))
+    assert any("unknown key 'rest_titel'; did you mean 'rest_title'?" in problem for problem in messages)
 
 
 @pytest.mark.parametrize(
@@ -73,8 +73,8 @@ def test_an_unknown_key_is_named_with_the_nearest(tmp_path):
     ],
 )
 def test_placeholders_must_agree(tmp_path, wrong, says):
-    found = problems(changed(tmp_path, lambda line: line.replace("{done} of {total} done", wrong)))
-    assert len(found) == 1 and "rest_progress" in found[0] and says in found[0]
+    messages = problems(changed(tmp_path, lambda line: line.replace("{done} of {total} done", wrong)))
+    assert len(messages) == 1 and "rest_progress" in messages[0] and says in messages[0]
 
 
 def test_a_text_that_is_none_is_named_with_its_line(tmp_path):
@@ -120,5 +120,5 @@ def test_missing_and_unknown_translations_are_named(tmp_path):
 
 def test_a_study_without_translations_has_no_problem_and_a_broken_file_is_one(tmp_path):
     assert check_study_texts(STUDY, tmp_path) == []
-    (found,) = check_study_texts(STUDY, translated(tmp_path, "[not, a, mapping]"))
-    assert "key: text on every line is expected" in found
+    (problem,) = check_study_texts(STUDY, translated(tmp_path, "[not, a, mapping]"))
+    assert "key: text on every line is expected" in problem

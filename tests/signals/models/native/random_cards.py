@@ -44,7 +44,7 @@ class Draw:
         self.chance = np.random.Generator(np.random.PCG64(seed))
         self.tensors: dict[str, np.ndarray] = {}
         self.shape = shape
-        self.kept: dict[str, tuple[int, ...]] = {}
+        self.saved: dict[str, tuple[int, ...]] = {}
         self.half = bool(self.chance.random() < 0.4)
 
     def size(self, most: int = 24) -> int:
@@ -58,17 +58,17 @@ class Draw:
         return name
 
     def steps(self, count: int) -> list[object]:
-        made: list[object] = []
-        while len(made) < count:
+        steps: list[object] = []
+        while len(steps) < count:
             kinds = [self.affine, self.activation, self.dense, self.keep, self.part, self.reshape, self.clip, self.mean]
-            kinds += [self.recall] if self.kept else []
+            kinds += [self.recall] if self.saved else []
             if len(self.shape) == 2:
                 kinds += [self.conv, self.attention, self.lstm, self.turn, self.norm, self.add, self.join, self.polar]
                 kinds += [self.pool, self.upsample, self.residual, self.conv, self.attention]
             else:
                 kinds += [self.to_sides, self.to_sides, self.norm, self.join, self.add]
-            made += kinds[self.chance.integers(len(kinds))]()
-        return made
+            steps += kinds[self.chance.integers(len(kinds))]()
+        return steps
 
     def affine(self):
         sides = [self.shape, (self.shape[0],) + (1,) * (len(self.shape) - 1), (self.shape[-1],)]
@@ -107,10 +107,10 @@ class Draw:
         width, _ = self.shape
         heads = int(self.chance.choice([side for side in range(1, width + 1) if width % side == 0]))
         memory, extra = None, {}
-        others = [name for name, shape in self.kept.items() if len(shape) == 2 and shape[0] == width]
+        others = [name for name, shape in self.saved.items() if len(shape) == 2 and shape[0] == width]
         if others and self.chance.random() < 0.6:
             memory = others[self.chance.integers(len(others))]
-        if (memory is None or self.kept[memory] == self.shape) and self.chance.random() < 0.4:
+        if (memory is None or self.saved[memory] == self.shape) and self.chance.random() < 0.4:
             extra["causal"] = True
         names = {"weight": self.put(3 * width, width), "bias": self.put(3 * width)}
         names |= {"out": self.put(width, width), "out_bias": self.put(width)}
@@ -136,26 +136,26 @@ class Draw:
         return [Norm(weight=self.put(self.shape[0], about=1.0), bias=self.put(self.shape[0]), tiny=1e-3)]
 
     def keep(self):
-        name = f"k{len(self.kept)}"
-        self.kept[name] = self.shape
+        name = f"k{len(self.saved)}"
+        self.saved[name] = self.shape
         return [Keep(kept=name)]
 
     def recall(self):
-        name = list(self.kept)[self.chance.integers(len(self.kept))]
-        self.shape = self.kept[name]
+        name = list(self.saved)[self.chance.integers(len(self.saved))]
+        self.shape = self.saved[name]
         return [Recall(kept=name)]
 
     def add(self):
-        others = [name for name, shape in self.kept.items() if shape == self.shape]
+        others = [name for name, shape in self.saved.items() if shape == self.shape]
         if not others:
             return self.keep() + self.activation() + self.add()
         return [Add(kept=others[self.chance.integers(len(others))])]
 
     def join(self):
-        others = [name for name, shape in self.kept.items() if shape[1:] == self.shape[1:]]
+        others = [name for name, shape in self.saved.items() if shape[1:] == self.shape[1:]]
         if not others:
             return self.keep()
-        self.shape = (self.shape[0] + self.kept[others[0]][0], *self.shape[1:])
+        self.shape = (self.shape[0] + self.saved[others[0]][0], *self.shape[1:])
         return [Join(kept=(others[0],))]
 
     def part(self):
@@ -200,8 +200,8 @@ class Draw:
     def mean(self):
         count, total = self.size(), int(np.prod(self.shape))
         self.shape = (count,)
-        made = [Dense(weight=self.put(count, total), bias=self.put(count)) for _ in range(2)]
-        return [Mean(members=tuple((each, Activation(function="tanh")) for each in made))]
+        members = [Dense(weight=self.put(count, total), bias=self.put(count)) for _ in range(2)]
+        return [Mean(members=tuple((member, Activation(function="tanh")) for member in members))]
 
 
 def card_of(steps, inputs: int, outputs: int) -> Card:

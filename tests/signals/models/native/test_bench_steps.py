@@ -28,10 +28,10 @@ class Ticks:
 def test_runtimes_take_turns_in_blocks_on_the_same_windows():
     order, given = [], np.arange(6.0)[:, None]
     runtimes = {name: lambda row, name=name: order.append((name, row[0])) for name in ("a", "b")}
-    found = taken(runtimes, given, 500, Ticks())
-    assert {name: each.tolist() for name, each in found.items()} == {"a": [1.0] * 500, "b": [1.0] * 500}
-    asked = {name: [window for who, window in order[500:] if who == name] for name in runtimes}
-    assert asked["a"] == asked["b"] and len(asked["a"]) == 500
+    answers = taken(runtimes, given, 500, Ticks())
+    assert {name: values.tolist() for name, values in answers.items()} == {"a": [1.0] * 500, "b": [1.0] * 500}
+    windows = {name: [window for who, window in order[500:] if who == name] for name in runtimes}
+    assert windows["a"] == windows["b"] and len(windows["a"]) == 500
     names = [name for name, _ in order[500:]]
     assert names == ["a"] * 250 + ["b"] * 250 + ["a"] * 250 + ["b"] * 250
 
@@ -43,9 +43,9 @@ def test_every_runtime_has_a_row_with_its_error_and_the_missing_ones_are_named(m
     def others(card, tensors):
         return {"off by one": lambda row: np.array([1.0 + row[0]])}, ("LiteRT float32",)
 
-    found = list(cases(True, others))
-    rows = {(case.case, case.method): case for case in found}
-    assert all("LiteRT float32" in case.input for case in found if case.input.startswith("FoTEN"))
+    listed = list(cases(True, others))
+    rows = {(case.case, case.method): case for case in listed}
+    assert all("LiteRT float32" in case.input for case in listed if case.input.startswith("FoTEN"))
     for share in ("one step, median", "one step, 99th percentile"):
         assert {"palpate, NumPy", "NumPy, float64 (the reference)", "off by one"} <= {m for c, m in rows if c == share}
         ours = rows[share, "palpate, NumPy"]
@@ -82,6 +82,6 @@ def test_the_limit_is_what_the_rates_make_of_the_work():
     assert Rates(2e9, 4e9).seconds(Work(2000, 8000)) == (1e-6, 2e-6)
     kernel = library()
     for instructions in kernel.sets:
-        found = rates(kernel, instructions, 4096, Ticks())
-        assert found.flop_s == 2 * 20_000 * {16: 320, 8: 80, 4: 40}[instructions.lanes]
-        assert found.bytes_s == 20 * 4096
+        by_runtime = rates(kernel, instructions, 4096, Ticks())
+        assert by_runtime.flop_s == 2 * 20_000 * {16: 320, 8: 80, 4: 40}[instructions.lanes]
+        assert by_runtime.bytes_s == 20 * 4096

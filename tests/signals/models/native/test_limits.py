@@ -20,7 +20,7 @@ from palpate.signals.models.native.opened import Native
 from palpate.signals.models.native.values import NotCompiled
 from palpate.signals.models.runtime import Model
 from tests.signals.models.native.random_cards import card_of
-from tests.signals.models.native.test_native import each_set, predictor
+from tests.signals.models.native.test_native import native_with_each_set, predictor
 
 
 @pytest.mark.needs("compiler")
@@ -28,7 +28,7 @@ def test_a_hand_too_far_away_to_tell_the_nearest_triangle_is_refused(kernel):
     model, given = predictor(7, 5)
     for place in (79, 119):
         far = np.where(np.arange(120) == place, 1e308, given[0])
-        for native in each_set(model, kernel):
+        for native in native_with_each_set(model, kernel):
             with pytest.raises(ModelInputError, match="no finite answer"):
                 native.run(far)
 
@@ -41,7 +41,7 @@ def test_a_variance_beyond_single_precision_never_looks_like_an_answer(kernel):
     given = np.array([1e25, -3e24])
     for kind in (np.float32, np.float64):
         model = Model(card_of(steps, 2, 2), {**tensors, "n": np.ones(2, kind), "s": np.ones(2, kind)})
-        for native in each_set(model, kernel):
+        for native in native_with_each_set(model, kernel):
             if kind is np.float64:
                 assert np.array_equal(native.run(given), model.run(given))
                 continue
@@ -60,7 +60,7 @@ def test_scores_beyond_single_precision_choose_no_places(kernel):
     }
     step = Attention(heads=1, weight="w", bias="b", out="o", out_bias="z", sparse=1)
     model = Model(card_of((Reshape(shape=(2, 3)), step, Reshape(shape=(6,))), 6, 6), tensors)
-    for run in (model, *each_set(model, kernel)):
+    for run in (model, *native_with_each_set(model, kernel)):
         assert run.run(np.ones(6)) == pytest.approx(model.run(np.ones(6)))
         with pytest.raises(ModelInputError, match="no finite answer"):
             run.run(np.array([1e20, 1.0, 1.0, 1e20, 1.0, 1.0]))
@@ -104,7 +104,7 @@ def test_what_is_outside_the_cards_limits_is_refused(kernel):
 @pytest.mark.needs("compiler")
 def test_silence_spikes_and_numbers_near_zero_are_answered(kernel):
     model = specimens.foten()
-    for native in each_set(model, kernel):
+    for native in native_with_each_set(model, kernel):
         for given in (np.zeros(60), np.full(60, 1e6), np.full(60, 1e-310), np.full(60, -1e-42)):
             assert native.run(given) == pytest.approx(model.run(given), rel=1e-3, abs=1e-3), native.runtime
 
@@ -115,9 +115,9 @@ def test_a_step_that_the_kernel_does_not_know_is_left_to_numpy(kernel):
     model = Model(card_of(steps, 2, 1), {"p": np.ones((3, 2)), "w": np.ones((3, 1))})
     with pytest.raises(NotCompiled, match="the step kernel"):
         Native(model, kernel, kernel.sets[0], fastest)
-    found = fastest(model)
-    assert found == ByNumpy(model, "the step kernel")
-    assert found.runtime == "NumPy" and found.run(np.ones(2)) == pytest.approx(model.run(np.ones(2)))
+    runtime = fastest(model)
+    assert runtime == ByNumpy(model, "the step kernel")
+    assert runtime.runtime == "NumPy" and runtime.run(np.ones(2)) == pytest.approx(model.run(np.ones(2)))
 
 
 @pytest.mark.needs("compiler")
@@ -185,9 +185,9 @@ def test_without_a_kernel_numpy_runs_the_model_and_says_why(monkeypatch, tmp_pat
 
     monkeypatch.setattr(libraries, "library", missing)
     model = specimens.foten()
-    found = fastest(model)
-    assert isinstance(found, ByNumpy) and "Install the package again" in found.why
-    assert np.array_equal(found.run(specimens.windows(1)), model.run(specimens.windows(1)))
+    runtime = fastest(model)
+    assert isinstance(runtime, ByNumpy) and "Install the package again" in runtime.why
+    assert np.array_equal(runtime.run(specimens.windows(1)), model.run(specimens.windows(1)))
 
 
 def test_a_file_that_is_no_kernel_is_refused(tmp_path):
@@ -201,5 +201,5 @@ def test_a_file_that_is_no_kernel_is_refused(tmp_path):
 
 @pytest.mark.needs("compiler")
 def test_an_instruction_set_that_is_not_there_is_not_used(kernel):
-    found = fastest(specimens.foten(), "AVX-1024")
-    assert isinstance(found, ByNumpy) and "AVX-1024" in found.why
+    runtime = fastest(specimens.foten(), "AVX-1024")
+    assert isinstance(runtime, ByNumpy) and "AVX-1024" in runtime.why

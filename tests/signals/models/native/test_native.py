@@ -27,11 +27,14 @@ SINGLE = float(np.finfo(np.float32).eps)
 
 def doubled(model: Model) -> Model:
     """The same model in double precision: the reference."""
-    reals = {name: each.astype(np.float64) if each.dtype.kind == "f" else each for name, each in model.tensors.items()}
+    reals = {
+        name: tensor.astype(np.float64) if tensor.dtype.kind == "f" else tensor
+        for name, tensor in model.tensors.items()
+    }
     return Model(model.card, reals)
 
 
-def each_set(model: Model, kernel: Library) -> list[Native]:
+def native_with_each_set(model: Model, kernel: Library) -> list[Native]:
     return [Native(model, kernel, instructions, fastest) for instructions in kernel.sets]
 
 
@@ -44,12 +47,12 @@ def test_random_cards_of_every_operation(kernel, block):
     for seed in range(block * 15, block * 15 + 15):
         model = random_model(seed, 4 + seed % 14)
         given = chance(seed).standard_normal((4, model.card.takes.size))
-        wanted, rough = doubled(model).run(given), model.run(given)
-        scale = max(float(np.abs(wanted).max()), 1e-3)
-        allowed = 1e-5 * scale + 30 * float(np.abs(rough - wanted).max())
-        for native in each_set(model, kernel):
+        exact, rough = doubled(model).run(given), model.run(given)
+        scale = max(float(np.abs(exact).max()), 1e-3)
+        allowed = 1e-5 * scale + 30 * float(np.abs(rough - exact).max())
+        for native in native_with_each_set(model, kernel):
             answers = native.run(given)
-            assert np.abs(answers - wanted).max() <= allowed, (seed, native.runtime)
+            assert np.abs(answers - exact).max() <= allowed, (seed, native.runtime)
             assert np.array_equal(answers, [native.run(row) for row in given]), (seed, native.runtime)
 
 
@@ -57,18 +60,18 @@ def test_foten_is_as_near_the_reference_as_single_precision_can_be(kernel):
     model = specimens.foten()
     assert specimens.parameters(model) == 471_235
     given = specimens.windows(100)
-    wanted = doubled(model).run(given)
-    for native in each_set(model, kernel):
-        assert np.abs(native.run(given) - wanted).max() <= 1e-6 * specimens.SPREAD[0], native.runtime
+    exact = doubled(model).run(given)
+    for native in native_with_each_set(model, kernel):
+        assert np.abs(native.run(given) - exact).max() <= 1e-6 * specimens.SPREAD[0], native.runtime
 
 
 def test_weights_that_were_stored_in_half_precision_are_run_so_and_exactly(kernel):
     model = specimens.foten(3)
     stored = Model(
-        model.card, {name: each.astype(np.float16).astype(np.float32) for name, each in model.tensors.items()}
+        model.card, {name: tensor.astype(np.float16).astype(np.float32) for name, tensor in model.tensors.items()}
     )
     given = specimens.windows(20)
-    for native in each_set(stored, kernel):
+    for native in native_with_each_set(stored, kernel):
         assert np.abs(native.run(given) - doubled(stored).run(given)).max() <= 1e-6 * specimens.SPREAD[0]
     some = np.array([[1.5, -2.25], [2.0**-14, 65504.0]])
     assert halves(some) and not halves(some + 1e-4) and not halves(some * 2)
@@ -83,7 +86,7 @@ def test_half_weights_of_a_single_row_whose_numbers_lie_apart(kernel):
     steps = (Reshape(shape=(6, 4)), Activation(function="softmax"), Part(start=3, stop=4, along="length"))
     model = Model(card_of((*steps, Conv(weight="w", bias="b"), Reshape(shape=(5,))), 24, 5), tensors)
     given = draw.standard_normal((3, 24))
-    for native in each_set(model, kernel):
+    for native in native_with_each_set(model, kernel):
         np.testing.assert_allclose(native.run(given), model.run(given), atol=1e-6)
 
 
@@ -92,18 +95,18 @@ def test_functions_are_within_a_few_units_of_the_last_place(kernel, name):
     given = np.concatenate([np.linspace(-30, 30, 4000), np.geomspace(1e-6, 80, 500), -np.geomspace(1e-6, 80, 500)])
     given = given.astype(np.float32).astype(np.float64).reshape(-1, 500)
     model = Model(card_of((Activation(function=name),), 500, 500), {})
-    wanted = model.run(given)
-    for native in each_set(model, kernel):
-        far = np.abs(native.run(given) - wanted)
-        assert (far <= 3 * SINGLE * np.maximum(np.abs(wanted), 0.5 if name != "exp" else 0)).all(), native.runtime
+    expected = model.run(given)
+    for native in native_with_each_set(model, kernel):
+        far = np.abs(native.run(given) - expected)
+        assert (far <= 3 * SINGLE * np.maximum(np.abs(expected), 0.5 if name != "exp" else 0)).all(), native.runtime
 
 
 def test_an_autoregression_is_computed_in_double_precision(kernel):
     for order, points in ((20, 12), (7, 5), (40, 2), (1, 1)):
         model, given = predictor(order, points)
-        wanted = model.run(given)
-        for native in each_set(model, kernel):
-            np.testing.assert_allclose(native.run(given), wanted, rtol=1e-10, atol=1e-10)
+        expected = model.run(given)
+        for native in native_with_each_set(model, kernel):
+            np.testing.assert_allclose(native.run(given), expected, rtol=1e-10, atol=1e-10)
 
 
 def test_an_autoregression_may_be_damped_before_but_nothing_else(kernel):
@@ -116,13 +119,13 @@ def test_an_autoregression_may_be_damped_before_but_nothing_else(kernel):
         return Model(model.card.model_copy(update={"steps": steps}), {**model.tensors, "d": damping, **more})
 
     damped = after(Affine(gain="d"))
-    for native in each_set(damped, kernel):
+    for native in native_with_each_set(damped, kernel):
         np.testing.assert_allclose(native.run(given), damped.run(given), rtol=1e-10, atol=1e-10)
     none = np.where(np.arange(120) == 79, 0.0, 1.0).reshape(3, 40)
     for other in (after(Affine(offset=1.0)), after(Affine(gain="n"), n=none), after(Reshape(shape=(3, 40))), damped):
-        found = fastest(other)
-        assert found.runtime.startswith("native") or "a predictor of anything but the input" in found.why
-        np.testing.assert_allclose(found.run(given), other.run(given), rtol=1e-10, atol=1e-10)
+        runtime = fastest(other)
+        assert runtime.runtime.startswith("native") or "a predictor of anything but the input" in runtime.why
+        np.testing.assert_allclose(runtime.run(given), other.run(given), rtol=1e-10, atol=1e-10)
 
 
 def predictor(order: int, points: int) -> tuple[Model, np.ndarray]:
@@ -147,9 +150,9 @@ def test_sparse_attention_chooses_as_numpy_does(kernel, causal):
     step = Attention(heads=4, weight="w", bias="b", out="o", out_bias="ob", sparse=6, causal=causal)
     steps = (Dense(weight="e", bias="eb"), Reshape(shape=(width, length)), step, Reshape(shape=(width * length,)))
     model, given = Model(card_of(steps, 30, width * length), tensors), draw.standard_normal((20, 30))
-    wanted = doubled(model).run(given)
-    for native in each_set(model, kernel):
-        np.testing.assert_allclose(native.run(given), wanted, atol=1e-4 * np.abs(wanted).max())
+    exact = doubled(model).run(given)
+    for native in native_with_each_set(model, kernel):
+        np.testing.assert_allclose(native.run(given), exact, atol=1e-4 * np.abs(exact).max())
 
 
 def test_several_threads_may_share_one_model(kernel):
