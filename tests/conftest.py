@@ -47,6 +47,21 @@ def full_run(request):
     return request.config.getoption("all")
 
 
+@pytest.fixture
+def run_palpate(capsys):
+    """Return a function that runs `palpate ...`, checks its exit code and returns its output; above 1, its error."""
+    from palpate.command_line import _status
+
+    def run(*arguments, status=0):
+        capsys.readouterr()
+        assert _status([str(argument) for argument in arguments]) == status
+        captured = capsys.readouterr()
+        assert "Traceback" not in captured.err
+        return captured.err if status > 1 else captured.out
+
+    return run
+
+
 class FileLeftOut(pytest.File):
     """A file that cannot be imported for want of something: its tests, one by function, are left out."""
 

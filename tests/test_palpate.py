@@ -29,10 +29,9 @@ def test_what_needs_nothing_heavy_imports_nothing_heavy(arguments):
 
 
 @pytest.mark.parametrize("verb", sorted(command_line.VERBS))
-def test_the_help_of_every_verb_is_light_and_helpful(verb, capsys):
+def test_the_help_of_every_verb_is_light_and_helpful(verb, run_palpate):
     assert imported_by(verb, "--help") == []
-    assert command_line._status([verb, "--help"]) == 0
-    text = capsys.readouterr().out
+    text = run_palpate(verb, "--help")
     assert "Usage: palpate" in text and len(text) > 150
 
 
@@ -42,24 +41,21 @@ def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["bench", "statistics", "--quick"], ["bench", "--help"]])
-def test_an_installed_package_says_where_the_benchmarks_are(arguments, monkeypatch, tmp_path, capsys):
+def test_an_installed_package_says_where_the_benchmarks_are(arguments, monkeypatch, tmp_path, run_palpate):
     monkeypatch.setattr(command_line, "__file__", str(tmp_path / "palpate" / "command_line.py"))
-    assert command_line._status(arguments) == 2
-    assert "the benchmarks come with the repository" in capsys.readouterr().err
+    assert "the benchmarks come with the repository" in run_palpate(*arguments, status=2)
 
 
-def test_help_lists_every_verb(capsys):
-    assert command_line._status(["--help"]) == 0
-    text = capsys.readouterr().out
+def test_help_lists_every_verb(run_palpate):
+    text = run_palpate("--help")
     assert all(f"\n  {verb} " in text for verb in command_line.VERBS)
 
 
 @pytest.mark.parametrize(
     ("arguments", "status"), [(["--version"], 0), ([], 2), (["nonsense"], 2), (["--nonsense"], 2), (["check"], 2)]
 )
-def test_exit_codes(arguments, status, capsys):
-    assert command_line._status(arguments) == status
-    capsys.readouterr()
+def test_exit_codes(arguments, status, run_palpate):
+    run_palpate(*arguments, status=status)
 
 
 def test_a_fault_of_ours_is_not_dressed_up_as_a_mistake_of_the_users(monkeypatch):
@@ -71,36 +67,34 @@ def test_a_fault_of_ours_is_not_dressed_up_as_a_mistake_of_the_users(monkeypatch
         command_line._status(["studies"])
 
 
-def test_ctrl_c_ends_with_one_word(monkeypatch, capsys):
+def test_ctrl_c_ends_with_one_word(monkeypatch, run_palpate):
     def stopped(*_arguments, **_options):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("palpate.studies.catalogue.names", stopped)
-    assert command_line._status(["studies"]) == 130
-    assert capsys.readouterr().err.strip() == "stopped"
+    assert run_palpate("studies", status=130).strip() == "stopped"
 
 
-def test_a_demo_clears_only_a_demos_lab(tmp_path, capsys):
+def test_a_demo_clears_only_a_demos_lab(tmp_path, run_palpate):
     (tmp_path / "year_of_data.sqlite").touch()
-    assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
-    assert "exists and is not a demo lab" in capsys.readouterr().err
+    assert "exists and is not a demo lab" in run_palpate("demo", "--lab", tmp_path, status=2)
     assert (tmp_path / "year_of_data.sqlite").exists()
 
 
-def test_a_demo_refuses_a_file_that_no_demo_made(tmp_path, capsys, monkeypatch):
+def test_a_demo_refuses_a_file_that_no_demo_wrote(tmp_path, run_palpate, monkeypatch):
     lab = tmp_path / "lab"
     monkeypatch.setattr("palpate.command_line.DEMO", ("import sk2011",))
-    assert command_line._status(["demo", "--lab", str(lab)]) == 0
-    assert command_line._status(["demo", "--lab", str(lab)]) == 0
+    run_palpate("demo", "--lab", lab)
+    run_palpate("demo", "--lab", lab)
     (lab / "sessions").mkdir(exist_ok=True)
     (lab / "sessions" / "notes.txt").write_text("mine")
-    assert command_line._status(["demo", "--lab", str(lab)]) == 2
-    assert "holds sessions/notes.txt, which the demo did not list as its own; if nothing" in capsys.readouterr().err
+    message = run_palpate("demo", "--lab", lab, status=2)
+    assert "holds sessions/notes.txt, which the demo did not list as its own; if nothing" in message
     assert (lab / "sessions" / "notes.txt").read_text() == "mine"
 
 
-def test_a_demo_of_an_older_version_is_named_as_one(tmp_path, capsys):
+def test_a_demo_of_an_older_version_is_named_as_one(tmp_path, run_palpate):
     for name in (".palpate-demo", "lab.sqlite"):
         (tmp_path / name).touch()
-    assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
-    assert "was written by a demo of an older version" in capsys.readouterr().err and (tmp_path / "lab.sqlite").exists()
+    assert "was written by a demo of an older version" in run_palpate("demo", "--lab", tmp_path, status=2)
+    assert (tmp_path / "lab.sqlite").exists()

@@ -95,15 +95,13 @@ def renamed(table):
     return table.rename(columns={"mean": "mean_"}).itertuples()
 
 
-def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
-    from palpate.command_line import _status
+def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, run_palpate):
     from palpate.protocols.tasks import steps
 
     def hasty(trial):
         return steps.outcome_of((yield steps.Ask(trial.form, trial)))
 
     monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": Task("", hasty)})
-    assert _status(["replay", str(ledger("P001"))]) == 1
-    output = capsys.readouterr().out
+    output = run_palpate("replay", ledger("P001"), status=1)
     assert "DIFFERS" in output
     assert "event 4 (request, trial 1): $.back: not recorded, now false" in output

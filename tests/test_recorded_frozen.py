@@ -169,12 +169,10 @@ def test_the_collected_database_is_taken_up_or_rebuilt_with_the_same_ratings(lab
     assert ratings(collected(shutil.copytree(lab, tmp_path / "lab")), columns) == (columns, before)
 
 
-def test_a_participant_who_withdrew_stays_withdrawn(lab, tmp_path, capsys):
-    assert _status(["participants", "list", "--lab", str(lab)]) == 0
-    assert re.search("P004 +withdrawn", capsys.readouterr().out)
-    assert _status(["run", "texture_ratings", "--participant", "P004", "--simulate", "--session", "2",
-                    "--lab", str(lab)]) == 2  # fmt: skip
-    assert "withdr" in capsys.readouterr().err
+def test_a_participant_who_withdrew_stays_withdrawn(lab, tmp_path, run_palpate):
+    assert re.search("P004 +withdrawn", run_palpate("participants", "list", "--lab", lab))
+    second = ("run", "texture_ratings", "--participant", "P004", "--simulate", "--session", "2", "--lab", lab)
+    assert "withdr" in run_palpate(*second, status=2)
     with closing(sqlite3.connect(collected(shutil.copytree(lab, tmp_path / "lab")))) as connection:
         rows = connection.execute("SELECT DISTINCT status FROM sessions WHERE participant = 'P004'").fetchall()
     assert rows == [("withdrawn",)]

@@ -24,17 +24,16 @@ simulation: {latents: {Soft: {intercept: 2}}, revise_rate: 0.2}
 
 
 @pytest.fixture
-def run(tmp_path, capsys):
+def run(tmp_path, run_palpate):
+    """Return a function that runs a command in a lab with the study toy."""
     folder = tmp_path / "studies" / "toy"
     folder.mkdir(parents=True)
     (folder / "study.yaml").write_text(TOY)
 
-    def call(*arguments, status=0):
-        assert _status([*arguments, *(["--lab", str(tmp_path)] if arguments[0] != "resume" else [])]) == status
-        caught = capsys.readouterr()
-        return caught.err if status == 2 else caught.out
+    def run_in_lab(*arguments, status=0):
+        return run_palpate(*arguments, *(["--lab", tmp_path] if arguments[0] != "resume" else []), status=status)
 
-    return call
+    return run_in_lab
 
 
 def test_studies_are_listed(run):

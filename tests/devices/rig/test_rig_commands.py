@@ -1,11 +1,11 @@
 """palpate rig: what is checked, what a twin rig holds, what a kind's settings are, and what is told of mistakes."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from palpate.command_line import _status
 from palpate.devices.kinds import KINDS
 from palpate.devices.rig.file import read_rig, rig_path
 from palpate.devices.rig.meanings import settings_of_kind
@@ -24,16 +24,9 @@ devices:
 
 
 @pytest.fixture
-def run(tmp_path, capsys):
-    """Call `palpate rig ...`; what it says on the stream that its exit code goes with."""
-
-    def call(*arguments, status=0):
-        assert _status(["rig", *map(str, arguments)]) == status
-        caught = capsys.readouterr()
-        assert "Traceback" not in caught.err
-        return caught.err if status == 2 else caught.out
-
-    return call
+def run(run_palpate):
+    """Return a function that runs `palpate rig ...`."""
+    return partial(run_palpate, "rig")
 
 
 @pytest.fixture

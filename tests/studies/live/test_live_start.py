@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
-from palpate.command_line import _status
 from palpate.studies.catalogue import read_study
 from palpate.studies.participants.admission import finish
 from palpate.studies.participants.allocations import every_allocation
@@ -36,28 +37,29 @@ def lab(tmp_path):
     return path
 
 
-def refused(lab, capsys, *more):
-    assert _status(["run", "toy", "--participant", "P001", "--lab", str(lab), *more]) == 2
-    return capsys.readouterr().err
+@pytest.fixture
+def refused(lab, run_palpate):
+    """Return a function that runs the study toy with P001, which is refused, and returns the message."""
+    return partial(run_palpate, "run", "toy", "--participant", "P001", "--lab", lab, status=2)
 
 
 NOT_CALIBRATED = pytest.param((), "screen is not calibrated", marks=pytest.mark.needs("psychopy"))
 
 
 @pytest.mark.parametrize(("more", "message"), [NOT_CALIBRATED, (("--session", "2"), "P001 has no session 1")])
-def test_a_start_that_is_refused_takes_no_row(lab, capsys, more, message):
-    assert message in refused(lab, capsys, *more)
+def test_a_start_that_is_refused_takes_no_row(lab, refused, more, message):
+    assert message in refused(*more)
     assert every_allocation(open_registry(lab)) == [] and list((lab / "sessions").glob("*.sqlite")) == []
 
 
-def test_a_folder_that_is_no_lab_is_said_to_be_none(lab, capsys):
+def test_a_folder_that_is_no_lab_is_said_to_be_none(lab, refused):
     for name in ("participants.json", "consent.md"):
         (lab / name).unlink()
-    assert f"is not a lab: it holds no participants.json; make it one with: palpate init {lab}" in refused(lab, capsys)
+    assert f"is not a lab: it holds no participants.json; make it one with: palpate init {lab}" in refused()
 
 
-def test_who_finished_the_study_at_another_station_cannot_begin_it_anew(lab, capsys):
+def test_who_finished_the_study_at_another_station_cannot_begin_it_anew(lab, refused):
     toy = read_study(lab / "studies" / "toy" / "study.yaml").study
     allocate_row(open_registry(lab), toy, "P001")
     finish(lab, toy, "P001")
-    assert "P001 has finished toy in a session that is not in" in refused(lab, capsys)
+    assert "P001 has finished toy in a session that is not in" in refused()

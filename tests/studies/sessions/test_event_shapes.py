@@ -11,7 +11,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from palpate import command_line
 from palpate.analysis.monitoring.following import follow
 from palpate.analysis.streams.recorded_streams import StreamError, attempts_of, counting_attempts, streams_in
 from palpate.protocols.canonical import canonical
@@ -118,20 +117,17 @@ def test_samples_of_another_shape_are_named(tmp_path, statement, expected):
         read(path)
 
 
-def test_collect_names_the_bad_ledger_and_takes_the_others(tmp_path, capsys):
+def test_collect_names_the_bad_ledger_and_takes_the_others(tmp_path, run_palpate):
     sessions = tmp_path / "sessions"
     sessions.mkdir()
     shutil.copy(FORMAT_1, sessions)
     forged(FORMAT_1, sessions / "doors_small_P099_s1.sqlite", {3: []})
-    assert command_line._status(["collect", "--lab", str(tmp_path), "--json"]) == 1
-    summary = json.loads(capsys.readouterr().out)
+    summary = json.loads(run_palpate("collect", "--lab", tmp_path, "--json", status=1))
     assert (summary["new"], summary["refused"]) == (1, 1)
     assert "doors_small_P099_s1.sqlite: event 3" in summary["problems"][0]
-    assert command_line._status(["replay", "--lab", str(tmp_path)]) == 1
-    assert "doors_small_P099_s1.sqlite: event 3 (" in capsys.readouterr().out
+    assert "doors_small_P099_s1.sqlite: event 3 (" in run_palpate("replay", "--lab", tmp_path, status=1)
     bad = sessions / "doors_small_P099_s1.sqlite"
-    assert command_line._status(["streams", str(bad)]) == 2
-    assert f"{bad}: event 3 (" in capsys.readouterr().err
+    assert f"{bad}: event 3 (" in run_palpate("streams", bad, status=2)
     assert demographics(tmp_path).refused[0].startswith(f"{bad}: event 3 (")
 
 
