@@ -12,7 +12,7 @@ from palpate.analysis.ratings.people import people_of
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
 from palpate.protocols.study import Study
 from palpate.studies.participants.lab_forms import lab_forms
-from tests.analysis.plans.test_people import LAB, STUDY, answered, plan_of
+from tests.analysis.ratings.test_people import LAB, STUDY, answered, plan_of
 
 ANOVA = {"test": "anova", "within": ["cloth"], "outcomes": ["Soft"]}
 
