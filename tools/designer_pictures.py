@@ -33,43 +33,43 @@ def pictures(folder: Path, maker: Maker) -> list[Path]:
     one = Work(calm, name=NAME, saved=calm)
     two = replace(one, b=rough, on="B")
     return [
-        _saved(folder / "author.png", maker, one, "en", "playing"),
-        _saved(folder / "author-compare.png", maker, two, "en", "rest"),
-        _saved(folder / "author-ko.png", maker, two.switched("A"), "ko", "rest"),
+        _save(folder / "author.png", maker, one, "en", "playing"),
+        _save(folder / "author-compare.png", maker, two, "en", "rest"),
+        _save(folder / "author-ko.png", maker, two.switched("A"), "ko", "rest"),
     ]
 
 
 def picture(
-    maker: Maker, work: Work, told: DesignerStatus, language: str = "en", size: tuple[int, int] = SIZE
+    maker: Maker, work: Work, status: DesignerStatus, language: str = "en", size: tuple[int, int] = SIZE
 ) -> Image.Image:
     """Paint the window as it shows a work."""
     from PIL import Image
 
     page = Page(Metrics(*size, PX_PER_MM * size[0] / SIZE[0]), author_texts(language), find_fonts(language))
     screen, image = DesignerScreen(page, DesignerView(page, maker), History(work)), Image.new("RGB", size)
-    screen.show_status(told)
+    screen.show_status(status)
     screen.paint(image)
     return image
 
 
 def _setting(maker: Maker, wishes: dict[str, int]) -> Setting:
-    found = neutral(len(maker.attributes))
+    setting = neutral(len(maker.attributes))
     for name, value in wishes.items():
-        found = found.wished(list(maker.attributes).index(name), value)
-    return found
+        setting = setting.wished(list(maker.attributes).index(name), value)
+    return setting
 
 
-def _saved(path: Path, maker: Maker, work: Work, language: str, state: str) -> Path:
+def _save(path: Path, maker: Maker, work: Work, language: str, state: str) -> Path:
     from PIL import Image
 
     texts = author_texts(language)
-    told = DesignerStatus(door=texts(f"state_{state}", name=texts("twin")))
+    status = DesignerStatus(door=texts(f"state_{state}", name=texts("twin")))
     if state == "playing":
         force = DesignerView(Page(Metrics(*SIZE, PX_PER_MM), texts, find_fonts()), maker).made(work.setting).force_N
-        told = replace(told, play="stop", hand=(27.3, float(force[273])))
-    made = picture(maker, work, told, language).quantize(COLOURS, dither=Image.Dither.NONE)
+        status = replace(status, play="stop", hand=(27.3, float(force[273])))
+    image = picture(maker, work, status, language).quantize(COLOURS, dither=Image.Dither.NONE)
     with open_bytes(path) as file:
-        made.save(file, "PNG", optimize=True)
+        image.save(file, "PNG", optimize=True)
     return path
 
 

@@ -19,17 +19,17 @@ from palpate.signals.models.card import Card
 NOTE = "judged in single precision, shipped in half"
 
 
-def halved(card: Path, folder: Path) -> Path:
+def halve(card: Path, folder: Path) -> Path:
     """Write the model into a folder with its single-precision numbers in half; returns the new card's path.
 
     Raises ModelWritingError for a number that half precision cannot hold.
     """
     known = Card.model_validate_json(card.read_bytes(), strict=True)
     tensors = {
-        name: each.astype(np.float16) if each.dtype == np.float32 else each
-        for name, each in load_file(card.with_name(known.weights.file)).items()
+        name: tensor.astype(np.float16) if tensor.dtype == np.float32 else tensor
+        for name, tensor in load_file(card.with_name(known.weights.file)).items()
     }
-    changed = any(each.dtype == np.float16 for each in tensors.values())
+    changed = any(tensor.dtype == np.float16 for tensor in tensors.values())
     return write_model(
         folder, known.name, Exported(known.steps, tensors), title=known.title, method=known.method, takes=known.takes,
         gives=known.gives, interval=known.interval, texture=known.texture, metrics=known.metrics,
@@ -41,7 +41,7 @@ def halved(card: Path, folder: Path) -> Path:
 def main(source: Path, folder: Path) -> None:
     """Convert every model of a folder."""
     for card in sorted(source.glob("*.json")):
-        halved(card, folder)
+        halve(card, folder)
 
 
 if __name__ == "__main__":

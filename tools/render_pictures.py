@@ -36,11 +36,11 @@ SHOWS = (("render.png", "steel_mesh", "en"), ("render-ko.png", "cloth", "ko"))
 def pictures(folder: Path, lab: Path) -> list[Path]:
     """Paint render.png and render-ko.png: strokes over steel mesh, and over cloth in Korean."""
     folder.mkdir(parents=True, exist_ok=True)
-    return [saved(folder / name, lab, Choice(texture, DEFAULT_METHOD), language) for name, texture, language in SHOWS]
+    return [save(folder / name, lab, Choice(texture, DEFAULT_METHOD), language) for name, texture, language in SHOWS]
 
 
 def picture(
-    lab: Path, choice: Choice, last: Array, told: RendererStatus, language: str = "en", metrics: Metrics | None = None
+    lab: Path, choice: Choice, last: Array, status: RendererStatus, language: str = "en", metrics: Metrics | None = None
 ) -> Image.Image:
     """Paint the window as it shows (3, n): acceleration, speed and force of the last second."""
     from PIL import Image
@@ -48,21 +48,21 @@ def picture(
     page = Page(metrics or Metrics(*SIZE, PX_PER_MM), render_texts(language), find_fonts(language))
     screen = RendererScreen(page, RendererView(page, available(lab)), choice)
     image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
-    screen.show(heard(last), told)
+    screen.show(heard(last), status)
     screen.paint(image)
     return image
 
 
-def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
+def save(path: Path, lab: Path, choice: Choice, language: str) -> Path:
     """Save one picture as a file."""
     from PIL import Image
 
     last, record = strokes(card_for(choice.texture, choice.method, lab))
     texts = render_texts(language)
     names = {"texture": texture_word(texts, choice.texture), "method": method_word(texts, choice.method)}
-    made = picture(lab, choice, last, RendererStatus(record=record, notice=texts("switched", **names) + "."), language)
+    image = picture(lab, choice, last, RendererStatus(record=record, notice=texts("switched", **names) + "."), language)
     with open_bytes(path) as file:
-        made.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(file, "PNG", optimize=True)
+        image.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(file, "PNG", optimize=True)
     return path
 
 

@@ -45,22 +45,22 @@ def main(renew: bool) -> None:
     for texture in TEXTURES:
         file = FOLDER / "felt" / f"{texture}.csv"
         if renew or not file.is_file():
-            write_felt(file, texture)
-    found = {key: made for stimulus in planned() for key, made in rendered(stimulus)}
-    write_text(FOLDER / "rendered.json", json_text(found, indent=1, sort_keys=True))
+            write_hand(file, texture)
+    records = {key: record for stimulus in planned() for key, record in rendered(stimulus)}
+    write_text(FOLDER / "rendered.json", json_text(records, indent=1, sort_keys=True))
     rows = [row(stimulus) for stimulus in planned()]
     write_table(rows)
     write_weights(rows)
-    for line in told(rows):
+    for line in rating_table(rows):
         click.echo(line)
 
 
-def write_felt(file: Path, texture: str) -> None:
+def write_hand(file: Path, texture: str) -> None:
     """Write a hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
     from palpate.studies.simulation.texture_capturing import scene
 
-    felt = zip(*scene(texture, SECONDS, SEED), strict=True)
-    rows = ([f"{place / 1000:.3f}", *(f"{value:.4g}" for value in values)] for place, values in enumerate(felt))
+    samples = zip(*scene(texture, SECONDS, SEED), strict=True)
+    rows = ([f"{place / 1000:.3f}", *(f"{value:.4g}" for value in values)] for place, values in enumerate(samples))
     write_text(file, table_text(("t_s", "acceleration_m_s2", "speed_mm_s", "force_N"), rows))
 
 
@@ -71,11 +71,11 @@ def planned() -> Iterator[Stimulus]:
         sha256 = file_sha256(FOLDER / file)
         friction = f"{round(friction_apart(kinetic(texture)), 3):g}"
         for method, model in METHODS.items():
-            told = {
+            columns = {
                 "label": texture.replace("_", " "), "texture": texture, "method": method, "model": model, "file": file,
                 "friction": friction,
             }  # fmt: skip
-            yield Stimulus(id=f"{texture}_{method}", columns=told, sha256=sha256)
+            yield Stimulus(id=f"{texture}_{method}", columns=columns, sha256=sha256)
 
 
 def kinetic(texture: str) -> float:
@@ -89,14 +89,14 @@ def kinetic(texture: str) -> float:
 def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
     """Yield the stimulus' rendering by its model, computed now, under its key."""
     fresh = VirtualTextures(FOLDER, shipped=False)
-    made = fresh.of(stimulus)
-    yield from ((key, made.record()) for key in fresh.known)
+    rendering = fresh.of(stimulus)
+    yield from ((key, rendering.record()) for key in fresh.known)
 
 
 def row(stimulus: Stimulus) -> Mapping[str, str]:
     """Return a line of the stimulus table."""
-    felt = VirtualTextures(FOLDER).feels(stimulus)
-    return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in felt.items()}}
+    differences = VirtualTextures(FOLDER).feels(stimulus)
+    return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in differences.items()}}
 
 
 def write_table(rows: list[Mapping[str, str]]) -> None:
@@ -106,7 +106,7 @@ def write_table(rows: list[Mapping[str, str]]) -> None:
 
 def weights(rows: list[Mapping[str, str]]) -> dict[str, float]:
     """Return the latents of study.yaml: points per SD of a column over the stimuli, around the scale's middle."""
-    columns = {name: [float(each[name]) for each in rows] for name in PER_UNIT}
+    columns = {name: [float(row[name]) for row in rows] for name in PER_UNIT}
     level = SAME - 50.0 + sum(weight * mean(columns[name]) for name, weight in PER_UNIT.items())
     return {**{n: round(w * pstdev(columns[n]), 2) for n, w in PER_UNIT.items()}, "intercept": round(level, 2)}
 
@@ -115,17 +115,17 @@ def write_weights(rows: list[Mapping[str, str]]) -> None:
     """Write the latents' line of study.yaml."""
     file, inner = FOLDER / "study.yaml", ", ".join(f"{name}: {value:.2f}" for name, value in weights(rows).items())
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
-    made = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
-    write_text(file, "".join(made))
+    changed = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
+    write_text(file, "".join(changed))
 
 
-def told(rows: list[Mapping[str, str]]) -> Iterator[str]:
+def rating_table(rows: list[Mapping[str, str]]) -> Iterator[str]:
     """Yield the perceived rating of 100: each texture by each method, and the methods' means."""
-    felt = {(r["texture"], r["method"]): SAME + sum(w * float(r[n]) for n, w in PER_UNIT.items()) for r in rows}
+    perceived = {(r["texture"], r["method"]): SAME + sum(w * float(r[n]) for n, w in PER_UNIT.items()) for r in rows}
     yield "| texture | " + " | ".join(METHODS) + " |"
     for texture in TEXTURES:
-        yield f"| {texture} | " + " | ".join(f"{felt[texture, method]:.0f}" for method in METHODS) + " |"
-    yield "| mean | " + " | ".join(f"{mean(felt[t, method] for t in TEXTURES):.1f}" for method in METHODS) + " |"
+        yield f"| {texture} | " + " | ".join(f"{perceived[texture, method]:.0f}" for method in METHODS) + " |"
+    yield "| mean | " + " | ".join(f"{mean(perceived[t, method] for t in TEXTURES):.1f}" for method in METHODS) + " |"
 
 
 if __name__ == "__main__":

@@ -37,9 +37,9 @@ def write(path: Path, texture: str, columns: dict[str, str]) -> None:
     from palpate.devices.surfaces.relief import relief
 
     surface = surface_for(texture, columns)
-    taken = Image.fromarray(photograph(surface, relief(surface), light(LIGHT)))
+    image = Image.fromarray(photograph(surface, relief(surface), light(LIGHT)))
     density = PX / SIZE_MM * 25.4
-    small = taken.resize((PX, PX), Image.Resampling.LANCZOS)
+    small = image.resize((PX, PX), Image.Resampling.LANCZOS)
     picture = BytesIO()
     small.save(picture, "JPEG", quality=QUALITY, optimize=True, dpi=(density, density))
     write_bytes(path, picture.getvalue())

@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.plant.explicit import FIXED, Stepper, solve_fixed
 from benchmarks.plant.passivity import Throw, by_default, by_stepper, excess, grid
 from benchmarks.plant.playback import Playback, as_torque, play
-from benchmarks.plant.problems import Problem, problems, solve, worst_rad
+from benchmarks.plant.problems import Problem, largest_difference_rad, problems, solve
 from benchmarks.plant.rendered_stop import Wall, by_semi_implicit_euler, heavy, light, stiffest
 from benchmarks.plant.rendered_stop import by_default as arm_by_default
 from palpate.devices.door.plant.hand import constant_velocity, human
@@ -45,9 +45,9 @@ class Solved:
 
         return solve_adaptive(self.problem, "Radau", 1e-12)
 
-    def error_rad(self, found: list[float] | None) -> float | None:
+    def error_rad(self, angles_rad: list[float] | None) -> float | None:
         """Return the largest difference of the angle; None where the method gave up."""
-        return None if found is None else worst_rad(found, self.reference)
+        return None if angles_rad is None else largest_difference_rad(angles_rad, self.reference)
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -73,12 +73,13 @@ def figures(out: Path, quick: bool) -> list[Path]:
 def _integrators(solved: Solved) -> Iterator[Case]:
     """Yield every method at five step sizes or tolerances."""
     problem, kind = solved.problem, "rad, largest difference from Radau at rtol 1e-12"
-    settings = [(told, method, run) for method, found in _settings(STEPS_S, TOLERANCES).items() for told, run in found]
-    for told in dict.fromkeys(told for told, _, _ in settings):
-        for method, run in ((method, run) for other, method, run in settings if other == told):
+    by_method = _settings(STEPS_S, TOLERANCES)
+    settings = [(setting, method, run) for method, runs in by_method.items() for setting, run in runs]
+    for setting in dict.fromkeys(setting for setting, _, _ in settings):
+        for method, run in ((method, run) for other, method, run in settings if other == setting):
             repeats = 1 if "events" in method else 3
             yield Case(
-                AREA, f"arm: {problem.name}", method, told, problem.samples, kind, partial(run, problem),
+                AREA, f"arm: {problem.name}", method, setting, problem.samples, kind, partial(run, problem),
                 solved.error_rad, repeats,
             )  # fmt: skip
 
@@ -107,25 +108,25 @@ class Racer:
 
     def run(self) -> list[float] | None:
         """Return the solution; None, after the finest setting, where none is good enough."""
-        found = (self.chosen or self.settings[-1])(self.solved.problem)
-        return found if self.chosen else None
+        angles_rad = (self.chosen or self.settings[-1])(self.solved.problem)
+        return angles_rad if self.chosen else None
 
-    def _good(self, found: list[float] | None) -> bool:
-        error = self.solved.error_rad(found)
+    def _good(self, angles_rad: list[float] | None) -> bool:
+        error = self.solved.error_rad(angles_rad)
         return error is not None and error <= GOOD_RAD
 
 
 def _settings(steps_s: tuple[float, ...], tolerances: tuple[float, ...]) -> dict[str, list[tuple[str, Run]]]:
     """Return each method's settings from coarse to fine, with their labels."""
-    found: dict[str, list[tuple[str, Run]]] = {OURS: [(_told(h), partial(_ours, h)) for h in steps_s]}
+    settings: dict[str, list[tuple[str, Run]]] = {OURS: [(_step_name(h), partial(_ours, h)) for h in steps_s]}
     for name, method in FIXED.items():
-        found[name] = [(_told(h), partial(_fixed, method, h)) for h in steps_s]
+        settings[name] = [(_step_name(h), partial(_fixed, method, h)) for h in steps_s]
     for name in ("Radau", "LSODA"):
-        found[f"{name}, events"] = [(f"rtol {rtol:g}", partial(_adaptive, name, rtol)) for rtol in tolerances]
-    return found
+        settings[f"{name}, events"] = [(f"rtol {rtol:g}", partial(_adaptive, name, rtol)) for rtol in tolerances]
+    return settings
 
 
-def _told(step_s: float) -> str:
+def _step_name(step_s: float) -> str:
     return f"step {1e3 * step_s:g} ms"
 
 
@@ -150,12 +151,12 @@ def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
 def _passive() -> Iterator[Case]:
     """Yield the largest return of energy over the whole range, by each method at 1 kHz."""
     throws = tuple(grid())[::-1]  # the stiffest first: what is unbounded there need not go through the rest
-    told = "1e2 to 1e8 N m/rad, 1 ms"
+    input_name = "1e2 to 1e8 N m/rad, 1 ms"
     kind = "relative, most energy that a stop returned beyond what it took"
-    yield Case(AREA, "stop's energy", OURS, told, len(throws), kind, partial(_worst, throws, by_default), float, 1)
-    for name, method in FIXED.items():
-        run = partial(_worst, throws, partial(by_stepper, method=method))
-        yield Case(AREA, "stop's energy", name, told, len(throws), kind, run, float, 1)
+    methods = {OURS: by_default} | {name: partial(by_stepper, method=method) for name, method in FIXED.items()}
+    for name, states in methods.items():
+        run = partial(_worst, throws, states)
+        yield Case(AREA, "stop's energy", name, input_name, len(throws), kind, run, float, 1)
 
 
 def _worst(throws: tuple[Throw, ...], states: Callable[[Throw], Iterator[State]]) -> float:
@@ -176,13 +177,13 @@ def _walls() -> Iterator[Case]:
         "heavy, B = -b/4": heavy(1.0, -0.25),
     }  # fmt: skip
     methods = {OURS: arm_by_default, "semi-implicit Euler": by_semi_implicit_euler(1)}
-    for told, wall in walls.items():
+    for wall_name, wall in walls.items():
         for name, start in methods.items():
             run = partial(stiffest, wall, start)
-            yield Case(AREA, "rendered stop", name, told, 1, kind, run, partial(_off, wall), 1)
+            yield Case(AREA, "rendered stop", name, wall_name, 1, kind, run, partial(_stiffness_error, wall), 1)
 
 
-def _off(wall: Wall, stiffness_Nm_rad: float) -> float:
+def _stiffness_error(wall: Wall, stiffness_Nm_rad: float) -> float:
     return abs(stiffness_Nm_rad / wall.theory_Nm_rad - 1)
 
 
@@ -191,23 +192,23 @@ def _doors() -> Iterator[Case]:
     for door in DOORS:
         torque, end_rad = _door(door)
         hands = {"a person": human(end_rad), "0.5 rad/s": constant_velocity(0.5, end_rad)}
-        for told, hand in hands.items():
+        for hand_name, hand in hands.items():
             run = partial(play, torque, end_rad, hand)
-            yield Case(AREA, "playback, RMSE", OURS, f"{door}, {told}", 3300, "N m, RMSE", run, _rmse, 1)
-            yield Case(AREA, "playback, 1 - r", OURS, f"{door}, {told}", 3300, "1 - r", run, _unlike, 1)
+            yield Case(AREA, "playback, RMSE", OURS, f"{door}, {hand_name}", 3300, "N m, RMSE", run, _rmse, 1)
+            yield Case(AREA, "playback, 1 - r", OURS, f"{door}, {hand_name}", 3300, "1 - r", run, _one_minus_r, 1)
     torque, end_rad = _door("BC3")
-    for told, k, b in (("soft arm", 300.0, 12.0), ("firm arm", 600.0, 25.0), ("damped arm", 400.0, 50.0)):
+    for hand_name, k, b in (("soft arm", 300.0, 12.0), ("firm arm", 600.0, 25.0), ("damped arm", 400.0, 50.0)):
         hand = human(end_rad, stiffness_Nm_rad=k, damping_Nm_s_rad=b)
         run = partial(play, torque, end_rad, hand)
-        yield Case(AREA, "playback, other arms", OURS, f"BC3, {told}", 3300, "N m, RMSE", run, _rmse, 1)
+        yield Case(AREA, "playback, other arms", OURS, f"BC3, {hand_name}", 3300, "N m, RMSE", run, _rmse, 1)
 
 
-def _rmse(found: Playback) -> float:
-    return found.rmse_Nm
+def _rmse(playback: Playback) -> float:
+    return playback.rmse_Nm
 
 
-def _unlike(found: Playback) -> float:
-    return 1.0 - found.r
+def _one_minus_r(playback: Playback) -> float:
+    return 1.0 - playback.r
 
 
 def _door(door: str) -> tuple[tuple[float, ...], float]:

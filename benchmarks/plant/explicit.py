@@ -28,9 +28,10 @@ class Law:
         """Return all torques but dry friction, in N m."""
         arm, drives = self.arm, self.drives
         torque = drives.motor(t) + drives.hand(t, angle) - (drives.damping + arm.viscous_Nm_s_rad) * speed
-        for side, place in ((1, arm.high_stop_rad), (-1, arm.low_stop_rad)):
-            if (angle - place) * side > 0.0:
-                torque -= side * max(0.0, side * (arm.stop_stiffness_Nm_rad * (angle - place) + self.stop_b * speed))
+        for direction, place in ((1, arm.high_stop_rad), (-1, arm.low_stop_rad)):
+            if (angle - place) * direction > 0.0:
+                push = arm.stop_stiffness_Nm_rad * (angle - place) + self.stop_b * speed
+                torque -= direction * max(0.0, direction * push)
         return torque - torque_and_slope(arm.detents, angle)[0] if arm.detents else torque
 
     def acceleration(self, t: float, angle: float, speed: float) -> float:
@@ -93,12 +94,12 @@ def moreau(law: Law, t: float, h: float, state: State) -> State:
 def solve_fixed(problem: Problem, method: Stepper, step_s: float) -> list[float]:
     """Return the angles at the samples; those of a run that diverged end with an infinity."""
     law, state = Law(problem), (problem.angle_rad, problem.velocity_rad_s)
-    each = round(SAMPLE_S / step_s)
+    steps = round(SAMPLE_S / step_s)
     angles = [problem.angle_rad]
     for sample in range(problem.samples - 1):
         command = problem.command(sample * SAMPLE_S)
-        for part in range(each):
-            law.drives.begin(command.motor_Nm, command.brake_A, problem.hand, (sample * each + part) * step_s)
+        for step in range(steps):
+            law.drives.begin(command.motor_Nm, command.brake_A, problem.hand, (sample * steps + step) * step_s)
             angle, speed = method(law, 0.0, step_s, state)
             if not (abs(angle) < FAR_RAD and abs(speed) < FAR_RAD**2):
                 return [*angles, *[math.inf] * (problem.samples - len(angles))]

@@ -25,24 +25,25 @@ def walls_figure(out: Path, quick: bool) -> Path:
     _over_damping(left, quick)
     _over_wall_damping(right, quick)
     figure.suptitle("A stop rendered at 1 kHz, sampled and held: where it is stable", x=0.01, ha="left", fontsize=12)
-    return _saved(figure, out / "plant_rendered_stop.png")
+    return _save(figure, out / "plant_rendered_stop.png")
 
 
 def doors_figure(out: Path, doors: Mapping[str, tuple[tuple[float, ...], float]]) -> Path:
     """Draw commanded and rendered torque of each door over the angle, and their difference, under a human-like pull."""
     figure = _figure(11.0, 7.4)
     for axes, (door, (torque, end_rad)) in zip(figure.subplots(2, 3, sharex=True).ravel(), doors.items(), strict=True):
-        found = play(torque, end_rad)
-        angle, rendered, commanded = map(np.array, (np.degrees(found.angle_rad), found.rendered_Nm, found.commanded_Nm))
+        playback = play(torque, end_rad)
+        angle = np.degrees(playback.angle_rad)
+        rendered, commanded = np.array(playback.rendered_Nm), np.array(playback.commanded_Nm)
         axes.plot(angle, commanded, color=GREY, linewidth=5, label="commanded")
         axes.plot(angle, rendered, color=INK, linewidth=1.1, label="rendered")
         axes.plot(angle, 10 * (rendered - commanded), color=COLOURS[1], linewidth=0.9, label="difference x 10")
-        axes.set_title(f"{door}   r {found.r:.5f}   RMSE {found.rmse_Nm:.3f} N m", loc="left", fontsize=9.5)
+        axes.set_title(f"{door}   r {playback.r:.5f}   RMSE {playback.rmse_Nm:.3f} N m", loc="left", fontsize=9.5)
         axes.axhline(0, color=SOFT, linewidth=0.5)
     _label(figure.axes[-3:], "angle (degrees)", None)
     _label(figure.axes[::3], None, "torque at the handle (N m)")
     figure.axes[0].legend(frameon=False, fontsize=8.5, loc="lower left")
-    return _saved(figure, out / "plant_playback.png")
+    return _save(figure, out / "plant_playback.png")
 
 
 def _over_damping(axes: Any, quick: bool) -> None:
@@ -54,10 +55,10 @@ def _over_damping(axes: Any, quick: bool) -> None:
     places = np.logspace(-1, 3, 5 if quick else 13)
     for (inertia, marker), colour in zip(ARMS, COLOURS, strict=True):
         # Heavier arms under less damping gain or lose too little in a swing to be told apart.
-        damped = [float(b) for b in places if b >= inertia / 5]
-        found = [stiffest(Wall(inertia, b), by_default) for b in damped]
-        told = f"largest stable, simulated, {inertia:g} kg m$^2$"
-        axes.plot(damped, found, marker, color=colour, markersize=5.5, markerfacecolor="none", label=told)
+        dampings = [float(b) for b in places if b >= inertia / 5]
+        stiffness = [stiffest(Wall(inertia, b), by_default) for b in dampings]
+        label = f"largest stable, simulated, {inertia:g} kg m$^2$"
+        axes.plot(dampings, stiffness, marker, color=colour, markersize=5.5, markerfacecolor="none", label=label)
     axes.set(xscale="log", yscale="log", ylim=(50, 2e7), xlim=(theory[0], theory[-1]))
     _label([axes], "arm's damping b (N m s/rad)", "rendered stiffness K (N m/rad)")
     axes.legend(frameon=False, fontsize=8.5, loc="upper left")
@@ -71,10 +72,10 @@ def _over_wall_damping(axes: Any, quick: bool) -> None:
     )
     axes.plot(both, 1 - abs(both), color=INK, linewidth=1.2)
     arms = {"light arm, J = b T / 100": partial(light, 1000.0), "heavy arm, J = 50 b T": partial(heavy, 1.0)}
-    for (told, arm), marker, colour in zip(arms.items(), "os", COLOURS, strict=False):
+    for (label, arm), marker, colour in zip(arms.items(), "os", COLOURS, strict=False):
         walls = [arm(float(share)) for share in shares]
-        found = [stiffest(wall, by_default) * 1e-3 / 2 / wall.arm_damping_Nm_s_rad for wall in walls]
-        axes.plot(shares, found, marker, color=colour, markersize=5.5, markerfacecolor="none", label=told)
+        stiffness = [stiffest(wall, by_default) * 1e-3 / 2 / wall.arm_damping_Nm_s_rad for wall in walls]
+        axes.plot(shares, stiffness, marker, color=colour, markersize=5.5, markerfacecolor="none", label=label)
     axes.set(xlim=(-1, 1), ylim=(0, 2.7))
     _label([axes], "wall's damping B / b", "rendered stiffness K T / (2 b)")
     axes.legend(frameon=False, fontsize=8.5, loc="upper left")
@@ -94,7 +95,7 @@ def _figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def _saved(figure: Any, path: Path) -> Path:
+def _save(figure: Any, path: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     for axes in figure.axes:

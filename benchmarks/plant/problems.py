@@ -72,22 +72,22 @@ def sticking() -> Problem:
 def solve(problem: Problem, step_s: float) -> list[float]:
     """Return the angles at the samples by the machine's own integrator."""
     dynamics = Dynamics(problem.parameters, problem.angle_rad, problem.velocity_rad_s)
-    each = round(SAMPLE_S / step_s)
+    steps = round(SAMPLE_S / step_s)
     angles = [problem.angle_rad]
     for sample in range(problem.samples - 1):
         command = problem.command(sample * SAMPLE_S)
-        for part in range(each):
-            start_s = (sample * each + part) * step_s
+        for step in range(steps):
+            start_s = (sample * steps + step) * step_s
             dynamics.advance(command.motor_Nm, command.brake_A, problem.hand, start_s, step_s)
         angles.append(dynamics.angle_rad)
     return angles
 
 
-def worst_rad(found: Sequence[float], reference: Sequence[float]) -> float:
+def largest_difference_rad(angles_rad: Sequence[float], reference: Sequence[float]) -> float:
     """Return the largest difference of two solutions; infinite where one did not stay finite."""
-    if len(found) != len(reference) or not all(map(math.isfinite, found)):
+    if len(angles_rad) != len(reference) or not all(map(math.isfinite, angles_rad)):
         return math.inf
-    return max(abs(one - other) for one, other in zip(found, reference, strict=True))
+    return max(abs(one - other) for one, other in zip(angles_rad, reference, strict=True))
 
 
 def _arm(inertia_kg_m2: float, stiffness_Nm_rad: float) -> Parameters:

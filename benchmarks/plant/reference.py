@@ -37,13 +37,13 @@ class Segment:
 
     def motor_Nm(self, t: float) -> float:
         """Return the motor's torque."""
-        begin, held = self.motor
-        return held + (begin - held) * math.exp((self.start_s - t) / self.problem.parameters.motor.lag_s)
+        begin, target = self.motor
+        return target + (begin - target) * math.exp((self.start_s - t) / self.problem.parameters.motor.lag_s)
 
     def coil_A(self, t: float) -> float:
         """Return the coil's current."""
-        begin, held = self.coil
-        return held + (begin - held) * math.exp((self.start_s - t) / self.problem.parameters.brake.lag_s)
+        begin, target = self.coil
+        return target + (begin - target) * math.exp((self.start_s - t) / self.problem.parameters.brake.lag_s)
 
     def powder(self, t: float) -> float:
         """Return the powder's share of the current, a play behind."""
@@ -81,15 +81,15 @@ class Adaptive:
 
     def angles(self) -> list[float]:
         """Return the angle at every sample."""
-        found = np.full(self.problem.samples, np.nan)
-        found[0], events = self.problem.angle_rad, 0
+        angles_rad = np.full(self.problem.samples, np.nan)
+        angles_rad[0], events = self.problem.angle_rad, 0
         for segment in segments(self.problem):
             t = segment.start_s
             while t < segment.end_s - 1e-12:
                 if (events := events + 1) > MOST_EVENTS:
                     raise PlantError(f"{self.options['method']}, rtol {self.options['rtol']:g}: chatters at {t:g} s.")
-                t = self._smooth(segment, t, found) if self.mode.slide else self._rest(segment, t, found)
-        return [float(one) for one in found]
+                t = self._smooth(segment, t, angles_rad) if self.mode.slide else self._rest(segment, t, angles_rad)
+        return [float(one) for one in angles_rad]
 
     def _torque(self, segment: Segment, t: float, angle: float, speed: float) -> float:
         """Return the sum of all torques but dry friction."""
@@ -108,21 +108,21 @@ class Adaptive:
         place = self.arm.high_stop_rad if side > 0 else self.arm.low_stop_rad
         return side * (self.arm.stop_stiffness_Nm_rad * (angle - place) + self.stop_b * speed)
 
-    def _smooth(self, segment: Segment, t: float, found: Any) -> float:
+    def _smooth(self, segment: Segment, t: float, angles: Any) -> float:
         def right(t: float, y: Any) -> list[float]:
             torque = self._torque(segment, t, y[0], y[1]) - self.mode.slide * segment.friction_Nm(t)
             return [y[1], torque / self.arm.inertia_kg_m2]
 
         guards = self._guards()
-        wanted = [*_samples(t, segment.end_s), segment.end_s]
+        wanted_s = [*_samples(t, segment.end_s), segment.end_s]
         run = solve_ivp(
-            right, (t, segment.end_s), self.state, t_eval=wanted, events=list(guards.values()), **self.options
+            right, (t, segment.end_s), self.state, t_eval=wanted_s, events=list(guards.values()), **self.options
         )
         if run.status < 0:
             raise PlantError(f"{self.options['method']}, rtol {self.options['rtol']:g}: {run.message}")
         for at, state in zip(run.t, np.transpose(run.y), strict=True):
             if _is_sample(at):
-                found[round(at / SAMPLE_S)] = state[0]
+                angles[round(at / SAMPLE_S)] = state[0]
         for event, times, states in zip(guards, run.t_events, run.y_events, strict=True):
             if len(times):
                 self.state = np.array(states[-1])
@@ -167,7 +167,7 @@ class Adaptive:
         torque = self._torque(segment, t, self.state[0], 0.0)
         return int(np.sign(torque)) if abs(torque) > self.arm.stiction * segment.friction_Nm(t) else 0
 
-    def _rest(self, segment: Segment, t: float, found: Any) -> float:
+    def _rest(self, segment: Segment, t: float, angles: Any) -> float:
         """Stay until friction can no longer hold, looking often and then exactly."""
 
         def over(t: float) -> float:
@@ -180,7 +180,7 @@ class Adaptive:
             until = float(brentq(over, grid[passed - 1], until, xtol=1e-15, rtol=1e-15))
         for at in [*_samples(t, until), until]:
             if _is_sample(at):
-                found[round(at / SAMPLE_S)] = self.state[0]
+                angles[round(at / SAMPLE_S)] = self.state[0]
         if passed is not None:
             self.mode = Mode(
                 int(np.sign(self._torque(segment, until, self.state[0], 0.0))), self.mode.side, self.mode.left
@@ -207,9 +207,9 @@ def segments(problem: Problem) -> Iterator[Segment]:
 def _play_end(segment: Segment) -> float | None:
     """Return when the current has passed the powder's play, if it does so inside the segment."""
     lag, play = segment.problem.parameters.brake.lag_s, segment.problem.parameters.brake.play_A
-    begin, held = segment.coil
+    begin, target = segment.coil
     for edge in (segment.powder_A + play, segment.powder_A - play):
-        share = (edge - held) / (begin - held) if begin != held else 0.0
+        share = (edge - target) / (begin - target) if begin != target else 0.0
         if 0.0 < share < 1.0:
             cut = segment.start_s - lag * math.log(share)
             if segment.start_s + 1e-9 < cut < segment.end_s - 1e-9:
@@ -235,5 +235,5 @@ def solve_adaptive(problem: Problem, method: str, rtol: float) -> list[float]:
     """
     try:
         return Adaptive(problem, method, rtol, max(rtol * 1e-2, 1e-15)).angles()
-    except ValueError as found:
-        raise PlantError(f"{problem.name}, {method} at rtol {rtol:g}: {found}") from found
+    except ValueError as error:
+        raise PlantError(f"{problem.name}, {method} at rtol {rtol:g}: {error}") from error

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -45,42 +46,28 @@ def cases(quick: bool) -> Iterator[Case]:
     yield from _around(card, STEPS // 10 if quick else STEPS)
 
 
-@dataclass
-class Once:
-    """A run whose result several cases look at."""
-
-    run: Callable[[], Any]
-    found: list[Any] = field(default_factory=list)
-
-    def __call__(self) -> Any:
-        """Return the result, computed at the first call."""
-        if not self.found:
-            self.found.append(self.run())
-        return self.found[0]
-
-
 def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
     looks: tuple[tuple[str, str, Callable[[Record], float | None], str], ...] = (
-        ("underruns", "underruns", lambda told: float(told["output"]["underruns"]), "p99_us"),
-        ("late without a buffer", "share later than 1 ms", lambda told: float(told["ready"]["late_share"]), "p99_us"),
-        ("longest wait", "ms from due to ready", lambda told: told["ready"]["worst_us"] / 1e3, "worst_us"),
-        ("taken by the host", "s of all processors", lambda told: told["outside"]["stolen_s"], "worst_us"),
-        ("kept waiting by others", "s of the loop", lambda told: told["outside"]["waited_s"], "worst_us"),
+        ("underruns", "underruns", lambda record: float(record["output"]["underruns"]), "p99_us"),
+        ("late without a buffer", "share later than 1 ms", lambda record: record["ready"]["late_share"], "p99_us"),
+        ("longest wait", "ms from due to ready", lambda record: record["ready"]["worst_us"] / 1e3, "worst_us"),
+        ("taken by the host", "s of all processors", lambda record: record["outside"]["stolen_s"], "worst_us"),
+        ("kept waiting by others", "s of the loop", lambda record: record["outside"]["waited_s"], "worst_us"),
     )
     for real_time in (False, True):
-        once = Once(lambda real_time=real_time: paced(card, seconds, real_time))  # type: ignore[misc]
+        once = functools.cache(partial(paced, card, seconds, real_time))
         method = "real-time priority" if real_time else "normal priority"
-        told = f"{card.stem}, 1 kHz for {seconds:g} s, buffer 10 ms, another core busy"
+        record = f"{card.stem}, 1 kHz for {seconds:g} s, buffer 10 ms, another core busy"
         for case, kind, error, at in looks:
             yield Case(
-                "render", case, method, told, round(seconds * 1000), kind, once, _allowed(error, real_time), 1,
-                lambda found, at=at: found["ready"][at] * 1e-6,  # type: ignore[misc]
+                "render", case, method, record, round(seconds * 1000), kind, once, _allowed(error, real_time), 1,
+                lambda record, at=at: record["ready"][at] * 1e-6,  # type: ignore[misc]
             )  # fmt: skip
 
 
 def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callable[[Record], float | None]:
     """Return a reader that gives no figure for a refused priority."""
-    return lambda told: None if real_time and not told["priority"].startswith("real-time") else error(told)
+    return lambda record: None if real_time and not record["priority"].startswith("real-time") else error(record)
 
 
 def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
@@ -94,26 +81,26 @@ def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
 @contextmanager
 def beside(count: int) -> Iterator[None]:
     """Run so many processes that only keep the processor busy."""
-    others = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
+    processes = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
     try:
         yield
     finally:
-        for each in others:
-            each.kill()
-            each.wait()
+        for process in processes:
+            process.kill()
+            process.wait()
 
 
 def _extremes(card: Path, minutes: float) -> Iterator[Case]:
-    once = Once(lambda: run_extremes(card, minutes))
+    once = functools.cache(partial(run_extremes, card, minutes))
     looks: tuple[tuple[str, Callable[[Extremes], float]], ...] = (
-        ("m/s^2 beyond the peak", lambda found: max(0.0, found.beyond)),
-        ("m/s^2 at rest", lambda found: found.at_rest),
-        ("samples that are not numbers", lambda found: float(found.not_numbers)),
-        ("level 100 ms after spoiling, dB apart", lambda found: 20 * float(np.log10(found.apart))),
+        ("m/s^2 beyond the peak", lambda extremes: max(0.0, extremes.beyond)),
+        ("m/s^2 at rest", lambda extremes: extremes.at_rest),
+        ("samples that are not numbers", lambda extremes: float(extremes.not_numbers)),
+        ("level 100 ms after spoiling, dB apart", lambda extremes: 20 * float(np.log10(extremes.apart))),
     )
-    told = f"{card.stem}, {minutes:g} min: extremes, steps, lifting off, NaN, 1e6, spoilt windows"
+    input_name = f"{card.stem}, {minutes:g} min: extremes, steps, lifting off, NaN, 1e6, spoilt windows"
     for kind, error in looks:
-        yield Case("render", "free running", "voice", told, round(minutes * 60_000), kind, once, error, 1)
+        yield Case("render", "free running", "voice", input_name, round(minutes * 60_000), kind, once, error, 1)
 
 
 class Nothing:
@@ -126,7 +113,7 @@ class Nothing:
         self.card = card
         self._answer = np.array([0.0, -30.0][: card.gives.size])
 
-    def run(self, given: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002 - that is the point
+    def run(self, window: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002 - that is the point
         """Return a mean of 0, without noise."""
         return self._answer
 
@@ -141,8 +128,8 @@ def _around(card: Path, steps: int) -> Iterator[Case]:
     for method, runs in ways.items():
         yield Case(
             "render", "one step", method, card.stem, steps, "m/s^2 beyond the peak",
-            lambda runs=runs: stepped(model, runs, steps), lambda found: max(0.0, found[1]), 1,  # type: ignore[misc]
-            lambda found: float(found[0]),
+            lambda runs=runs: stepped(model, runs, steps), lambda answer: max(0.0, answer[1]), 1,  # type: ignore[misc]
+            lambda answer: float(answer[0]),
         )  # fmt: skip
 
 
@@ -151,8 +138,8 @@ def stepped(model: Model, runs: Callable[[Model], Runs], steps: int) -> tuple[fl
     voice = open_voice(model, seed=1, runs=runs)
     took, largest = [], 0.0
     for _ in range(steps):
-        begun = time.perf_counter_ns()
-        made = voice.step(100.0, 1.0)
-        took.append(time.perf_counter_ns() - begun)
-        largest = max(largest, abs(made))
+        start = time.perf_counter_ns()
+        sample = voice.step(100.0, 1.0)
+        took.append(time.perf_counter_ns() - start)
+        largest = max(largest, abs(sample))
     return statistics.median(took) * 1e-9, largest - voice.peak

@@ -18,7 +18,7 @@ MOMENTS: tuple[tuple[float, float], ...] = (
     (NAN, 1.0), (100.0, NAN), (math.inf, -math.inf), (-1e6, -1e6), (45.0, 0.8),
 )  # fmt: skip
 """Speed in mm/s and force in N; gone through in steps, in an order that is drawn."""
-HELD_MS = (20, 700)
+STEADY_MS = (20, 700)
 SPOILT_TIMES = 60
 """In all."""
 SPOILT = (NAN, math.inf, 1e6, -1e6)
@@ -41,38 +41,38 @@ class Extremes:
 
 def run_extremes(card: Path, minutes: float, seed: int = 1) -> Extremes:
     """Play it all, as fast as it goes. The window is spoilt 60 times, in the middle of a calm stroke."""
-    voice, chance, found = open_voice(card, seed=seed), np.random.Generator(np.random.PCG64(seed)), Extremes()
+    voice, chance, extremes = open_voice(card, seed=seed), np.random.Generator(np.random.PCG64(seed)), Extremes()
     usual = _level([voice.step(*CALM) for _ in range(4000)][1000:])
     until, spoilt = round(minutes * 60_000), 0
-    while found.steps < until:
-        if found.steps >= spoilt * until // SPOILT_TIMES:
-            _spoil(voice, SPOILT[spoilt % len(SPOILT)], usual, found)
+    while extremes.steps < until:
+        if extremes.steps >= spoilt * until // SPOILT_TIMES:
+            _spoil(voice, SPOILT[spoilt % len(SPOILT)], usual, extremes)
             spoilt += 1
         speed, force = MOMENTS[int(chance.integers(len(MOMENTS)))]
-        held = int(chance.integers(*HELD_MS))
-        _judge(voice, [voice.step(speed, force) for _ in range(held)], found)
+        steps = int(chance.integers(*STEADY_MS))
+        _record(voice, [voice.step(speed, force) for _ in range(steps)], extremes)
         if (speed, force) == (0.0, 0.0):
-            found.at_rest = max(found.at_rest, *(abs(voice.step(0.0, 0.0)) for _ in range(10)))
-    found.restarts = voice.tally.restarts
-    return found
+            extremes.at_rest = max(extremes.at_rest, *(abs(voice.step(0.0, 0.0)) for _ in range(10)))
+    extremes.restarts = voice.tally.restarts
+    return extremes
 
 
-def _judge(voice: Voice, samples: list[float], found: Extremes) -> None:
-    found.steps += len(samples)
-    found.not_numbers += sum(not math.isfinite(each) for each in samples)
-    found.beyond = max(found.beyond, *(abs(each) - voice.peak for each in samples))
+def _record(voice: Voice, samples: list[float], extremes: Extremes) -> None:
+    extremes.steps += len(samples)
+    extremes.not_numbers += sum(not math.isfinite(sample) for sample in samples)
+    extremes.beyond = max(extremes.beyond, *(abs(sample) - voice.peak for sample in samples))
 
 
-def _spoil(voice: Voice, wrong: float, usual: float, found: Extremes) -> None:
+def _spoil(voice: Voice, wrong: float, usual: float, extremes: Extremes) -> None:
     """Play calmly, spoil the whole window, wait 100 ms, and check the level of what follows."""
-    _judge(voice, [voice.step(*CALM) for _ in range(500)], found)
+    _record(voice, [voice.step(*CALM) for _ in range(500)], extremes)
     for window in windows(voice):
         window[:] = wrong
-    _judge(voice, [voice.step(*CALM) for _ in range(MEND_MS)], found)
+    _record(voice, [voice.step(*CALM) for _ in range(MEND_MS)], extremes)
     after = [voice.step(*CALM) for _ in range(2000)]
-    _judge(voice, after, found)
+    _record(voice, after, extremes)
     ratio = _level(after) / usual if usual else 1.0
-    found.apart = max(found.apart, ratio, 1 / ratio if ratio else math.inf)
+    extremes.apart = max(extremes.apart, ratio, 1 / ratio if ratio else math.inf)
 
 
 def windows(voice: Voice) -> Iterator[NDArray[np.float64]]:

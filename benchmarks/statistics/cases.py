@@ -47,13 +47,13 @@ def cases(quick: bool) -> Iterator[Case]:
 
 def _cases(title: str, inputs: Iterable[Input], methods: Iterable[Method], error_kind: str) -> Iterator[Case]:
     usable = [method for method in methods if method.installed]
-    for given in inputs:
+    for table in inputs:
         for method in usable:
-            yield Case(AREA, title, method.name, given.name, len(given.table), error_kind, *_bound(method, given))
+            yield Case(AREA, title, method.name, table.name, len(table.table), error_kind, *_bound(method, table))
 
 
-def _bound(method: Method, given: Input) -> tuple[Callable[[], Any], Callable[[Any], float | None]]:
-    return (lambda: method.run(given)), (lambda result: worst_error(method.read(result), given.answer()))
+def _bound(method: Method, table: Input) -> tuple[Callable[[], Any], Callable[[Any], float | None]]:
+    return (lambda: method.run(table)), (lambda result: worst_error(method.read(result), table.answer()))
 
 
 def worst_error(numbers: Numbers, answer: Answer) -> float | None:
@@ -68,7 +68,7 @@ def worst_error(numbers: Numbers, answer: Answer) -> float | None:
     return math.nan if not errors or any(map(math.isnan, errors)) else max(errors)
 
 
-def _error(found: float, expected: float | None) -> float:
+def _error(number: float, expected: float | None) -> float:
     if expected is None:
-        return math.nan if math.isnan(found) else math.inf
-    return abs(found - expected) / (abs(expected) or 1.0)
+        return math.nan if math.isnan(number) else math.inf
+    return abs(number - expected) / (abs(expected) or 1.0)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from benchmarks.statistics.measuring import quietly, relative_error
+from benchmarks.statistics.measuring import Way, comparison, relative_error
 from palpate.analysis.choices.bradley_terry import bradley_terry
 from palpate.analysis.choices.intervals import profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior
@@ -22,11 +21,9 @@ from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case
 
-AREA, OURS = "statistics", "palpate"
+OURS = "palpate"
 TRUTH = Path(__file__).with_name("choices_truth.json")
 SHAPES: dict[str, Any] = {"logit": "logistic", "probit": "gaussian", "cloglog": "weibull"}
-Way: TypeAlias = tuple[str, str, Callable[[Any], Floats | None]]
-"""Name, package, and what gives the numbers to compare; None for a refusal by name."""
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -49,43 +46,43 @@ def _scales(truth: Any) -> Iterator[Case]:
     for title, link, model in (("Bradley-Terry", "Logit", bradley_terry), ("Thurstone V", "Probit", thurstone)):
         right = np.array(list(truth["bradley_terry" if link == "Logit" else "thurstone"].values()))
 
-        def ours(given: pd.DataFrame, model: Any = model) -> Floats:
-            found = model(given, "winner", "loser", count="n", constraint="Baltimore").values
-            return np.asarray(found.set_index("item")["value"][names], dtype=float)
+        def ours(table: pd.DataFrame, model: Any = model) -> Floats:
+            values = model(table, "winner", "loser", count="n", constraint="Baltimore").values
+            return np.asarray(values.set_index("item")["value"][names], dtype=float)
 
         ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", _glm_of_pairs(names, link))]
         kind = "relative, worst value; against R"
-        yield from _cases(title, "baseball, 7 teams", ways, table, relative_error(right), kind)
+        yield from comparison(title, "baseball, 7 teams", len(table), ways, table, relative_error(right), kind)
 
 
 def _glm_of_pairs(names: list[str], link: str) -> Callable[[pd.DataFrame], Floats]:
-    def fitted(given: pd.DataFrame) -> Floats:
+    def fit(table: pd.DataFrame) -> Floats:
         import statsmodels.api as sm
 
-        design = np.column_stack([(given["winner"] == n).astype(float) - (given["loser"] == n) for n in names])
+        design = np.column_stack([(table["winner"] == n).astype(float) - (table["loser"] == n) for n in names])
         # Each choice as its own row, won: both directions of a pair are in the design by their sign.
         family = sm.families.Binomial(getattr(sm.families.links, link)())
-        made = sm.GLM(np.ones(len(given)), design, family=family, freq_weights=given["n"].to_numpy())
-        return np.asarray(made.fit(tol=1e-14, maxiter=200).params)
+        model = sm.GLM(np.ones(len(table)), design, family=family, freq_weights=table["n"].to_numpy())
+        return np.asarray(model.fit(tol=1e-14, maxiter=200).params)
 
-    return fitted
+    return fit
 
 
 def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
     right = np.array([-truth["intercept"] / truth["slope"] + offset, truth["slope"]])
     function = SHAPES[truth["link"]]
 
-    def ours(given: pd.DataFrame) -> Floats:
-        found = fit_psychometric(given, "level", "k", "n", task="yes_no", function=function, guess=0, lapse=0)
-        return np.array([found.centre, 1 / found.spread])
+    def ours(table: pd.DataFrame) -> Floats:
+        fit = fit_psychometric(table, "level", "k", "n", task="yes_no", function=function, guess=0, lapse=0)
+        return np.array([fit.centre, 1 / fit.spread])
 
-    def glm(given: pd.DataFrame) -> Floats:
+    def glm(table: pd.DataFrame) -> Floats:
         import statsmodels.api as sm
 
-        level = np.log(given["level"]) if function == "weibull" else given["level"]
+        level = np.log(table["level"]) if function == "weibull" else table["level"]
         links = {"logistic": "Logit", "gaussian": "Probit", "weibull": "CLogLog"}
         family = sm.families.Binomial(getattr(sm.families.links, links[function])())
-        counts = np.column_stack([given["k"], given["n"] - given["k"]])
+        counts = np.column_stack([table["k"], table["n"] - table["k"]])
         b = sm.GLM(counts, sm.add_constant(level), family=family).fit(tol=1e-14, maxiter=200).params.to_numpy()
         return np.array([-b[0] / b[1], b[1]])
 
@@ -94,46 +91,47 @@ def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
         ways.append(("scipy curve_fit", "scipy", _least_squares(function)))
     name = f"{truth['set']}, {function}" + (f", offset {offset:g}" if offset else "")
     kind = "relative, worst of place and slope; against R"
-    yield from _cases(
-        "psychometric function", name, ways, table.assign(level=table["level"] + offset), relative_error(right), kind
-    )
+    moved = table.assign(level=table["level"] + offset)
+    yield from comparison("psychometric function", name, len(moved), ways, moved, relative_error(right), kind)
 
 
 def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
     """Return a common fit: least squares of the shares, as if each were equally certain."""
 
-    def fitted(given: pd.DataFrame) -> Floats:
+    def fit(table: pd.DataFrame) -> Floats:
         from scipy.optimize import curve_fit
         from scipy.special import expit, ndtr
 
         shape = expit if function == "logistic" else ndtr
-        begin = [float(given["level"].mean()), 1.0]
-        place, slope = curve_fit(lambda x, m, b: shape(b * (x - m)), given["level"], given["k"] / given["n"], begin)[0]
+        begin = [float(table["level"].mean()), 1.0]
+        place, slope = curve_fit(lambda x, m, b: shape(b * (x - m)), table["level"], table["k"] / table["n"], begin)[0]
         return np.array([place, slope])
 
-    return fitted
+    return fit
 
 
 def _nothing() -> Iterator[Case]:
     """Yield answers that step from one side to the other and have no slope: any number for it is wrong."""
     step = pd.DataFrame({"level": [1.0, 2, 3, 4], "k": [0, 0, 20, 20], "n": 20})
 
-    def ours(given: pd.DataFrame) -> Floats | None:
+    def ours(table: pd.DataFrame) -> Floats | None:
         try:
-            return np.array([1 / fit_psychometric(given, "level", "k", "n", task="yes_no", guess=0, lapse=0).spread])
+            return np.array([1 / fit_psychometric(table, "level", "k", "n", task="yes_no", guess=0, lapse=0).spread])
         except StatisticsError:
             return None
 
-    def glm(given: pd.DataFrame) -> Floats | None:
+    def glm(table: pd.DataFrame) -> Floats | None:
         import statsmodels.api as sm
 
-        counts = np.column_stack([given["k"], given["n"] - given["k"]])
-        found = sm.GLM(counts, sm.add_constant(given["level"]), family=sm.families.Binomial()).fit()
-        return np.array([found.params.iloc[1]])
+        counts = np.column_stack([table["k"], table["n"] - table["k"]])
+        fit = sm.GLM(counts, sm.add_constant(table["level"]), family=sm.families.Binomial()).fit()
+        return np.array([fit.params.iloc[1]])
 
     ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", glm)]
     kind = "infinite for a slope where there is none"
-    yield from _cases("psychometric function, a step", "4 levels x 20", ways, step, lambda _: math.inf, kind)
+    yield from comparison(
+        "psychometric function, a step", "4 levels x 20", len(step), ways, step, lambda _: math.inf, kind
+    )
 
 
 def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
@@ -142,9 +140,9 @@ def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
     right = np.array(profile_interval(fit, "threshold", draws=0)[:2])
     width = float(right[1] - right[0])
 
-    def bayes(given: pd.DataFrame) -> Floats:
-        found = posterior(given, "level", "k", "n", task="yes_no", guess=0, lapse=0, overdispersed=False)
-        return np.array(found.threshold_interval)
+    def bayes(table: pd.DataFrame) -> Floats:
+        fit = posterior(table, "level", "k", "n", task="yes_no", guess=0, lapse=0, overdispersed=False)
+        return np.array(fit.threshold_interval)
 
     ways: list[Way] = [
         (f"{OURS}, profile", "numpy", lambda _: np.array(profile_interval(fit, "threshold", draws=0)[:2])),
@@ -153,20 +151,8 @@ def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
         (f"{OURS}, posterior on a grid", "numpy", bayes),
     ]
 
-    def error(found: Floats) -> float:
-        return float(np.abs(found - right).max()) / width
+    def error(ends: Floats) -> float:
+        return float(np.abs(ends - right).max()) / width
 
     kind = "worst end, share of the profile interval's width"
-    yield from _cases("interval of a threshold", "yes_no", ways, table, error, kind)
-
-
-def _cases(
-    title: str, name: str, ways: list[Way], given: pd.DataFrame, error: Callable[[Floats], float], kind: str
-) -> Iterator[Case]:
-    for method, package, run in ways:
-        if find_spec(package) is not None:
-            yield Case(AREA, title, method, name, len(given), kind, quietly(run, given), _or_refused(error))
-
-
-def _or_refused(error: Callable[[Floats], float]) -> Callable[[Floats | None], float | None]:
-    return lambda found: None if found is None else error(found)
+    yield from comparison("interval of a threshold", "yes_no", len(table), ways, table, error, kind)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.statistics.inputs import extended_answer, long_table, random_cells
+from benchmarks.statistics.measuring import worst_relative_error
 from palpate.analysis.crosschecking import packages
 from palpate.analysis.statistics.anova import rm_anova
 from palpate.analysis.statistics.doubles import Floats
@@ -49,12 +50,11 @@ def _cases(title: str, name: str, n: int, kind: str, expected: Numbers, methods:
 
 
 def _error(read: Read, expected: Numbers) -> Callable[[Any], float | None]:
-    """Return a function for the largest relative error over the numbers that a method gives."""
+    """Return a function for the largest relative error over the numbers that a method gives; NaN where none."""
 
-    def error(result: Any) -> float | None:
-        found = read(result)
-        errors = [abs(found[key] - right) / (abs(right) or 1) for key, right in expected.items() if key in found]
-        return max(errors) if errors and not any(map(math.isnan, errors)) else math.nan
+    def error(result: Any) -> float:
+        worst = worst_relative_error(read(result), expected)
+        return math.nan if worst is None else worst
 
     return error
 
@@ -74,8 +74,8 @@ def _mixed_methods(table: pd.DataFrame, entry: dict[str, Any]) -> Methods:
     averaged: pd.DataFrame = table.groupby(["subject", *within, *between])["y"].mean().reset_index()
 
     def ours() -> pd.DataFrame:
-        asked: Any = {"within": within, "between": between, "sum_of_squares": kind, "aggregate": "mean"}
-        return mixed_anova(table, "y", subject="subject", **asked)
+        roles: Any = {"within": within, "between": between, "sum_of_squares": kind, "aggregate": "mean"}
+        return mixed_anova(table, "y", subject="subject", **roles)
 
     def pingouins() -> pd.DataFrame:
         return packages.pingouin_mixed(averaged, "y", within[0], between[0], "subject")
@@ -119,7 +119,7 @@ def _sphericity_methods(table: pd.DataFrame, factor: str) -> Methods:
         PINGOUIN: (
             PINGOUIN,
             pingouins,
-            lambda found: {(factor, "W"): float(found.W), (factor, "p"): float(found.pval)},
+            lambda result: {(factor, "W"): float(result.W), (factor, "p"): float(result.pval)},
         ),
     }
 
@@ -140,7 +140,7 @@ def _equivalence() -> Iterator[Case]:
         "statsmodels ttost_paired": (
             "statsmodels",
             statsmodels,
-            lambda found: {("m30-m36", "p_low"): found[0], ("m30-m36", "p_high"): found[1]},
+            lambda result: {("m30-m36", "p_low"): result[0], ("m30-m36", "p_high"): result[1]},
         ),
     }
     yield from _cases("equivalence (TOST)", "md_15.1, m30 - m36", 24, "relative, worst of both p; R", TOST_R, methods)
@@ -164,8 +164,8 @@ def _large(quick: bool) -> Iterator[Case]:
         return [ttest_rel(cells[:, i : i + 1], cells[:, i + 1 :]).statistic for i in range(cells.shape[1] - 1)]
 
     methods: Methods = {
-        OURS: ("pandas", ours, lambda found: {("A", "F"): float(found[0]["F"].iloc[0]), **_pairs_of(found[1]["T"])}),
-        "scipy ttest_rel": ("scipy", scipys, lambda found: _pairs_of(np.concatenate(found))),
+        OURS: ("pandas", ours, lambda result: {("A", "F"): float(result[0]["F"].iloc[0]), **_pairs_of(result[1]["T"])}),
+        "scipy ttest_rel": ("scipy", scipys, lambda result: _pairs_of(np.concatenate(result))),
     }
     kind = "relative, worst of F and 4005 t; extended precision"
     yield from _cases("ANOVA and every pair", f"{n} x 90", len(table), kind, expected, methods)
@@ -190,16 +190,16 @@ def _pair_answers(cells: Floats) -> Numbers:
 
 def _large_mixed(table: pd.DataFrame, n: int) -> Iterator[Case]:
     """Yield the same F with 1e9 added, to show the cost of an offset."""
-    asked: Any = {"within": "A", "between": "group", "subject": "subject"}
+    roles: Any = {"within": "A", "between": "group", "subject": "subject"}
     whole = table.assign(y=(1024 * table["y"]).round())
-    right = _reader({"F": "F"})(mixed_anova(whole, "y", **asked))
+    right = _reader({"F": "F"})(mixed_anova(whole, "y", **roles))
     moved = whole.assign(y=whole["y"] + 2.0**40)
 
     def pingouins() -> pd.DataFrame:
         return packages.pingouin_mixed(moved, "y", "A", "group", "subject")
 
     methods: Methods = {
-        OURS: ("pandas", lambda: mixed_anova(moved, "y", **asked), _reader({"F": "F"})),
+        OURS: ("pandas", lambda: mixed_anova(moved, "y", **roles), _reader({"F": "F"})),
         PINGOUIN: (PINGOUIN, pingouins, _reader({"F": "F"})),
     }
     kind = "relative, worst F; the same values without the offset of 2^40"
@@ -208,11 +208,11 @@ def _large_mixed(table: pd.DataFrame, n: int) -> Iterator[Case]:
 
 def _exact() -> Iterator[Case]:
     table = long_table(random_cells(40, 45, seed=45, effect=2.0))
-    asked: Mapping[str, Mapping[str, Any]] = {
+    designs: Mapping[str, Mapping[str, Any]] = {
         "40 x 45, within": {"within": "A", "subject": "subject"},
         "45 groups of 40": {"between": "A"},
     }
-    for name, roles in asked.items():
+    for name, roles in designs.items():
         run = _self_check(table, roles)
         kind = "largest relative difference that the check finds"
         yield Case(AREA, "exact self-check", OURS, name, len(table), kind, run, _largest)
@@ -222,5 +222,5 @@ def _self_check(table: pd.DataFrame, roles: Mapping[str, Any]) -> Run:
     return lambda: self_check(table, "y", **roles)
 
 
-def _largest(found: pd.DataFrame) -> float:
-    return float(found["difference"].max())
+def _largest(differences: pd.DataFrame) -> float:
+    return float(differences["difference"].max())

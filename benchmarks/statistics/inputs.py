@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from typing import Any, TypeAlias
@@ -78,21 +78,21 @@ def edge_inputs() -> Iterator[Input]:
     for name in edge_cases():
         yield Input(name, edge_table(name), ("cond",), _edge_answer(stored[name]))
     steps = np.arange(12)[:, None] * 0.1 + np.arange(4) * 0.3
-    made = {
+    tables = {
         "constant_0.1": np.full((12, 4), 0.1),
         "constant_0.3": np.full((12, 4), 0.3),
         "constant_100_two_way": np.full((12, 3, 3), 100.0),
         "additive_decimals": steps,
         "subj_offsets_1e+09_int": edge_cells("base_int") + 1e9 * np.arange(12)[:, None],
     }
-    for name, cells in made.items():
+    for name, cells in tables.items():
         yield Input(name, long_table(cells), factor_names(cells), _exact_answer(cells, name.startswith("additive")))
 
 
 def _edge_answer(values: dict[str, Any]) -> Callable[[], Answer]:
-    found = {"F": values["F"], "eps": values.get("GG_eps")}
-    kinds = ("F",) if found["F"] is None else tuple(kind for kind in found if found[kind] is not None)
-    return lambda: {("cond", kind): None if found[kind] is None else float(found[kind]) for kind in kinds}
+    numbers = {"F": values["F"], "eps": values.get("GG_eps")}
+    kinds = ("F",) if numbers["F"] is None else tuple(kind for kind in numbers if numbers[kind] is not None)
+    return lambda: {("cond", kind): None if numbers[kind] is None else float(numbers[kind]) for kind in kinds}
 
 
 def _exact_answer(cells: Floats, rounding_only: bool) -> Callable[[], Answer]:
@@ -167,10 +167,10 @@ def random_cells(n: int, k: int, seed: int, effect: float) -> Floats:
     return cells
 
 
-def long_table(cells: Floats) -> pd.DataFrame:
-    """Return one row per value, with columns subject, A (B, ...) and y."""
+def long_table(cells: Floats, names: Sequence[str] | None = None) -> pd.DataFrame:
+    """Return one row per value, with a column for each axis (subject, A, B, ... without `names`) and y."""
     where = np.indices(cells.shape).reshape(cells.ndim, -1)
-    names = ("subject", *factor_names(cells))
+    names = names or ("subject", *factor_names(cells))
     labels = {name: [f"{name[0]}{i:04d}" for i in axis] for name, axis in zip(names, where, strict=True)}
     return pd.DataFrame({**labels, "y": cells.ravel()})
 

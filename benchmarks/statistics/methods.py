@@ -38,9 +38,9 @@ class Method:
 _KINDS = {"p_unc": "p", "p_GG_corr": "p_GG"}
 
 
-def _run_ours(given: Input) -> pd.DataFrame | None:
+def _run_ours(table: Input) -> pd.DataFrame | None:
     try:
-        return rm_anova(given.table, "y", given.within, given.subject, aggregate=given.aggregate)
+        return rm_anova(table.table, "y", table.within, table.subject, aggregate=table.aggregate)
     except StatisticsError:
         return None
 
@@ -53,34 +53,34 @@ def _read_ours(table: pd.DataFrame | None) -> Numbers:
     return packages.read_table(table, table["Source"], kinds)
 
 
-def _run_pingouin(given: Input) -> pd.DataFrame:
-    return packages.pingouin_within(given.averaged, "y", given.within, given.subject)
+def _run_pingouin(table: Input) -> pd.DataFrame:
+    return packages.pingouin_within(table.averaged, "y", table.within, table.subject)
 
 
 def _read_pingouin(table: pd.DataFrame) -> Numbers:
     return _by_kind(packages.read_pingouin_anova(table))
 
 
-def _by_kind(found: Numbers) -> Numbers:
-    return {(source, _KINDS.get(column, column)): value for (source, column), value in found.items()}
+def _by_kind(numbers: Numbers) -> Numbers:
+    return {(source, _KINDS.get(column, column)): value for (source, column), value in numbers.items()}
 
 
-def _run_anova_rm(given: Input) -> pd.DataFrame:
-    return packages.statsmodels_within(given.averaged, "y", given.within, given.subject)
+def _run_anova_rm(table: Input) -> pd.DataFrame:
+    return packages.statsmodels_within(table.averaged, "y", table.within, table.subject)
 
 
 def _read_anova_rm(table: pd.DataFrame) -> Numbers:
     return _by_kind(packages.read_statsmodels_within(table))
 
 
-def _run_exact(given: Input) -> list[ExactEffect]:
-    return exact_within(given.cells.ravel().tolist(), given.cells.shape, given.within)
+def _run_exact(table: Input) -> list[ExactEffect]:
+    return exact_within(table.cells.ravel().tolist(), table.cells.shape, table.within)
 
 
 def _read_exact(effects: list[ExactEffect]) -> Numbers:
     kinds = (("F", "f"), ("eps", "eps"), ("np2", "np2"), ("ng2", "ng2"))
-    found = ((effect.source, kind, getattr(effect, name)) for effect in effects for kind, name in kinds)
-    return {(source, kind): math.nan if value is None else float(value) for source, kind, value in found}
+    values = ((effect.source, kind, getattr(effect, name)) for effect in effects for kind, name in kinds)
+    return {(source, kind): math.nan if value is None else float(value) for source, kind, value in values}
 
 
 def _read_ours_reported(table: pd.DataFrame | None) -> Numbers:
@@ -88,11 +88,11 @@ def _read_ours_reported(table: pd.DataFrame | None) -> Numbers:
     return {key: value for key, value in _read_ours(table).items() if key[1] == "p_GG"}
 
 
-def _run_pingouin_auto(given: Input) -> pd.DataFrame:
+def _run_pingouin_auto(table: Input) -> pd.DataFrame:
     import pingouin
 
-    found: pd.DataFrame = pingouin.rm_anova(given.table, dv="y", within=given.within[0], subject=given.subject)
-    return found
+    result: pd.DataFrame = pingouin.rm_anova(table.table, dv="y", within=table.within[0], subject=table.subject)
+    return result
 
 
 def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
@@ -101,8 +101,8 @@ def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
     return {(str(table["Source"].iloc[0]), "p_GG"): float(table["p_GG_corr" if corrected else "p_unc"].iloc[0])}
 
 
-def _run_pingouin_between(given: Input) -> pd.DataFrame:
-    return packages.pingouin_between(given.table, "y", ["group"])
+def _run_pingouin_between(table: Input) -> pd.DataFrame:
+    return packages.pingouin_between(table.table, "y", ["group"])
 
 
 def _read_between(table: pd.DataFrame) -> Numbers:
@@ -121,6 +121,6 @@ REPORTED = (
     Method(PINGOUIN, packages.quietly(_run_pingouin_auto), _read_pingouin_reported, "pingouin"),
 )
 BETWEEN = (
-    Method(OURS, lambda given: anova(given.table, "y", "group"), _read_between),
+    Method(OURS, lambda data: anova(data.table, "y", "group"), _read_between),
     Method(PINGOUIN, _run_pingouin_between, _read_between, "pingouin"),
 )

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from benchmarks.statistics.inputs import long_table
 from palpate.analysis.mixed_models.model import mixed_model
 from palpate.analysis.statistics.references import reference_table, reference_values
 from palpate.analysis.statistics.refusals import StatisticsError
@@ -51,52 +52,50 @@ class Input:
 def cases(quick: bool) -> Iterator[Case]:
     """Yield every figure of the mixed models; without `quick` also 5,000 participants by 90 stimuli."""
     inputs = [*_shipped(), *_balanced(), *map(_crossed, ((200, 30),) if quick else ((200, 30), (5000, 90)))]
-    for given in inputs:
-        for method, run in _methods(given):
+    for data in inputs:
+        for method, run in _methods(data):
             for place, kind in enumerate((FIXED, VARIANCES)):
-                error = partial(_worst, given=given, place=place)
+                error = partial(_worst, data=data, place=place)
                 title = f"mixed model, {'fixed effects' if place == 0 else 'variances'}"
-                arguments = (given.name, len(given.table), f"{kind}; {given.against}", run, error, given.repeats)
+                arguments = (data.name, len(data.table), f"{kind}; {data.against}", run, error, data.repeats)
                 yield Case(AREA, title, method, *arguments)
 
 
-def _methods(given: Input) -> Iterator[tuple[str, Callable[[], Numbers | None]]]:
-    yield "palpate", partial(_ours, given)
+def _methods(data: Input) -> Iterator[tuple[str, Callable[[], Numbers | None]]]:
+    yield "palpate", partial(_ours, data)
     # MixedLM has one grouping factor; crossed ones become one group with a matrix of all values by all levels.
-    if find_spec("statsmodels") is not None and len(given.groups) == 1:
-        yield "statsmodels MixedLM", partial(_statsmodels, given)
+    if find_spec("statsmodels") is not None and len(data.groups) == 1:
+        yield "statsmodels MixedLM", partial(_statsmodels, data)
 
 
-def _ours(given: Input) -> Numbers | None:
-    slopes = [given.slope] if given.slope else []
-    random: Mapping[str, Sequence[str]] = {group: slopes if i == 0 else [] for i, group in enumerate(given.groups)}
-    effects = [given.effect] if given.effect else []
+def _ours(data: Input) -> Numbers | None:
+    slopes = [data.slope] if data.slope else []
+    random: Mapping[str, Sequence[str]] = {group: slopes if i == 0 else [] for i, group in enumerate(data.groups)}
+    effects = [data.effect] if data.effect else []
     try:
-        model = mixed_model(
-            given.table, "y", effects, random, numeric=effects if given.numeric else [], reml=given.reml
-        )
+        model = mixed_model(data.table, "y", effects, random, numeric=effects if data.numeric else [], reml=data.reml)
     except StatisticsError:
         return None
     return model.fixed["estimate"].tolist(), model.variances["variance"].tolist()
 
 
-def _statsmodels(given: Input) -> Numbers | None:
+def _statsmodels(data: Input) -> Numbers | None:
     from statsmodels.formula.api import mixedlm
 
-    effect = given.effect if given.numeric else f"C({given.effect})"
+    effect = data.effect if data.numeric else f"C({data.effect})"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        slope = f"~{given.slope}" if given.slope else None
-        model = mixedlm(f"y ~ {effect}", given.table, groups=given.table[given.groups[0]], re_formula=slope)
-        found = model.fit(reml=given.reml)
-    return found.fe_params.tolist(), [*np.diag(found.cov_re).tolist(), float(found.scale)]
+        slope = f"~{data.slope}" if data.slope else None
+        model = mixedlm(f"y ~ {effect}", data.table, groups=data.table[data.groups[0]], re_formula=slope)
+        fit = model.fit(reml=data.reml)
+    return fit.fe_params.tolist(), [*np.diag(fit.cov_re).tolist(), float(fit.scale)]
 
 
-def _worst(found: Numbers | None, given: Input, place: int) -> float | None:
+def _worst(numbers: Numbers | None, data: Input, place: int) -> float | None:
     """Return the largest relative error of fixed effects (place 0) or variances (1); None for a refusal."""
-    if found is None:
+    if numbers is None:
         return None
-    errors = [abs(a - b) / abs(b) for a, b in zip(found[place], given.answer()[place], strict=True)]
+    errors = [abs(a - b) / abs(b) for a, b in zip(numbers[place], data.answer()[place], strict=True)]
     return math.nan if any(map(math.isnan, errors)) else max(errors)
 
 
@@ -106,13 +105,13 @@ def _shipped() -> Iterator[Input]:
     for name, (effect, slope, numeric) in SHIPPED.items():
         r = values[name]
         variances = [row["vcov"] for row in r["varcorr"] if row["var2"] is None]
-        answer = partial(_given, list(r["fixef"].values()), variances)
+        answer = partial(_numbers, list(r["fixef"].values()), variances)
         table = reference_table(f"csv/{r['csv']}")
         reml = "REML=TRUE" in r["call"]
         yield Input(name, table, effect, slope, numeric, ("subject",), reml, answer, "against R's lme4")
 
 
-def _given(fixed: list[float], variances: list[float]) -> Numbers:
+def _numbers(fixed: list[float], variances: list[float]) -> Numbers:
     return fixed, variances
 
 
@@ -122,7 +121,7 @@ def _balanced() -> Iterator[Input]:
         rng = np.random.default_rng(5)
         cells = size * rng.normal(size=(12, 1)) + rng.normal(size=(12, 4)) + np.arange(4)
         answer = partial(_one_way, cells)
-        table = _long(cells, ("subject", "cond"))
+        table = long_table(cells, ("subject", "cond"))
         name = f"12 x 4, participants {size:.0e} residuals apart"
         yield Input(name, table, "cond", None, False, ("subject",), True, answer, "against the closed form")
 
@@ -143,7 +142,7 @@ def _crossed(shape: tuple[int, int]) -> Input:
     n, k = shape
     rng = np.random.default_rng(n)
     cells = 50 + 10 * rng.normal(size=(n, 1)) + 5 * rng.normal(size=(1, k)) + 7 * rng.normal(size=(n, k))
-    table = _long(cells, ("subject", "stimulus")).sample(frac=1, random_state=n, ignore_index=True)
+    table = long_table(cells, ("subject", "stimulus")).sample(frac=1, random_state=n, ignore_index=True)
     answer, name = partial(_two_way, cells), f"{n} participants x {k} stimuli, crossed"
     groups = ("subject", "stimulus")
     return Input(name, table, None, None, False, groups, True, answer, "against the closed form", 1 if n > 1000 else 3)
@@ -157,9 +156,3 @@ def _two_way(cells: np.ndarray[Any, Any]) -> Numbers:
     people, stimuli = rows.var(ddof=1) - residual / k, columns.var(ddof=1) - residual / n
     # Random terms stand in the order of their names: stimulus, subject.
     return [float(x.mean())], [float(stimuli), float(people), float(residual)]
-
-
-def _long(cells: np.ndarray[Any, Any], names: tuple[str, str]) -> pd.DataFrame:
-    where = np.indices(cells.shape).reshape(2, -1)
-    labels = {name: [f"{name[0]}{i:04d}" for i in axis] for name, axis in zip(names, where, strict=True)}
-    return pd.DataFrame({**labels, "y": cells.ravel()})

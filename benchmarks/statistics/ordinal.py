@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from importlib.util import find_spec
 from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
 
-from benchmarks.statistics.measuring import quietly
+from benchmarks.statistics.measuring import Way, comparison
 from benchmarks.statistics.ordinal_truth import (
     FRIEDMAN,
     RANGES,
@@ -29,10 +28,8 @@ from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
 from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case
 
-AREA = "statistics"
 Numbers: TypeAlias = Mapping[str, float]
-Method: TypeAlias = tuple[str, str, Callable[[Any], Numbers]]
-"""A name, the package it needs, and what it answers; no number at all is a refusal."""
+"""A method's answer by name; no number at all is a refusal."""
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -52,27 +49,25 @@ def cases(quick: bool) -> Iterator[Case]:
     yield from _cases("ordinal model", "separated answers", separated_table(), 12, _MODEL, nothing)
 
 
-def _cases(title: str, name: str, given: Any, n: int, methods: tuple[Method, ...], truth: Numbers) -> Iterator[Case]:
-    for method, package, run in methods:
-        if find_spec(package) is not None:
-            kind = "relative, worst number; exact answer or R's"
-            yield Case(AREA, title, method, name, n, kind, quietly(run, given), _worst(truth))
+def _cases(title: str, name: str, data: Any, n: int, methods: tuple[Way, ...], truth: Numbers) -> Iterator[Case]:
+    kind = "relative, worst number; exact answer or R's"
+    return comparison(title, name, n, methods, data, _worst(truth), kind)
 
 
 def _worst(truth: Numbers) -> Callable[[Numbers], float | None]:
     """Return a function for the largest relative error: infinite where there is no number, None for a refusal."""
 
-    def error(found: Numbers) -> float | None:
-        known = [name for name in truth if name in found]
-        return max(_error(found[name], truth[name]) for name in known) if known else None
+    def error(numbers: Numbers) -> float | None:
+        known = [name for name in truth if name in numbers]
+        return max(_error(numbers[name], truth[name]) for name in known) if known else None
 
     return error
 
 
-def _error(found: float, expected: float) -> float:
+def _error(number: float, expected: float) -> float:
     if math.isnan(expected):
         return math.inf
-    return math.inf if math.isnan(found) else abs(found - expected) / abs(expected)
+    return math.inf if math.isnan(number) else abs(number - expected) / abs(expected)
 
 
 def _long(cells: Any) -> pd.DataFrame:
@@ -86,15 +81,15 @@ def _our_friedman(cells: Any) -> Numbers:
 
 
 def _pingouin_friedman(cells: Any) -> Numbers:
-    found = packages.read_pingouin_friedman(packages.pingouin_friedman(_long(cells), "y", "condition", "person"))
-    return {"chi2": found["chi2"], "p": found["p_unc"]}
+    row = packages.read_pingouin_friedman(packages.pingouin_friedman(_long(cells), "y", "condition", "person"))
+    return {"chi2": row["chi2"], "p": row["p_unc"]}
 
 
 def _scipy_friedman(cells: Any) -> Numbers:
     from scipy.stats import friedmanchisquare
 
-    found = friedmanchisquare(*cells.T)
-    return {"chi2": float(found.statistic), "p": float(found.pvalue)}
+    result = friedmanchisquare(*cells.T)
+    return {"chi2": float(result.statistic), "p": float(result.pvalue)}
 
 
 def _our_signed(pair: Any) -> Numbers:
@@ -118,24 +113,24 @@ def _scipy_signed_auto(pair: Any) -> Numbers:
 def _pingouin_signed(pair: Any) -> Numbers:
     import pingouin
 
-    found = pingouin.wilcoxon(*pair).iloc[0]
-    return {"p": float(found["p_val" if "p_val" in found else "p-val"])}
+    row = pingouin.wilcoxon(*pair).iloc[0]
+    return {"p": float(row["p_val" if "p_val" in row else "p-val"])}
 
 
-def _our_range(given: Any) -> Numbers:
-    return {"p": range_tail(*given)}
+def _our_range(q_and_k: Any) -> Numbers:
+    return {"p": range_tail(*q_and_k)}
 
 
-def _scipy_range(given: Any) -> Numbers:
+def _scipy_range(q_and_k: Any) -> Numbers:
     from scipy.stats import studentized_range
 
-    return {"p": float(studentized_range.sf(*given, np.inf))}
+    return {"p": float(studentized_range.sf(*q_and_k, np.inf))}
 
 
-def _statsmodels_range(given: Any) -> Numbers:
+def _statsmodels_range(q_and_k: Any) -> Numbers:
     from statsmodels.stats.libqsturng import psturng
 
-    return {"p": float(np.ravel(psturng(*given, np.inf))[0])}
+    return {"p": float(np.ravel(psturng(*q_and_k, np.inf))[0])}
 
 
 def _our_model(table: Any) -> Numbers:
@@ -152,28 +147,28 @@ def _statsmodels_model(table: Any) -> Numbers:
 
     names = [name for name in table if name != "y"]
     x = pd.get_dummies(table[names], drop_first=True, dtype=float)
-    found = OrderedModel(table["y"], x, distr="logit").fit(method="bfgs", disp=False)
-    slopes = found.params.iloc[: x.shape[1]].tolist()
-    return {f"slope {i}": slope for i, slope in enumerate(slopes)} | {"log likelihood": float(found.llf)}
+    fit = OrderedModel(table["y"], x, distr="logit").fit(method="bfgs", disp=False)
+    slopes = fit.params.iloc[: x.shape[1]].tolist()
+    return {f"slope {i}": slope for i, slope in enumerate(slopes)} | {"log likelihood": float(fit.llf)}
 
 
-_FRIEDMAN: tuple[Method, ...] = (
+_FRIEDMAN: tuple[Way, ...] = (
     ("palpate", "pandas", _our_friedman),
     ("pingouin", "pingouin", _pingouin_friedman),
     ("scipy", "scipy", _scipy_friedman),
 )
-_SIGNED: tuple[Method, ...] = (
+_SIGNED: tuple[Way, ...] = (
     ("palpate", "pandas", _our_signed),
     ("scipy, exact", "scipy", _scipy_signed),
     ("scipy, as it is called", "scipy", _scipy_signed_auto),
     ("pingouin", "pingouin", _pingouin_signed),
 )
-_RANGE: tuple[Method, ...] = (
+_RANGE: tuple[Way, ...] = (
     ("palpate", "pandas", _our_range),
     ("scipy", "scipy", _scipy_range),
     ("statsmodels", "statsmodels", _statsmodels_range),
 )
-_MODEL: tuple[Method, ...] = (
+_MODEL: tuple[Way, ...] = (
     ("palpate", "pandas", _our_model),
     ("statsmodels OrderedModel", "statsmodels", _statsmodels_model),
 )

@@ -23,7 +23,7 @@ def _cells(name: str, factor: str) -> Floats:
     return gather(reference_table(f"csv/{name}.csv"), "y", factor, "subject").values
 
 
-def _blurred() -> Floats:
+def _with_rounded_ties() -> Floats:
     """Return twelve people whose first two answers are 0.3, written once as 0.1 + 0.2."""
     third = [0.1, 0.5, 0.6, 0.7, 0.2, 0.9, 0.8, 0.4, 0.6, 0.5, 0.7, 0.9]
     return np.array([[0.1 + 0.2, 0.3, value] for value in third])
@@ -32,7 +32,7 @@ def _blurred() -> Floats:
 FRIEDMAN: dict[str, Floats] = {
     "RoundingTimes, 22 x 3": _cells("RoundingTimes", "method"),
     "ergoStool, 9 x 4": _cells("ergoStool", "type"),
-    "0.1 + 0.2 against 0.3, 12 x 3": _blurred(),
+    "0.1 + 0.2 against 0.3, 12 x 3": _with_rounded_ties(),
 }
 
 SIGNED: dict[str, tuple[Floats, Floats]] = {
@@ -87,7 +87,7 @@ def separated_table() -> pd.DataFrame:
     return pd.DataFrame({"group": ["a"] * 6 + ["b"] * 6, "y": [1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3]})
 
 
-def _written(value: float) -> Decimal:
+def _as_decimal(value: float) -> Decimal:
     return Decimal(f"{value:.{DIGITS}f}")
 
 
@@ -104,7 +104,7 @@ def exact_friedman(cells: Floats) -> dict[str, float]:
     n, k = cells.shape
     if cells.size > 10_000:
         return _whole_friedman(cells)
-    rows = [_ranks([_written(value) for value in row]) for row in cells.tolist()]
+    rows = [_ranks([_as_decimal(value) for value in row]) for row in cells.tolist()]
     middle = Fraction(k + 1, 2)
     between = sum((sum(row[j] for row in rows) - n * middle) ** 2 for j in range(k))
     total = sum((rank - middle) ** 2 for row in rows for rank in row)
@@ -124,10 +124,10 @@ def _whole_friedman(cells: Floats) -> dict[str, float]:
 def exact_signed_p(a: Floats, b: Floats) -> float:
     """Return Wilcoxon's two-sided p over every pattern of signs of the differences that are not zero."""
     pairs = zip(a.tolist(), b.tolist(), strict=True)
-    changes = [change for x, y in pairs if (change := _written(x) - _written(y)) != 0]
+    changes = [change for x, y in pairs if (change := _as_decimal(x) - _as_decimal(y)) != 0]
     ranks = _ranks([abs(change) for change in changes])
     middle = sum(ranks, Fraction(0)) / 2
-    found = abs(sum((r for r, change in zip(ranks, changes, strict=True) if change > 0), Fraction(0)) - middle)
+    observed = abs(sum((r for r, change in zip(ranks, changes, strict=True) if change > 0), Fraction(0)) - middle)
     patterns = product((0, 1), repeat=len(ranks))
     sums = (sum((r for r, sign in zip(ranks, pattern, strict=True) if sign), Fraction(0)) for pattern in patterns)
-    return float(Fraction(sum(abs(value - middle) >= found for value in sums), 2 ** len(ranks)))
+    return float(Fraction(sum(abs(value - middle) >= observed for value in sums), 2 ** len(ranks)))

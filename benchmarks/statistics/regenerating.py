@@ -42,10 +42,10 @@ class _Lab:
 def cases(quick: bool) -> Iterator[Case]:
     """Yield `palpate regenerate` of the door study from the shell: 40 simulated participants, 8 when quick."""
     lab = _Lab(8 if quick else 40)
-    told = f"{STUDY}, {lab.people} participants, statistics, figures and report"
+    input_name = f"{STUDY}, {lab.people} participants, statistics, figures and report"
     try:
         yield Case(
-            AREA, "a study regenerated", "palpate regenerate", told, lab.people * 45 * 7,
+            AREA, "a study regenerated", "palpate regenerate", input_name, lab.people * 45 * 7,
             "files that differ from the first run's", lab.again,
             lambda folder: float(len(_different(folder.parent / "first", folder))), 3,
         )  # fmt: skip

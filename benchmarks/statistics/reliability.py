@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from benchmarks.statistics.measuring import worst_relative_error
 from palpate.analysis.crosschecking import packages
 from palpate.analysis.reliability.concordance import concordance
 from palpate.analysis.reliability.consistency import cronbach_alpha
@@ -29,7 +30,7 @@ R_KEYS = {"ICC": "ICC", "F": "F", "p": "p", "low": "lower", "high": "upper"}
 
 
 @dataclass(frozen=True)
-class Given:
+class Ratings:
     """A long table (columns target, rater, y), the same as an array, and the numbers to hold a method against."""
 
     name: str
@@ -43,7 +44,7 @@ class Way:
     """One implementation: what is timed, and how its numbers are read from the result."""
 
     name: str
-    run: Callable[[Given], Any]
+    run: Callable[[Ratings], Any]
     read: Callable[[Any], Numbers]
     package: str = "numpy"
 
@@ -57,7 +58,7 @@ def cases(quick: bool) -> Iterator[Case]:
     yield from _cases("ICC and intervals", sets, ICC_WAYS, kind)
     kind = "relative, worst of six ICC; exact answer"
     yield from _cases("ICC, extreme and large tables", [*far, *large], ICC_WAYS, kind)
-    yield from _cases("Cronbach's alpha", [_alpha_of(given) for given in sets], ALPHA_WAYS, "relative; against R")
+    yield from _cases("Cronbach's alpha", [_alpha_of(ratings) for ratings in sets], ALPHA_WAYS, "relative; against R")
     yield from _cases("Cronbach's alpha, extreme tables", map(_alpha_of, far), ALPHA_WAYS, "relative; exact answer")
     yield from _cases("Kendall's W", _w_sets(), W_WAYS, "relative, worst of W, chi2 and p; against R")
     yield from _cases("Fleiss' kappa", [_kappa_set()], KAPPA_WAYS, "relative; exact answer")
@@ -66,22 +67,13 @@ def cases(quick: bool) -> Iterator[Case]:
 
 def _cases(title: str, sets: Any, ways: tuple[Way, ...], error_kind: str) -> Iterator[Case]:
     usable = [way for way in ways if find_spec(way.package) is not None]
-    for given in sets:
+    for ratings in sets:
         for way in usable:
-            yield Case(AREA, title, way.name, given.name, given.values.size, error_kind, *_bound(way, given))
+            yield Case(AREA, title, way.name, ratings.name, ratings.values.size, error_kind, *_bound(way, ratings))
 
 
-def _bound(way: Way, given: Given) -> tuple[Callable[[], Any], Callable[[Any], float | None]]:
-    return (lambda: way.run(given)), (lambda result: worst(way.read(result), given.answer))
-
-
-def worst(found: Numbers, answer: Numbers) -> float | None:
-    """Return the largest relative error over the numbers that both give; None where none is given."""
-    both = [key for key in answer if key in found]
-    if not both:
-        return None
-    errors = [abs(found[key] - answer[key]) / (abs(answer[key]) or 1.0) for key in both]
-    return math.nan if any(map(math.isnan, errors)) else max(errors)
+def _bound(way: Way, ratings: Ratings) -> tuple[Callable[[], Any], Callable[[Any], float | None]]:
+    return (lambda: way.run(ratings)), (lambda result: worst_relative_error(way.read(result), ratings.answer))
 
 
 def _long(values: Floats) -> pd.DataFrame:
@@ -90,7 +82,7 @@ def _long(values: Floats) -> pd.DataFrame:
     return pd.DataFrame({**names, "y": values.ravel()})
 
 
-def _r_sets() -> Iterator[Given]:
+def _r_sets() -> Iterator[Ratings]:
     """Yield the reference sets with psych's intraclass correlations, and psych's alpha under "alpha"."""
     for name, entry in reference_values("r_reference").items():
         if "icc" not in entry:
@@ -100,10 +92,10 @@ def _r_sets() -> Iterator[Given]:
         rows = {row["type"]: row for row in entry["icc"]["rows"]}
         answer = {f"{kind} {key}": float(rows[kind][theirs]) for kind in KINDS for key, theirs in R_KEYS.items()}
         values = np.ascontiguousarray(wide.to_numpy(dtype=np.float64))
-        yield Given(name, _long(values), values, answer | {"alpha": float(entry["cronbach"]["raw_alpha"])})
+        yield Ratings(name, _long(values), values, answer | {"alpha": float(entry["cronbach"]["raw_alpha"])})
 
 
-def _extremes(values: Floats) -> Iterator[Given]:
+def _extremes(values: Floats) -> Iterator[Ratings]:
     """Yield tables, made of one set, that cost a textbook formula its digits."""
     yield _exact("offset 1e12", values + 1e12)
     yield _exact("1 + 1e-12 x", 1 + 1e-12 * values)
@@ -111,13 +103,13 @@ def _extremes(values: Floats) -> Iterator[Given]:
     yield _exact("targets 1e9 apart", values + 1e9 * np.arange(len(values))[:, None])
 
 
-def _large(n: int) -> Given:
+def _large(n: int) -> Ratings:
     rng = np.random.default_rng(n)
     values = np.round(rng.normal(50, 12, (n, 1)) + rng.normal(0, 4, (1, 26)) + rng.normal(0, 10, (n, 26)), 1)
     return _exact(f"{n} x 26", values)
 
 
-def _exact(name: str, values: Floats) -> Given:
+def _exact(name: str, values: Floats) -> Ratings:
     """Return the six values and alpha in exact fractions."""
     x = [[Fraction(value) for value in row] for row in values.tolist()]
     n, k = values.shape
@@ -128,43 +120,43 @@ def _exact(name: str, values: Floats) -> Given:
     within = total - square - of_rows
     b, j, w = of_rows / (n - 1), of_columns / (k - 1), within / (n * (k - 1))
     e = (within - of_columns) / ((n - 1) * (k - 1))
-    found = (
+    coefficients = (
         *((b - w) / (b + (k - 1) * w), (b - e) / (b + (k - 1) * e + k * (j - e) / n), (b - e) / (b + (k - 1) * e)),
         *((b - w) / b, (b - e) / (b + (j - e) / n), (b - e) / b),
     )
-    answer = {f"{kind} ICC": float(value) for kind, value in zip(KINDS, found, strict=True)}
-    return Given(name, _long(values), values, answer | {"alpha": float(found[-1])})
+    answer = {f"{kind} ICC": float(value) for kind, value in zip(KINDS, coefficients, strict=True)}
+    return Ratings(name, _long(values), values, answer | {"alpha": float(coefficients[-1])})
 
 
-def _alpha_of(given: Given) -> Given:
-    return replace(given, answer={"alpha": given.answer["alpha"]})
+def _alpha_of(ratings: Ratings) -> Ratings:
+    return replace(ratings, answer={"alpha": ratings.answer["alpha"]})
 
 
-def _w_sets() -> Iterator[Given]:
+def _w_sets() -> Iterator[Ratings]:
     """Yield R's friedman.test: W is chi squared over m (n - 1)."""
-    for given in _r_sets():
-        entry = reference_values("r_reference")[given.name]
-        if found := entry.get("friedman"):
-            turned = np.ascontiguousarray(given.values.T)
-            chi2 = float(found["chi2"])
-            answer = {"W": chi2 / (len(given.values) * (len(turned) - 1)), "chi2": chi2, "p": float(found["p"])}
-            yield Given(given.name, _long(turned), turned, answer)
+    for ratings in _r_sets():
+        entry = reference_values("r_reference")[ratings.name]
+        if test := entry.get("friedman"):
+            turned = np.ascontiguousarray(ratings.values.T)
+            chi2 = float(test["chi2"])
+            answer = {"W": chi2 / (len(ratings.values) * (len(turned) - 1)), "chi2": chi2, "p": float(test["p"])}
+            yield Ratings(ratings.name, _long(turned), turned, answer)
 
 
-def _kappa_set() -> Given:
+def _kappa_set() -> Ratings:
     counts = np.random.default_rng(3).multinomial(20, [0.5, 0.3, 0.2], 50).astype(np.float64)
     m, n = 20, 50
     apart = Fraction(int((m * m - (counts**2).sum(axis=1)).sum()), n * m * (m - 1))
     chance = Fraction(int((n * m) ** 2 - (counts.sum(axis=0) ** 2).sum()), (n * m) ** 2)
-    return Given("50 x 20 raters", pd.DataFrame(counts), counts, {"kappa": float(1 - apart / chance)})
+    return Ratings("50 x 20 raters", pd.DataFrame(counts), counts, {"kappa": float(1 - apart / chance)})
 
 
-def _coincidence_sets() -> Iterator[Given]:
+def _coincidence_sets() -> Iterator[Ratings]:
     """Yield Krippendorff's published table with gaps (2011, part C), each answer an exact fraction."""
     rows = ("123321412...", "1233224125.3", ".3332342251.", "12332441251.")
     values = np.array([[math.nan if mark == "." else float(mark) for mark in row] for row in rows]).T
     for level, answer in (("nominal", Fraction(113, 152)), ("interval", Fraction(951, 1120))):
-        yield Given(f"12 units, 4 raters, {level}", _long(values), values, {level: float(answer)})
+        yield Ratings(f"12 units, 4 raters, {level}", _long(values), values, {level: float(answer)})
 
 
 def _read_icc(table: pd.DataFrame) -> Numbers:
@@ -172,62 +164,62 @@ def _read_icc(table: pd.DataFrame) -> Numbers:
     return {f"{row['type']} {key}": float(row[ours]) for _, row in table.iterrows() for key, ours in columns.items()}
 
 
-def _pingouin_icc(given: Given) -> pd.DataFrame:
-    return packages.pingouin_icc(given.table, "y", "target", "rater")
+def _pingouin_icc(ratings: Ratings) -> pd.DataFrame:
+    return packages.pingouin_icc(ratings.table, "y", "target", "rater")
 
 
-def _read_alpha(found: Numbers) -> Numbers:
-    return {"alpha": found["alpha"]}
+def _read_alpha(result: Numbers) -> Numbers:
+    return {"alpha": result["alpha"]}
 
 
-def _read_kappa(found: float) -> Numbers:
-    return {"kappa": found}
+def _read_kappa(kappa: float) -> Numbers:
+    return {"kappa": kappa}
 
 
 def _read_pingouin_icc(table: pd.DataFrame) -> Numbers:
     ends = {"ci_low": "low", "ci_high": "high"}
-    found = packages.read_pingouin_icc(table)
-    return {f"{kind} {ends.get(name, name)}": value for (kind, name), value in found.items()}
+    numbers = packages.read_pingouin_icc(table)
+    return {f"{kind} {ends.get(name, name)}": value for (kind, name), value in numbers.items()}
 
 
-def _without_intervals(found: Numbers) -> Numbers:
-    return {key: value for key, value in found.items() if not key.endswith(("low", "high"))}
+def _without_intervals(numbers: Numbers) -> Numbers:
+    return {key: value for key, value in numbers.items() if not key.endswith(("low", "high"))}
 
 
-def _run_scipy_w(given: Given) -> Any:
+def _run_scipy_w(ratings: Ratings) -> Any:
     from scipy.stats import friedmanchisquare
 
-    return friedmanchisquare(*given.values)
+    return friedmanchisquare(*ratings.values)
 
 
-def _run_krippendorff(given: Given) -> Numbers:
-    level: Any = given.name.rsplit(" ", 1)[1]
-    return {level: krippendorff(given.values, level).alpha}
+def _run_krippendorff(ratings: Ratings) -> Numbers:
+    level: Any = ratings.name.rsplit(" ", 1)[1]
+    return {level: krippendorff(ratings.values, level).alpha}
 
 
 ICC_WAYS = (
-    Way("palpate", lambda given: icc(given.table, "y", "target", "rater"), _read_icc),
+    Way("palpate", lambda ratings: icc(ratings.table, "y", "target", "rater"), _read_icc),
     Way("pingouin", _pingouin_icc, _read_pingouin_icc, "pingouin"),
     Way("pingouin, no interval", _pingouin_icc, lambda t: _without_intervals(_read_pingouin_icc(t)), "pingouin"),
 )
 ALPHA_WAYS = (
     Way(
         "palpate, with its items",
-        lambda given: cronbach_alpha(given.table, "y", "rater", "target"),
-        lambda found: {"alpha": found.alpha},
+        lambda ratings: cronbach_alpha(ratings.table, "y", "rater", "target"),
+        lambda result: {"alpha": result.alpha},
     ),
-    Way("pingouin", lambda given: packages.pingouin_alpha(pd.DataFrame(given.values)), _read_alpha, "pingouin"),
+    Way("pingouin", lambda ratings: packages.pingouin_alpha(pd.DataFrame(ratings.values)), _read_alpha, "pingouin"),
 )
 W_WAYS = (
     Way(
         "palpate",
-        lambda given: concordance(given.values),
-        lambda found: {"W": found["W"], "chi2": found["chi2"], "p": found["p_chi2"]},
+        lambda ratings: concordance(ratings.values),
+        lambda row: {"W": row["W"], "chi2": row["chi2"], "p": row["p_chi2"]},
     ),
-    Way("scipy", _run_scipy_w, lambda found: {"chi2": float(found.statistic), "p": float(found.pvalue)}, "scipy"),
+    Way("scipy", _run_scipy_w, lambda test: {"chi2": float(test.statistic), "p": float(test.pvalue)}, "scipy"),
 )
 KAPPA_WAYS = (
-    Way("palpate", lambda given: fleiss_kappa(given.values), lambda found: {"kappa": found.kappa}),
-    Way("statsmodels", lambda given: packages.statsmodels_kappa(given.values), _read_kappa, "statsmodels"),
+    Way("palpate", lambda ratings: fleiss_kappa(ratings.values), lambda result: {"kappa": result.kappa}),
+    Way("statsmodels", lambda ratings: packages.statsmodels_kappa(ratings.values), _read_kappa, "statsmodels"),
 )
-KRIPPENDORFF_WAYS = (Way("palpate", _run_krippendorff, lambda found: found),)
+KRIPPENDORFF_WAYS = (Way("palpate", _run_krippendorff, lambda numbers: numbers),)

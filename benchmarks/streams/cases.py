@@ -31,7 +31,7 @@ def cases(quick: bool) -> Iterator[Case]:
     """Yield streams recorded through a real session and ledger, each run in its own process; then clocks."""
     whole, part = (STREAM_QUICK_S, DELAY_QUICK_S) if quick else (STREAM_S, DELAY_S)
     yield _recorded("to the disk", "palpate", whole, "samples lost", _lost)
-    yield _recorded("memory above start", "palpate", whole, "MB", lambda found: _known(found["growth_MB"]))
+    yield _recorded("memory above start", "palpate", whole, "MB", lambda recorded: _known(recorded["growth_MB"]))
     for writer in ("one thread", "palpate"):
         yield _recorded("readers held up by the writer", writer, part, "ms, p99.9", _p999("held_up_ms"))
     yield _recorded("handing a block over", "palpate", part, "ms, p99.9", _p999("handed_ms"))
@@ -44,9 +44,9 @@ def _recorded(
     case: str, writer: str, stream_s: float, kind: str, error: Callable[[dict[str, Any]], float | None]
 ) -> Case:
     """Return the `error` of a recording, while its ledger exists."""
-    named = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
-    told = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
-    return Case("streams", case, named.get(writer, writer), told, round(stream_s * 14_120), kind,
+    writers = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
+    input_name = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
+    return Case("streams", case, writers.get(writer, writer), input_name, round(stream_s * 14_120), kind,
                 lambda: run_apart(stream_s, FAST, writer), error, 1)  # fmt: skip
 
 
@@ -55,11 +55,11 @@ def run_apart(stream_s: float, fast: float, writer: str) -> dict[str, Any]:
     with TemporaryDirectory() as lab:
         command = [sys.executable, "-m", "benchmarks.streams.run", lab, str(stream_s), str(fast), writer]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
-        found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
-        return {**found, "kept": kept(Path(found["ledger"]))}
+        recorded: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+        return {**recorded, "in_place": samples_in_place(Path(recorded["ledger"]))}
 
 
-def kept(ledger: Path) -> dict[str, int]:
+def samples_in_place(ledger: Path) -> dict[str, int]:
     """Return how many samples of each stream are in the verified ledger, in their place and with their value."""
     import numpy as np
 
@@ -76,8 +76,8 @@ def kept(ledger: Path) -> dict[str, int]:
     return right
 
 
-def _lost(found: dict[str, Any]) -> float:
-    return float(sum(abs(given - found["kept"].get(name, 0)) for name, given in found["given"].items()))
+def _lost(recorded: dict[str, Any]) -> float:
+    return float(sum(abs(count - recorded["in_place"].get(name, 0)) for name, count in recorded["produced"].items()))
 
 
 def _known(growth_MB: float) -> float | None:
@@ -86,18 +86,18 @@ def _known(growth_MB: float) -> float | None:
 
 
 def _p999(what: str) -> Callable[[dict[str, Any]], float]:
-    return lambda found: float(found[what]["p99.9"])
+    return lambda recorded: float(recorded[what]["p99.9"])
 
 
 def _priority() -> str:
     """Describe the scheduling of the recording process, tried in a thread that then ends."""
     from benchmarks.streams.run import in_real_time
 
-    found: list[bool] = []
-    trial = threading.Thread(target=lambda: found.append(in_real_time()))
+    allowed: list[bool] = []
+    trial = threading.Thread(target=lambda: allowed.append(in_real_time()))
     trial.start()
     trial.join()
-    return "real-time priority" if found[0] else "ordinary priority"
+    return "real-time priority" if allowed[0] else "ordinary priority"
 
 
 def _clocks(seconds: float) -> Iterator[Case]:
@@ -114,23 +114,23 @@ def _clocks(seconds: float) -> Iterator[Case]:
     }
     for law, delay in laws.items():
         recorded = [_arrivals(seconds, delay, seed) for seed in range(CLOCKS)]
-        told = f"{CLOCKS} x {seconds:g} s, {law} delays"
+        input_name = f"{CLOCKS} x {seconds:g} s, {law} delays"
         for name, method in methods.items():
-            count, all_of = sum(map(len, recorded)), partial(_each, method, recorded)
-            yield Case("streams", "a device's clock", name, told, count, "ppm, RMS", all_of, _rms, 3)
+            count, all_of = sum(map(len, recorded)), partial(_all_rates_ppm, method, recorded)
+            yield Case("streams", "a device's clock", name, input_name, count, "ppm, RMS", all_of, _rms, 3)
 
 
-def _each(method: Callable[[Arrivals], float], recorded: Sequence[Arrivals]) -> list[float]:
+def _all_rates_ppm(method: Callable[[Arrivals], float], recorded: Sequence[Arrivals]) -> list[float]:
     return [method(arrivals) for arrivals in recorded]
 
 
 def _arrivals(seconds: float, delay: Callable[[random.Random], float], seed: int) -> Arrivals:
     """Return (number of a block's last sample, arrival): blocks of 100 samples come late, and none overtakes."""
-    chance, found, last_s = random.Random(seed), [], 0.0
+    chance, arrivals, last_s = random.Random(seed), [], 0.0
     for block in range(1, round(seconds * BLOCKS_HZ) + 1):
         last_s = max(last_s, block / BLOCKS_HZ / (1 + PPM * 1e-6) + delay(chance))
-        found.append((100 * block - 1, last_s))
-    return found
+        arrivals.append((100 * block - 1, last_s))
+    return arrivals
 
 
 def _ends(arrivals: Arrivals) -> float:
@@ -153,5 +153,5 @@ def _on_line(arrivals: Arrivals) -> float:
     return math.nan if fit is None else fit.ppm
 
 
-def _rms(found: Sequence[float]) -> float:
-    return math.sqrt(math.fsum((each - PPM) ** 2 for each in found) / len(found))
+def _rms(rates_ppm: Sequence[float]) -> float:
+    return math.sqrt(math.fsum((rate_ppm - PPM) ** 2 for rate_ppm in rates_ppm) / len(rates_ppm))

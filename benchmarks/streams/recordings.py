@@ -39,8 +39,8 @@ class MadeUp:
     fast: float
     late_ns: list[tuple[int, int]] = field(default_factory=list)
     handed_ns: list[int] = field(default_factory=list)
-    given: int = 0
-    begun_ns: int = 0
+    produced: int = 0
+    start_ns: int = 0
     turn: int = 0
     left_ns: int = 0
     now_ns: NowNs = time.perf_counter_ns
@@ -77,7 +77,7 @@ class MadeUp:
 
     def start(self, now_ns: NowNs) -> None:
         """Count from 0."""
-        self.now_ns, self.begun_ns = now_ns, now_ns()
+        self.now_ns, self.start_ns = now_ns, now_ns()
 
     def stop(self) -> None:
         """Do nothing: nothing runs."""
@@ -88,22 +88,22 @@ class MadeUp:
             self.handed_ns.append(time.perf_counter_ns() - self.left_ns)
         self._sleep(timeout_s)
         at_ns = self.now_ns()
-        count = int((at_ns - self.begun_ns) / NS * self.rate_hz * self.fast) - self.given
+        count = int((at_ns - self.start_ns) / NS * self.rate_hz * self.fast) - self.produced
         if count <= 0:
             self.left_ns = 0
             return {}
-        row, start = 4 * len(self.channels), self.given % RAMP
+        row, start = 4 * len(self.channels), self.produced % RAMP
         count = min(count, RAMP)
-        block = Block(self.given, self.ramp[start * row : (start + count) * row], at_ns)
-        self.given += count
+        block = Block(self.produced, self.ramp[start * row : (start + count) * row], at_ns)
+        self.produced += count
         self.left_ns = time.perf_counter_ns()
         return {"samples": (block,)}
 
     def _sleep(self, timeout_s: float) -> None:
         if not timeout_s:
             return
-        due_ns = self.begun_ns + round((self.turn + 1) * BLOCK_S * NS)
+        due_ns = self.start_ns + round((self.turn + 1) * BLOCK_S * NS)
         time.sleep(max(0, due_ns - self.now_ns()) / NS)
-        ran_ns = self.now_ns()
-        self.late_ns.append((due_ns, ran_ns))
-        self.turn = max(self.turn + 1, int((ran_ns - self.begun_ns) / NS / BLOCK_S))
+        woken_ns = self.now_ns()
+        self.late_ns.append((due_ns, woken_ns))
+        self.turn = max(self.turn + 1, int((woken_ns - self.start_ns) / NS / BLOCK_S))

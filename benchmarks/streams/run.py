@@ -71,19 +71,19 @@ class Watching(Windowless):
     """A window that shows nothing and notes when the writer begins; `kept` is told when it is done."""
 
     busy_ns: list[tuple[int, int]] = field(default_factory=list)
-    begun_ns: int = 0
+    writing_from_ns: int = 0
     now_ns: NowNs = time.perf_counter_ns
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
         """Wait as it does; from then on the main thread takes and writes."""
         aside = super().wait_for(key, desk, ready)
-        self.begun_ns = self.now_ns()
+        self.writing_from_ns = self.now_ns()
         return aside
 
     def kept(self, event: Event) -> None:
         """Note that the samples are on the disk."""
         if event.samples:
-            self.busy_ns.append((self.begun_ns, self.now_ns()))
+            self.busy_ns.append((self.writing_from_ns, self.now_ns()))
 
 
 @dataclass(frozen=True)
@@ -123,25 +123,25 @@ class OneThread:
     """A recorder as in a script: one loop reads sensor after sensor, and returns what it has twice a second."""
 
     sensors: Mapping[str, MadeUp]
-    begun_ns: int | None = None
+    start_ns: int | None = None
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Return a chunk, or the reply."""
-        if self.begun_ns is None:
-            self.begun_ns = now_ns()
+        if self.start_ns is None:
+            self.start_ns = now_ns()
             for sensor in self.sensors.values():
                 sensor.start(now_ns)
-        found: dict[str, list[Block]] = {name: [] for name in self.sensors}
+        blocks_by_sensor: dict[str, list[Block]] = {name: [] for name in self.sensors}
         until_ns = now_ns() + round(CHUNK_S * NS)
         while now_ns() < until_ns:
             wait_s = 1.0  # for the first; the others are due then, too
             for name, sensor in self.sensors.items():
-                found[name].extend(sensor.read(wait_s).get("samples", ()))
+                blocks_by_sensor[name].extend(sensor.read(wait_s).get("samples", ()))
                 wait_s = 0.0
             desk.poll()
         window.wait_for("", desk, lambda: True)
-        samples = tuple(self._samples(name, blocks) for name, blocks in found.items() if blocks)
-        if now_ns() >= self.begun_ns + request.seconds * NS:
+        samples = tuple(self._samples(name, blocks) for name, blocks in blocks_by_sensor.items() if blocks)
+        if now_ns() >= self.start_ns + request.seconds * NS:
             return Reply({"recorded": True, "seconds": request.seconds}, samples)
         return Chunk({"streams": {}}, samples)
 
@@ -181,29 +181,29 @@ def run(lab: Path, stream_s: float, fast: float, writer: str) -> dict[str, Any]:
         world = LiveWorld(window, desk, Station(HandedOver(), {"tool": records}), window.now_ns)
         return Rig(world, lambda: None, window.kept)
 
-    begun = time.perf_counter()
-    sat = start(lab, plan_of(stream_s / fast), RigPlan({"kind": "made up"}, lambda _plan: None, opened))
-    late = [each for sensor in sensors.values() for each in sensor.late_ns]
+    start_s = time.perf_counter()
+    result = start(lab, plan_of(stream_s / fast), RigPlan({"kind": "made up"}, lambda _plan: None, opened))
+    late = [time_ns for sensor in sensors.values() for time_ns in sensor.late_ns]
     return {
-        "ledger": str(sat.path),
-        "given": {name: sensor.given for name, sensor in sensors.items()},
-        "seconds": time.perf_counter() - begun,
+        "ledger": str(result.path),
+        "produced": {name: sensor.produced for name, sensor in sensors.items()},
+        "seconds": time.perf_counter() - start_s,
         "growth_MB": max(desk.memory_MB) - before[0],
-        "late_ms": spread([ran - due for due, ran in late]),
+        "late_ms": spread([woken - due for due, woken in late]),
         "held_up_ms": spread(held_up(late, window.busy_ns)),
-        "handed_ms": spread([each for sensor in sensors.values() for each in sensor.handed_ns]),
-        "writing_ms": spread([done - begun for begun, done in window.busy_ns]),
+        "handed_ms": spread([time_ns for sensor in sensors.values() for time_ns in sensor.handed_ns]),
+        "writing_ms": spread([done - start_s for start_s, done in window.busy_ns]),
     }
 
 
 def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) -> list[int]:
     """Return, for every read, how long it was overdue while the writer was busy: the writer's possible part."""
-    starts = [begun for begun, _ in busy]
-    found = []
-    for due, ran in late:
-        near = busy[max(0, bisect_right(starts, due) - 1) : bisect_right(starts, ran)]
-        found.append(sum(max(0, min(ran, done) - max(due, begun)) for begun, done in near))
-    return found
+    starts = [start for start, _ in busy]
+    overdue = []
+    for due, woken in late:
+        near = busy[max(0, bisect_right(starts, due) - 1) : bisect_right(starts, woken)]
+        overdue.append(sum(max(0, min(woken, done) - max(due, start)) for start, done in near))
+    return overdue
 
 
 def spread(times_ns: Sequence[int]) -> dict[str, float]:

@@ -32,7 +32,11 @@ def _off_one(every: Sequence[float]) -> float:
 
 LOOKS: tuple[tuple[str, str, Summary], ...] = (
     ("felt_dB", "felt distance, dB, mean of the hands", statistics.fmean),
-    ("level", f"level off by, worst (at most {LEVEL[1] - 1:.2f})", lambda every: max(abs(each - 1) for each in every)),
+    (
+        "level",
+        f"level off by, worst (at most {LEVEL[1] - 1:.2f})",
+        lambda every: max(abs(level - 1) for level in every),
+    ),
     ("smoothed_gfc", f"1 - smoothed GFC, worst (at most {1 - GFC:.2f})", lambda every: 1 - min(every)),
     ("envelope", f"1 - envelope correlation, mean (at most {1 - ENVELOPE:.2f})", _off_one),
     ("cycle_excess", f"repeats above the truth's, worst (at most {CYCLE:.1f})", lambda every: max(0.0, *every)),
@@ -62,14 +66,14 @@ class Hands:
     def _play(self, seed: int) -> None:
         began = self.clock()
         drive = explored(self.simulator, self.texture, self.seconds, seed)
-        self._keep(AGAIN, ceiling(drive), began)
+        self._record(AGAIN, ceiling(drive), began)
         for method, card in self.models.items():
             began = self.clock()
-            self._keep(method, free_run_scores(play(card, drive.speed, drive.force, seed), drive), began)
+            self._record(method, free_run_scores(play(card, drive.speed, drive.force, seed), drive), began)
 
-    def _keep(self, method: str, found: Numbers, began: float) -> None:
+    def _record(self, method: str, numbers: Numbers, began: float) -> None:
         self.took.setdefault(method, []).append(self.clock() - began)
-        self.numbers.setdefault(method, []).append(found)
+        self.numbers.setdefault(method, []).append(numbers)
 
 
 def cases(quick: bool, simulator: TextureSimulator, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
@@ -78,19 +82,19 @@ def cases(quick: bool, simulator: TextureSimulator, cards: Cards, clock: Clock =
     for texture, models in cards.items():
         chosen = {method: models[method] for method in METHODS if method in models}
         hands = Hands(simulator, texture, chosen, seeds, seconds, clock)
-        told = f"{texture}, {len(seeds)} hands of {seconds:g} s"
+        input_name = f"{texture}, {len(seeds)} hands of {seconds:g} s"
         for name, kind, summary in LOOKS:
             for method in (AGAIN, *chosen):
                 yield Case(
-                    AREA, f"{texture}: {name}", method, told, len(seeds), kind, partial(hands.of, method),
+                    AREA, f"{texture}: {name}", method, input_name, len(seeds), kind, partial(hands.of, method),
                     partial(_summary, name, summary), 1, _median_s,
                 )  # fmt: skip
 
 
-def _summary(name: str, summary: Summary, found: tuple[list[Numbers], list[float]]) -> float | None:
-    known = [value for each in found[0] if (value := each.get(name)) is not None]
+def _summary(name: str, summary: Summary, answer: tuple[list[Numbers], list[float]]) -> float | None:
+    known = [value for numbers in answer[0] if (value := numbers.get(name)) is not None]
     return summary(known) if known else None
 
 
-def _median_s(found: tuple[list[Numbers], list[float]]) -> float:
-    return statistics.median(found[1])
+def _median_s(answer: tuple[list[Numbers], list[float]]) -> float:
+    return statistics.median(answer[1])

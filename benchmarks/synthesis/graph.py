@@ -1,4 +1,4 @@
-"""A card's steps told to another runtime, one operation after another: the bench's way to run one model everywhere.
+"""A card's steps translated for another runtime, operation by operation: one model runs in every runtime of the bench.
 
 Values lie length first, (length, channels), and lists as (1, size), which is how dense layers of all runtimes want
 them. Only the steps of FoTEN and its variants are known.
@@ -34,7 +34,7 @@ class Graph(Protocol[T]):
     def add(self, x: T, y: T) -> T: ...
     def multiply(self, x: T, y: T) -> T: ...
     def part(self, x: T, start: tuple[int, ...], size: tuple[int, ...]) -> T: ...
-    def join(self, each: Sequence[T], axis: int) -> T: ...
+    def join(self, parts: Sequence[T], axis: int) -> T: ...
     def function(self, name: str, x: T) -> T: ...
     def softmax(self, x: T) -> T: ...
     def norm(self, x: T, weight: Numbers, bias: Numbers, tiny: float) -> T: ...
@@ -55,7 +55,7 @@ class Value(Generic[T]):
 
 
 class Tracer(Generic[T]):
-    """Goes through the steps once; what was kept is remembered by name."""
+    """Translates the steps in one pass; values that a later step uses are kept by name."""
 
     def __init__(self, graph: Graph[T], tensors: Tensors) -> None:
         self.graph, self.tensors = graph, tensors
@@ -75,7 +75,7 @@ class Tracer(Generic[T]):
         if isinstance(step, steps_of.Dense):
             return self._dense(step, value, relu), 1 + relu
         if isinstance(step, steps_of.Conv):
-            return self._each(step, value, relu), 1 + relu
+            return self._conv(step, value, relu), 1 + relu
         handler: Callable[[Any, Value[T]], Value[T]] | None = getattr(self, f"_{step.do}", None)
         if handler is None:
             raise TextureDataError(f"the bench's other runtimes do not know the step {step.do!r}; give a FoTEN.")
@@ -95,12 +95,12 @@ class Tracer(Generic[T]):
         size = value.lies[0] * value.lies[1]
         return value.x if value.lies[0] == 1 else self.graph.reshape(value.x, (1, size))
 
-    def _each(self, step: steps_of.Conv, value: Value[T], relu: bool) -> Value[T]:
+    def _conv(self, step: steps_of.Conv, value: Value[T], relu: bool) -> Value[T]:
         weight = self._reals(step.weight)
         if weight.shape[2] != 1 or step.pad:
             raise TextureDataError("the bench's other runtimes know no convolution wider than 1; give a FoTEN.")
-        found = self.graph.linear(value.x, weight[:, :, 0], self._reals(step.bias), relu)
-        return Value(found, (len(weight), value.shape[1]))
+        linear = self.graph.linear(value.x, weight[:, :, 0], self._reals(step.bias), relu)
+        return Value(linear, (len(weight), value.shape[1]))
 
     def _reshape(self, step: steps_of.Reshape, value: Value[T]) -> Value[T]:
         """Reshape in C order of the card's shape: between a list and two sides, numbers move unless one side is 1."""
@@ -116,8 +116,8 @@ class Tracer(Generic[T]):
 
     def _affine(self, step: steps_of.Affine, value: Value[T]) -> Value[T]:
         x, graph = value.x, self.graph
-        for given, plain, put in ((step.gain, 1.0, graph.multiply), (step.offset, 0.0, graph.add)):
-            numbers = self._reals(given) if isinstance(given, str) else np.array([given], np.float32)
+        for number, plain, put in ((step.gain, 1.0, graph.multiply), (step.offset, 0.0, graph.add)):
+            numbers = self._reals(number) if isinstance(number, str) else np.array([number], np.float32)
             if not (numbers == plain).all():
                 spread = np.broadcast_to(numbers, value.shape).astype(np.float32)
                 lies = spread.T if len(value.shape) == 2 else spread[None]
@@ -138,9 +138,9 @@ class Tracer(Generic[T]):
         return Value(self.graph.add(value.x, self.kept[step.kept].x), value.shape)
 
     def _join(self, step: signals_of.Join, value: Value[T]) -> Value[T]:
-        each = [value, *(self.kept[name] for name in step.kept)]
-        channels = sum(one.shape[0] for one in each)
-        return Value(self.graph.join([one.x for one in each], 1), (channels, *value.shape[1:]))
+        parts = [value, *(self.kept[name] for name in step.kept)]
+        channels = sum(one.shape[0] for one in parts)
+        return Value(self.graph.join([one.x for one in parts], 1), (channels, *value.shape[1:]))
 
     def _part(self, step: signals_of.Part, value: Value[T]) -> Value[T]:
         if step.along == "length":
@@ -149,8 +149,8 @@ class Tracer(Generic[T]):
         return Value(self.graph.part(value.x, (0, step.start), (rows, count)), (count, *value.shape[1:]))
 
     def _norm(self, step: signals_of.Norm, value: Value[T]) -> Value[T]:
-        found = self.graph.norm(value.x, self._reals(step.weight), self._reals(step.bias), step.tiny)
-        return Value(found, value.shape)
+        normed = self.graph.norm(value.x, self._reals(step.weight), self._reals(step.bias), step.tiny)
+        return Value(normed, value.shape)
 
     def _attention(self, step: signals_of.Attention, value: Value[T]) -> Value[T]:
         """Add attention with 1 / sqrt(depth) in the queries' weights, as a converter would put it."""

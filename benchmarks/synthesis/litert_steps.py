@@ -21,9 +21,9 @@ def litert(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
     """Return one step by LiteRT in float32, one thread, its default delegate. Raise ImportError where it is missing."""
     interpreters = import_module("ai_edge_litert.interpreter")
     graph = _TfLite()
-    given = graph.tensor((1, card.takes.size))
-    answer = Tracer(graph, tensors).run(card.steps, Value(given, (card.takes.size,)))
-    interpreter = interpreters.Interpreter(model_content=graph.finished(given, answer.x), num_threads=1)
+    inputs = graph.tensor((1, card.takes.size))
+    answer = Tracer(graph, tensors).run(card.steps, Value(inputs, (card.takes.size,)))
+    interpreter = interpreters.Interpreter(model_content=graph.file_bytes(inputs, answer.x), num_threads=1)
     interpreter.allocate_tensors()
     place, out = interpreter.get_input_details()[0]["index"], interpreter.get_output_details()[0]["index"]
 
@@ -85,7 +85,7 @@ class _TfLite:
     def permute(self, x: int, order: tuple[int, ...]) -> int:
         shape = self.shape(x)
         places = self.constant(np.array(order, np.int32))
-        return self.op("TRANSPOSE", (x, places), tuple(shape[side] for side in order), "TransposeOptions")
+        return self.op("TRANSPOSE", (x, places), tuple(shape[axis] for axis in order), "TransposeOptions")
 
     def linear(self, x: int, weight: Numbers, bias: Numbers, relu: bool) -> int:
         kinds = self.schema.ActivationFunctionType
@@ -110,13 +110,13 @@ class _TfLite:
         return tuple(np.broadcast_shapes(self.shape(x), self.shape(y)))
 
     def part(self, x: int, start: tuple[int, ...], size: tuple[int, ...]) -> int:
-        places = [self.constant(np.array(each, np.int32)) for each in (start, size)]
+        places = [self.constant(np.array(numbers, np.int32)) for numbers in (start, size)]
         return self.op("SLICE", (x, *places), size, "SliceOptions")
 
-    def join(self, each: Sequence[int], axis: int) -> int:
-        shape = list(self.shape(each[0]))
-        shape[axis] = sum(self.shape(one)[axis] for one in each)
-        return self.op("CONCATENATION", each, tuple(shape), "ConcatenationOptions", axis=axis)
+    def join(self, parts: Sequence[int], axis: int) -> int:
+        shape = list(self.shape(parts[0]))
+        shape[axis] = sum(self.shape(one)[axis] for one in parts)
+        return self.op("CONCATENATION", parts, tuple(shape), "ConcatenationOptions", axis=axis)
 
     def function(self, name: str, x: int) -> int:
         if name == "softplus":
@@ -135,23 +135,23 @@ class _TfLite:
         apart = self.op("SUB", (x, mean), shape, "SubOptions")
         square = self.op("MEAN", (self.multiply(apart, apart), last), one, "ReducerOptions", keepDims=True)
         scale = self.op("RSQRT", (self.add(square, self.constant(np.array([tiny], np.float32))),), one)
-        found = self.multiply(self.multiply(apart, scale), self.constant(weight))
-        return self.add(found, self.constant(bias))
+        scaled = self.multiply(self.multiply(apart, scale), self.constant(weight))
+        return self.add(scaled, self.constant(bias))
 
     def angle(self, imaginary: int, real: int) -> int:
         return self.op("ATAN2", (imaginary, real), self.shape(real))
 
-    def finished(self, given: int, answer: int) -> bytes:
+    def file_bytes(self, inputs: int, answer: int) -> bytes:
         """Return the file."""
         flatbuffers = import_module("flatbuffers")
         schema = self.schema
         subgraph, model = schema.SubGraphT(), schema.ModelT()
         subgraph.tensors, subgraph.operators = self.tensors, self.operators
-        subgraph.inputs, subgraph.outputs = [given], [answer]
+        subgraph.inputs, subgraph.outputs = [inputs], [answer]
         for code in self.codes:
-            told = schema.OperatorCodeT()
-            told.builtinCode, told.deprecatedBuiltinCode, told.version = code, min(code, 127), 1
-            model.operatorCodes = [*(model.operatorCodes or []), told]
+            entry = schema.OperatorCodeT()
+            entry.builtinCode, entry.deprecatedBuiltinCode, entry.version = code, min(code, 127), 1
+            model.operatorCodes = [*(model.operatorCodes or []), entry]
         model.version, model.subgraphs, model.buffers = SCHEMA, [subgraph], self.buffers
         builder = flatbuffers.Builder(1 << 22)
         builder.Finish(model.Pack(builder), b"TFL3")

@@ -24,16 +24,16 @@ def onnx_runtime(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     session = onnxruntime.InferenceSession(_model(card, tensors), options, providers=["CPUExecutionProvider"])
-    given, answer = np.zeros((1, card.takes.size), np.float32), np.zeros((1, card.gives.size), np.float32)
-    held = [onnxruntime.OrtValue.ortvalue_from_numpy(each) for each in (given, answer)]
+    inputs, answer = np.zeros((1, card.takes.size), np.float32), np.zeros((1, card.gives.size), np.float32)
+    bound = [onnxruntime.OrtValue.ortvalue_from_numpy(values) for values in (inputs, answer)]
     binding = session.io_binding()
-    binding.bind_ortvalue_input("given", held[0])
-    binding.bind_ortvalue_output("answer", held[1])
+    binding.bind_ortvalue_input("given", bound[0])
+    binding.bind_ortvalue_output("answer", bound[1])
 
     def run(window: Array) -> Array:
-        held[0].update_inplace(window.astype(np.float32)[None])
+        bound[0].update_inplace(window.astype(np.float32)[None])
         session.run_with_iobinding(binding)
-        return np.asarray(held[1].numpy()[0], dtype=np.float64)
+        return np.asarray(bound[1].numpy()[0], dtype=np.float64)
 
     return run
 
@@ -44,13 +44,13 @@ def open_vino(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
 
     core = openvino.Core()
     one = {"INFERENCE_NUM_THREADS": 1, "NUM_STREAMS": 1, "PERFORMANCE_HINT": "LATENCY"}
-    told = {"INFERENCE_PRECISION_HINT": "f32", **one}
-    request = core.compile_model(core.read_model(_model(card, tensors)), "CPU", told).create_infer_request()
-    given = np.zeros((1, card.takes.size), np.float32)
-    request.set_input_tensor(openvino.Tensor(given, shared_memory=True))
+    options = {"INFERENCE_PRECISION_HINT": "f32", **one}
+    request = core.compile_model(core.read_model(_model(card, tensors)), "CPU", options).create_infer_request()
+    inputs = np.zeros((1, card.takes.size), np.float32)
+    request.set_input_tensor(openvino.Tensor(inputs, shared_memory=True))
 
     def run(window: Array) -> Array:
-        given[0] = window
+        inputs[0] = window
         request.infer()
         return np.asarray(request.get_output_tensor().data[0], dtype=np.float64)
 
@@ -67,8 +67,8 @@ def _model(card: Card, tensors: Tensors) -> bytes:
         helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, (1, size))
         for name, size in (("given", card.takes.size), ("answer", card.gives.size))
     ]
-    made = helper.make_graph(graph.nodes, "step", ends[:1], ends[1:], graph.constants)
-    model = helper.make_model(made, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
+    onnx_graph = helper.make_graph(graph.nodes, "step", ends[:1], ends[1:], graph.constants)
+    model = helper.make_model(onnx_graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
     onnx.checker.check_model(model)
     return bytes(model.SerializeToString())
 
@@ -102,8 +102,8 @@ class _Onnx:
         return self.op("Transpose", [x], perm=list(order))
 
     def linear(self, x: str, weight: Numbers, bias: Numbers, relu: bool) -> str:
-        made = self.op("Gemm", [x, self.constant(weight), self.constant(bias)], transB=1)
-        return self.op("Relu", [made]) if relu else made
+        product = self.op("Gemm", [x, self.constant(weight), self.constant(bias)], transB=1)
+        return self.op("Relu", [product]) if relu else product
 
     def product(self, x: str, y: str, turned: bool) -> str:
         return self.op("MatMul", [x, self.permute(y, (0, 2, 1)) if turned else y])
@@ -118,8 +118,8 @@ class _Onnx:
         stop = tuple(first + count for first, count in zip(start, size, strict=True))
         return self.op("Slice", [x, self._whole(*start), self._whole(*stop), self._whole(*range(len(start)))])
 
-    def join(self, each: Sequence[str], axis: int) -> str:
-        return self.op("Concat", each, axis=axis)
+    def join(self, parts: Sequence[str], axis: int) -> str:
+        return self.op("Concat", parts, axis=axis)
 
     def function(self, name: str, x: str) -> str:
         return self.op("Mul", [x, x]) if name == "square" else self.op(UNARY[name], [x])
@@ -135,5 +135,5 @@ class _Onnx:
         zero, turn = self.constant(np.zeros(1, np.float32)), self.constant(np.array([np.pi], np.float32))
         back, none = self.constant(np.array([-np.pi], np.float32)), self.constant(np.zeros(1, np.float32))
         near = self.op("Atan", [self.op("Div", [imaginary, real])])
-        side = self.op("Where", [self.op("Less", [imaginary, zero]), back, turn])
-        return self.op("Add", [near, self.op("Where", [self.op("Less", [real, zero]), side, none])])
+        half_turn = self.op("Where", [self.op("Less", [imaginary, zero]), back, turn])
+        return self.op("Add", [near, self.op("Where", [self.op("Less", [real, zero]), half_turn, none])])

@@ -40,12 +40,12 @@ def work_of(native: Native) -> Work:
     """Return the work of the program: products of matrices and attention, which make up the cost."""
     flop = 0
     for row in native.ops:
-        kind, fields = KINDS[row[0]], [int(each) for each in row[1:]]
+        kind, fields = KINDS[row[0]], [int(field) for field in row[1:]]
         if kind == "gemm":
             flop += 2 * fields[3] * fields[4] * fields[5]
         elif kind == "attention":
-            heads, depth, asked, known = fields[8:12]
-            flop += 4 * heads * depth * asked * known
+            heads, depth, queries, keys = fields[8:12]
+            flop += 4 * heads * depth * queries * keys
         elif kind == "lstm":
             rows, hidden = fields[4:6]
             flop += 8 * rows * hidden * hidden
@@ -77,7 +77,7 @@ def rates(library: Library, instructions: InstructionSet, size: int, clock: Cloc
 def _best(run: Callable[[], object], clock: Clock) -> float:
     least = float("inf")
     for _ in range(TRIES):
-        begun = clock()
+        start = clock()
         run()
-        least = min(least, clock() - begun)
+        least = min(least, clock() - start)
     return least

@@ -20,22 +20,22 @@ Step = Callable[[Array], Array]
 
 def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tuple[str, ...]]:
     """Return the installed runtimes, and the names of the missing ones; set torch to one thread."""
-    found, missing = {}, []
+    installed, missing = {}, []
     for name, make in MAKERS.items():
         try:
-            found[name] = make(card, tensors)
+            installed[name] = make(card, tensors)
         except ImportError:
             missing.append(name)
-    return found, tuple(missing)
+    return installed, tuple(missing)
 
 
 def read_plainly(card: Path) -> tuple[Card, Tensors]:
     """Return a card and its tensors, all in float32; the checks are the rig's (palpate.signals.models.file)."""
     from safetensors.numpy import load_file
 
-    found = Card.model_validate_json(card.read_bytes())
-    tensors = load_file(card.parent / found.weights.file)
-    return found, {name: each.astype(np.float32) for name, each in tensors.items()}
+    parsed = Card.model_validate_json(card.read_bytes())
+    tensors = load_file(card.parent / parsed.weights.file)
+    return parsed, {name: tensor.astype(np.float32) for name, tensor in tensors.items()}
 
 
 def _torch(card: Card, tensors: Tensors, stock: bool) -> Step:

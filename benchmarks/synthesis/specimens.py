@@ -30,10 +30,10 @@ class _Maker:
         self.tensors[name] = numbers.astype(np.float32)
         return name
 
-    def drawn(self, name: str, *sides: int) -> str:
+    def draw(self, name: str, *shape: int) -> str:
         """Draw weights as torch does: uniform within 1 / sqrt(number of inputs)."""
-        most = int(np.prod(sides[1:])) ** -0.5 if len(sides) > 1 else 0.1
-        return self.put(name, self.chance.uniform(-most, most, sides))
+        limit = int(np.prod(shape[1:])) ** -0.5 if len(shape) > 1 else 0.1
+        return self.put(name, self.chance.uniform(-limit, limit, shape))
 
 
 def foten(seed: int = 1, window: int = WINDOW) -> Model:
@@ -57,8 +57,8 @@ def foten(seed: int = 1, window: int = WINDOW) -> Model:
 def windows(count: int, seed: int = 2, window: int = WINDOW) -> NDArray[np.float64]:
     """Return possible inputs of such a model, (count, 3 window)."""
     chance = np.random.Generator(np.random.PCG64(seed))
-    drawn = chance.standard_normal((count, 3, window)) * SPREAD[:, None] + TYPICAL[:, None]
-    return np.asarray(drawn.reshape(count, -1))
+    values = chance.standard_normal((count, 3, window)) * SPREAD[:, None] + TYPICAL[:, None]
+    return np.asarray(values.reshape(count, -1))
 
 
 def positions(window: int) -> NDArray[np.float64]:
@@ -76,35 +76,35 @@ def _card(steps: tuple[Step, ...], window: int) -> Card:
 
 
 def _dense(maker: _Maker, name: str, inputs: int, outputs: int) -> Dense:
-    return Dense(weight=maker.drawn(f"{name}.weight", outputs, inputs), bias=maker.drawn(f"{name}.bias", outputs))
+    return Dense(weight=maker.draw(f"{name}.weight", outputs, inputs), bias=maker.draw(f"{name}.bias", outputs))
 
 
-def _each(maker: _Maker, name: str, inputs: int, outputs: int) -> Conv:
+def _conv(maker: _Maker, name: str, inputs: int, outputs: int) -> Conv:
     """Return a dense layer at every place."""
-    return Conv(weight=maker.drawn(f"{name}.weight", outputs, inputs, 1), bias=maker.drawn(f"{name}.bias", outputs))
+    return Conv(weight=maker.draw(f"{name}.weight", outputs, inputs, 1), bias=maker.draw(f"{name}.bias", outputs))
 
 
 def _embedding(maker: _Maker, name: str, width: int) -> list[Step]:
-    return [_each(maker, f"{name}.embedding", 1, width)]
+    return [_conv(maker, f"{name}.embedding", 1, width)]
 
 
 def _encoder(maker: _Maker, name: str, width: int) -> list[Step]:
-    drawn = maker.drawn
-    asked = Attention(
-        heads=HEADS, weight=drawn(f"{name}.mix", 3 * width, width), bias=drawn(f"{name}.mix.bias", 3 * width),
-        out=drawn(f"{name}.out", width, width), out_bias=drawn(f"{name}.out.bias", width),
+    draw = maker.draw
+    attention = Attention(
+        heads=HEADS, weight=draw(f"{name}.mix", 3 * width, width), bias=draw(f"{name}.mix.bias", 3 * width),
+        out=draw(f"{name}.out", width, width), out_bias=draw(f"{name}.out.bias", width),
     )  # fmt: skip
-    forward: list[Step] = [_each(maker, f"{name}.wide", width, HIDDEN), Activation(function="relu"),
-               _each(maker, f"{name}.narrow", HIDDEN, width)]  # fmt: skip
+    forward: list[Step] = [_conv(maker, f"{name}.wide", width, HIDDEN), Activation(function="relu"),
+               _conv(maker, f"{name}.narrow", HIDDEN, width)]  # fmt: skip
     return [
-        Keep(kept=f"{name}.in"), asked, Add(kept=f"{name}.in"), _norm(maker, f"{name}.first", width),
+        Keep(kept=f"{name}.in"), attention, Add(kept=f"{name}.in"), _norm(maker, f"{name}.first", width),
         Keep(kept=f"{name}.between"), *forward, Add(kept=f"{name}.between"), _norm(maker, f"{name}.second", width),
     ]  # fmt: skip
 
 
 def _norm(maker: _Maker, name: str, width: int) -> Norm:
     chance = maker.chance.uniform(0.8, 1.2, width)
-    return Norm(weight=maker.put(f"{name}.weight", chance), bias=maker.drawn(f"{name}.bias", width))
+    return Norm(weight=maker.put(f"{name}.weight", chance), bias=maker.draw(f"{name}.bias", width))
 
 
 def _fourier(maker: _Maker, window: int) -> list[Step]:
@@ -114,7 +114,7 @@ def _fourier(maker: _Maker, window: int) -> list[Step]:
     steps += [Reshape(shape=(2, window)), Polar(), Keep(kept="polar")]
     for place, name in enumerate(("magnitude", "phase")):
         steps += [Recall(kept="polar"), Part(start=place, stop=place + 1), *_embedding(maker, name, SPECTRAL)]
-        steps += [*_encoder(maker, name, SPECTRAL), _each(maker, f"{name}.answer", SPECTRAL, 1), Keep(kept=name)]
+        steps += [*_encoder(maker, name, SPECTRAL), _conv(maker, f"{name}.answer", SPECTRAL, 1), Keep(kept=name)]
     steps += [Recall(kept="magnitude"), Join(kept=("phase",)), Cartesian(), Reshape(shape=(2 * window,))]
     zeros = maker.put("spectrum.zeros", np.zeros(window))
     return [*steps, Dense(weight=maker.put("spectrum.back", back), bias=zeros), Reshape(shape=(1, window))]
@@ -131,10 +131,10 @@ def transforms(window: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return there, np.concatenate([np.cos(back), -np.sin(back)], axis=1) / window
 
 
-def parameters(model: Model) -> int:
+def count_parameters(model: Model) -> int:
     """Return the number of learned numbers: all but those of scaling, positions and transforms."""
-    told = ("gain", "offset", "positions", "spectrum")
+    fixed = ("gain", "offset", "positions", "spectrum")
     learned: Mapping[str, NDArray[np.generic]] = {
-        name: each for name, each in model.tensors.items() if not name.startswith(told)
+        name: numbers for name, numbers in model.tensors.items() if not name.startswith(fixed)
     }
-    return sum(each.size for each in learned.values())
+    return sum(numbers.size for numbers in learned.values())

@@ -34,8 +34,8 @@ class _Spectrum(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map (batch, length) to the same shape."""
-        found: Tensor = self.dense(self.encoder(self.embedding(x[..., None])))
-        return found[..., 0]
+        answers: Tensor = self.dense(self.encoder(self.embedding(x[..., None])))
+        return answers[..., 0]
 
 
 class StockFoten(nn.Module):
@@ -62,8 +62,8 @@ class StockFoten(nn.Module):
         turned = torch.polar(torch.ones_like(past), self.phase(spectrum.angle()))
         back = torch.fft.ifft(self.magnitude(spectrum.abs()) * turned).real
         beside = torch.stack([back, x[:, 1], x[:, 2]], dim=-1)
-        found: Tensor = self.head(torch.cat([encoded, beside], dim=-1).flatten(1))
-        return found
+        answer: Tensor = self.head(torch.cat([encoded, beside], dim=-1).flatten(1))
+        return answer
 
 
 @dataclass(frozen=True)
@@ -74,32 +74,34 @@ class Course:
     mae: tuple[float, ...]
 
 
-def train_plainly(train: Pairs, held: Pairs, window: int, epochs: int, seed: int, clock: Callable[[], float]) -> Course:
+def train_plainly(
+    train: Pairs, validation: Pairs, window: int, epochs: int, seed: int, clock: Callable[[], float]
+) -> Course:
     """Train with Adam, batches of 16 from a DataLoader, validating after each epoch (thesis 4.4.5)."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         network, loss = StockFoten(window), huber(DELTA)
         chance = torch.Generator().manual_seed(seed)
         loader = DataLoader(_dataset(train), SETTINGS.batch, shuffle=True, generator=chance)
-        watched = DataLoader(_dataset(held), 64)
+        watched = DataLoader(_dataset(validation), 64)
         optimiser = Adam(network.parameters(), lr=SETTINGS.learning_rate)
-        began, seconds, found = clock(), [], []
+        began, seconds, mae = clock(), [], []
         for _ in range(epochs):
             network.train()
             for inputs, targets in loader:
                 optimiser.zero_grad()
                 backward(loss(network(inputs), targets))
                 optimiser.step()
-            found.append(_validated(network, watched))
+            mae.append(_validation_mae(network, watched))
             seconds.append(clock() - began)
-    return Course(tuple(seconds), tuple(found))
+    return Course(tuple(seconds), tuple(mae))
 
 
 def _dataset(rows: Pairs) -> TensorDataset:
     return TensorDataset(torch.as_tensor(rows.inputs), torch.as_tensor(rows.targets))
 
 
-def _validated(network: nn.Module, rows: DataLoader[tuple[Tensor, ...]]) -> float:
+def _validation_mae(network: nn.Module, rows: DataLoader[tuple[Tensor, ...]]) -> float:
     network.eval()
     with torch.no_grad():
         off = [(network(inputs) - targets).abs() for inputs, targets in rows]

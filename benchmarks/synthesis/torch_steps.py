@@ -31,15 +31,15 @@ def torch_eager(card: Card, tensors: Tensors, stock: bool = False) -> Callable[[
     `stock`: nn.TransformerEncoderLayer.
     """
     graph = _Torch()
-    given = graph.graph.placeholder("given")
+    inputs = graph.graph.placeholder("given")
     tracer = (_Stock if stock else _Own)(graph, tensors)
-    graph.graph.output(tracer.run(card.steps, Value(given, (card.takes.size,))).x)
+    graph.graph.output(tracer.run(card.steps, Value(inputs, (card.takes.size,))).x)
     module = fx.GraphModule(graph.root, graph.graph).eval()
 
     def run(window: Array) -> Array:
         with torch.inference_mode():
-            found: Tensor = module(torch.from_numpy(window.astype(np.float32))[None])
-        return np.asarray(found[0].numpy(), dtype=np.float64)
+            answer: Tensor = module(torch.from_numpy(window.astype(np.float32))[None])
+        return np.asarray(answer[0].numpy(), dtype=np.float64)
 
     return run
 
@@ -50,7 +50,7 @@ def _encoder(steps: Sequence[Step], tensors: Tensors, width: int) -> nn.Module:
     if not isinstance(mix, signals_of.Attention) or not isinstance(wide, Conv) or not isinstance(narrow, Conv):
         raise TypeError("no encoder layer")
     layer = nn.TransformerEncoderLayer(width, mix.heads, len(tensors[wide.weight]), batch_first=True)
-    named = {
+    tensor_names = {
         "self_attn.in_proj_weight": mix.weight, "self_attn.in_proj_bias": mix.bias,
         "self_attn.out_proj.weight": mix.out, "self_attn.out_proj.bias": mix.out_bias,
         "linear1.weight": wide.weight, "linear1.bias": wide.bias,
@@ -58,10 +58,10 @@ def _encoder(steps: Sequence[Step], tensors: Tensors, width: int) -> nn.Module:
     }  # fmt: skip
     for name, norm in (("norm1", first), ("norm2", second)):
         if isinstance(norm, signals_of.Norm):
-            named |= {f"{name}.weight": norm.weight, f"{name}.bias": norm.bias}
+            tensor_names |= {f"{name}.weight": norm.weight, f"{name}.bias": norm.bias}
             getattr(layer, name).eps = norm.tiny
     shapes = {name: value.shape for name, value in layer.state_dict().items()}
-    layer.load_state_dict({name: torch.tensor(tensors[named[name]]).reshape(shapes[name]) for name in shapes})
+    layer.load_state_dict({name: torch.tensor(tensors[tensor_names[name]]).reshape(shapes[name]) for name in shapes})
     return layer.eval()
 
 
@@ -72,7 +72,7 @@ class _Torch:
         self.graph, self.root = fx.Graph(), nn.Module()
         self.count = 0
 
-    def held(self, numbers: Numbers) -> fx.Node:
+    def buffer(self, numbers: Numbers) -> fx.Node:
         """Add a buffer."""
         self.count += 1
         self.root.register_buffer(f"b{self.count}", torch.tensor(numbers))
@@ -85,12 +85,12 @@ class _Torch:
         inner = self.graph.call_module(f"m{self.count}", (self.call(torch.unsqueeze, x, 0),))
         return self.call(torch.squeeze, inner, 0)
 
-    def call(self, function: Callable[..., Any], *inputs: Any, **named: Any) -> fx.Node:
+    def call(self, function: Callable[..., Any], *inputs: Any, **options: Any) -> fx.Node:
         """Add a function's output."""
-        return self.graph.call_function(function, inputs, named)
+        return self.graph.call_function(function, inputs, options)
 
     def constant(self, numbers: Numbers) -> fx.Node:
-        return self.held(numbers)
+        return self.buffer(numbers)
 
     def reshape(self, x: fx.Node, shape: tuple[int, ...]) -> fx.Node:
         return self.call(torch.reshape, x, shape)
@@ -99,8 +99,8 @@ class _Torch:
         return self.call(torch.permute, x, order)
 
     def linear(self, x: fx.Node, weight: Numbers, bias: Numbers, relu: bool) -> fx.Node:
-        made = self.call(functional.linear, x, self.held(weight), self.held(bias))
-        return self.call(torch.relu, made) if relu else made
+        product = self.call(functional.linear, x, self.buffer(weight), self.buffer(bias))
+        return self.call(torch.relu, product) if relu else product
 
     def product(self, x: fx.Node, y: fx.Node, turned: bool) -> fx.Node:
         return self.call(torch.bmm, x, self.permute(y, (0, 2, 1)) if turned else y)
@@ -112,12 +112,12 @@ class _Torch:
         return self.call(torch.mul, x, y)
 
     def part(self, x: fx.Node, start: tuple[int, ...], size: tuple[int, ...]) -> fx.Node:
-        for side, (first, count) in enumerate(zip(start, size, strict=True)):
-            x = self.call(torch.narrow, x, side, first, count)
+        for axis, (first, count) in enumerate(zip(start, size, strict=True)):
+            x = self.call(torch.narrow, x, axis, first, count)
         return x
 
-    def join(self, each: Sequence[fx.Node], axis: int) -> fx.Node:
-        return self.call(torch.cat, list(each), axis)
+    def join(self, parts: Sequence[fx.Node], axis: int) -> fx.Node:
+        return self.call(torch.cat, list(parts), axis)
 
     def function(self, name: str, x: fx.Node) -> fx.Node:
         return self.call(FUNCTIONS[name], x)
@@ -126,7 +126,7 @@ class _Torch:
         return self.call(torch.softmax, x, -1)
 
     def norm(self, x: fx.Node, weight: Numbers, bias: Numbers, tiny: float) -> fx.Node:
-        return self.call(functional.layer_norm, x, [len(weight)], self.held(weight), self.held(bias), tiny)
+        return self.call(functional.layer_norm, x, [len(weight)], self.buffer(weight), self.buffer(bias), tiny)
 
     def angle(self, imaginary: fx.Node, real: fx.Node) -> fx.Node:
         return self.call(torch.atan2, imaginary, real)

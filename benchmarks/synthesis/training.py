@@ -36,8 +36,8 @@ TEXTURE = "textured_rubber"
 SECONDS, QUICK_SECONDS = 20.0, 3.0
 EPOCHS, QUICK_EPOCHS = 3, 1
 """Epochs of the plain way: what they take is every way's time."""
-EACH = "validation MAE after one epoch, SDs; CPU s of one epoch"
-SAME = "validation MAE after equal CPU time, SDs; CPU s of all epochs"
+ONE_EPOCH = "validation MAE after one epoch, SDs; CPU s of one epoch"
+EQUAL_TIME = "validation MAE after equal CPU time, SDs; CPU s of all epochs"
 
 
 @dataclass(frozen=True)
@@ -72,19 +72,20 @@ def cases(
     quick: bool, simulator: TextureSimulator, recording: Recording | None = None, clock: Clock = time.process_time
 ) -> Iterator[Case]:
     """Yield every figure of this area; `quick` learns from 3 s of texture, and compares after one plain epoch."""
-    found = recording or captured(simulator, TEXTURE, QUICK_SECONDS if quick else SECONDS)
-    rows = rows_of(Learning(found, split(found)), WINDOW)
-    given = f"{len(rows.train)} windows of {WINDOW}, one thread"
-    one = {way.name: trained(way, rows, 1, clock) for way in WAYS}
+    recorded = recording or captured(simulator, TEXTURE, QUICK_SECONDS if quick else SECONDS)
+    rows = rows_of(Learning(recorded, split(recorded)), WINDOW)
+    input_name = f"{len(rows.train)} windows of {WINDOW}, one thread"
+    one = {way.name: train_one_way(way, rows, 1, clock) for way in WAYS}
     budget = (QUICK_EPOCHS if quick else EPOCHS) * one[WAYS[0].name].seconds
     for way in WAYS:
-        yield _case("one epoch", way, given, len(rows.train), EACH, one[way.name])
+        yield _case("one epoch", way, input_name, len(rows.train), ONE_EPOCH, one[way.name])
     for way in WAYS:
         epochs = max(1, math.floor(budget / one[way.name].seconds + 0.5))
-        yield _case("equal CPU time", way, given, len(rows.train), SAME, trained(way, rows, epochs, clock))
+        outcome = train_one_way(way, rows, epochs, clock)
+        yield _case("equal CPU time", way, input_name, len(rows.train), EQUAL_TIME, outcome)
 
 
-def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
+def train_one_way(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
     """Train one way for so many epochs, validated after each."""
     if way.stock:
         with training_state(seed, 1):
@@ -101,11 +102,11 @@ def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> O
 
 
 def _mae(network: Foten, rows: Rows) -> float:
-    found = answers(network, torch.as_tensor(rows.held.inputs).numpy())
-    return float(np.abs(found - torch.as_tensor(rows.held.targets).numpy()).mean())
+    predicted = answers(network, torch.as_tensor(rows.held.inputs).numpy())
+    return float(np.abs(predicted - torch.as_tensor(rows.held.targets).numpy()).mean())
 
 
-def _case(what: str, way: Way, given: str, n: int, kind: str, outcome: Outcome) -> Case:
+def _case(what: str, way: Way, input_name: str, n: int, kind: str, outcome: Outcome) -> Case:
     case = f"training FoTEN, {what}"
     name = way.name if outcome.epochs == 1 else f"{way.name}, {outcome.epochs} epochs"
-    return precomputed_case(AREA, case, name, given, n, kind, outcome.mae, outcome.seconds)
+    return precomputed_case(AREA, case, name, input_name, n, kind, outcome.mae, outcome.seconds)

@@ -57,16 +57,16 @@ class Starts:
 
     def bare(self) -> float:
         """Return the seconds of a bare window to its first frame."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         with _bare_process(self.display) as process:
-            return _until_shown(process, begun)
+            return _seconds_until_shown(process, start)
 
     def session(self) -> float:
         """Return the seconds of a session of door_ratings, with a ledger of its own, to its first question."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         with session_on(self.display) as stage:
-            stage.hear("shown")
-            return time.perf_counter() - begun
+            stage.wait_for_message("shown")
+            return time.perf_counter() - start
 
     def ratio(self, pairs: int) -> float:
         """Return how many times a bare window's time a session takes: the median of so many pairs."""
@@ -84,10 +84,10 @@ def _bare_process(display: str) -> Iterator[subprocess.Popen[bytes]]:
             process.kill()
 
 
-def _until_shown(process: subprocess.Popen[bytes], begun: float) -> float:
+def _seconds_until_shown(process: subprocess.Popen[bytes], start: float) -> float:
     if process.stdout is None or process.stdout.read(5) != b"shown":
         raise OSError("a bare PsychoPy window could not be opened")
-    return time.perf_counter() - begun
+    return time.perf_counter() - start
 
 
 @contextmanager
@@ -123,17 +123,17 @@ def slow_ms(display: str, count: int) -> float:
 def _one_session(stage: Stage, hand: Hand, most: int) -> list[float]:
     """Answer every trial with taps; milliseconds of each. The press of Next is drawn before it is released."""
     took, chance = [], random.Random(1)
-    trials = stage.hear("trials")[1]
+    trials = stage.wait_for_message("trials")[1]
     for _ in range(min(most, trials)):
-        stage.hear("shown")
+        stage.wait_for_message("shown")
         placed = stage.placed()
-        for name, each in placed.items():
+        for name, element in placed.items():
             if name.endswith(".line"):
-                hand.tap(each.box.left + chance.random() * each.box.width, each.box.middle[1])
+                hand.tap(element.box.left + chance.random() * element.box.width, element.box.middle[1])
         hand.move(*placed["next"].box.middle)
         hand.press()
         stage.look()
-        begun_ns = time.monotonic_ns()
+        released_ns = time.monotonic_ns()
         hand.release()
-        took.append((stage.hear("kept")[1] - begun_ns) / 1e6)
+        took.append((stage.wait_for_message("on disk")[1] - released_ns) / 1e6)
     return took

@@ -22,17 +22,17 @@ class NoVirtualDisplay(WindowError):
 
 def missing() -> list[str]:
     """Return what is missing on this machine for a window on a virtual display, by name."""
-    found = [] if shutil.which("Xvfb") else ["Xvfb (Debian: xvfb)"]
+    names = [] if shutil.which("Xvfb") else ["Xvfb (Debian: xvfb)"]
     packages = {"psychopy": "PsychoPy (palpate[lab])", "Xlib": "python-xlib (palpate[lab])"}
-    return found + [name for package, name in packages.items() if find_spec(package) is None]
+    return names + [name for package, name in packages.items() if find_spec(package) is None]
 
 
 @contextmanager
 def virtual_display(width: int, height: int) -> Iterator[str]:
     """Start Xvfb on a display number of its own; yields the display's name. Raises NoVirtualDisplay."""
-    if lacking := missing():
-        raise NoVirtualDisplay(f"no virtual display: {', '.join(lacking)} is not installed")
-    server, name = _started(width, height)
+    if absent := missing():
+        raise NoVirtualDisplay(f"no virtual display: {', '.join(absent)} is not installed")
+    server, name = _start(width, height)
     try:
         yield name
     finally:
@@ -44,7 +44,7 @@ def virtual_display(width: int, height: int) -> Iterator[str]:
             server.wait()
 
 
-def _started(width: int, height: int) -> tuple[subprocess.Popen[bytes], str]:
+def _start(width: int, height: int) -> tuple[subprocess.Popen[bytes], str]:
     reading, writing = os.pipe()
     command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"]
     try:
@@ -59,13 +59,13 @@ def _started(width: int, height: int) -> tuple[subprocess.Popen[bytes], str]:
 
 def _number(reading: int, server: subprocess.Popen[bytes]) -> int:
     """Return the number that the server writes once it is ready."""
-    written = b""
-    while not written.endswith(b"\n"):
+    number = b""
+    while not number.endswith(b"\n"):
         ready, _, _ = select.select([reading], [], [], STARTS_WITHIN_S)
         piece = os.read(reading, 64) if ready else b""
         if not piece:
             server.kill()
             server.wait()
             raise NoVirtualDisplay("Xvfb did not start; try it by hand: Xvfb :99 -screen 0 1280x720x24")
-        written += piece
-    return int(written)
+        number += piece
+    return int(number)

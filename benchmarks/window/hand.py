@@ -29,7 +29,7 @@ class Hand:
         self._x, self._xk, self._fake = X, XK, xtest.fake_input
         self.display = Display(display)
         self._spare = [code for code in range(255, 8, -1) if not self.display.keycode_to_keysym(code, 0)]
-        self._taught: dict[int, int] = {}
+        self._key_codes: dict[int, int] = {}
 
     def move(self, x: float, y: float) -> None:
         """Move the pointer."""
@@ -76,18 +76,18 @@ class Hand:
         """Let the key of a code go."""
         self._do([(self._x.KeyRelease, {"detail": code})])
 
-    def teach(self, text: str) -> None:
+    def add_keys_for(self, text: str) -> None:
         """Give every character of the text a key of its own; windows that open later know them all."""
-        for character in sorted(set(text) - {chr(symbol) for symbol in self._taught}):
+        for character in sorted(set(text) - {chr(symbol) for symbol in self._key_codes}):
             code = self._spare.pop()
             self.display.change_keyboard_mapping(code, [[_symbol(character)] * 4])
-            self._taught[ord(character)] = code
+            self._key_codes[ord(character)] = code
         self.display.sync()
 
     def type(self, text: str) -> None:
         """Press the taught key of every character."""
         for character in text:
-            code = self._taught[ord(character)]
+            code = self._key_codes[ord(character)]
             self._do([(self._x.KeyPress, {"detail": code}), (self._x.KeyRelease, {"detail": code})])
 
     def picture(self, left: int = 0, top: int = 0, width: int = 0, height: int = 0) -> Image.Image:
@@ -96,12 +96,12 @@ class Hand:
 
         screen = self.display.screen()
         size = width or screen.width_in_pixels, height or screen.height_in_pixels
-        found = screen.root.get_image(left, top, *size, self._x.ZPixmap, 0xFFFFFFFF)
-        return Image.frombytes("RGB", size, found.data, "raw", "BGRX")
+        image = screen.root.get_image(left, top, *size, self._x.ZPixmap, 0xFFFFFFFF)
+        return Image.frombytes("RGB", size, image.data, "raw", "BGRX")
 
     def windows(self, title: str) -> list[Any]:
         """Return the top windows of that title."""
-        return [each for each in self.display.screen().root.query_tree().children if each.get_wm_name() == title]
+        return [window for window in self.display.screen().root.query_tree().children if window.get_wm_name() == title]
 
     def close(self) -> None:
         """Let go of the display."""

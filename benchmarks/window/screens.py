@@ -6,6 +6,7 @@ import random
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import click
@@ -25,7 +26,7 @@ from palpate.protocols.study import Order, Scale, Stimulus, Study
 MONITORS = ((1280, 720, 3.6), (1920, 1080, 3.6), (2560, 1440, 4.3), (3840, 2160, 7.0))
 """Width and height in pixels, pixels per millimetre."""
 SHARES = (0.0, 0.01, 0.13, 0.25, 0.4, 0.5, 0.62, 0.77, 0.9, 0.99, 1.0)
-GESTURES, GESTURES_EACH = 2000, 25
+GESTURES, GESTURES_PER_FORM = 2000, 25
 WARM_UP_TRIALS = 50
 FINE = Sliders(FORM.attributes[:4], Scale(low=0, high=100))
 STUDY = Study(
@@ -36,8 +37,8 @@ STUDY = Study(
 
 def cases(quick: bool) -> Iterator[Case]:
     """Yield every figure without a session; without a virtual display none, and the reason is printed."""
-    if lacking := missing():
-        click.echo(f"window: left out, for want of {', '.join(lacking)}", err=True)
+    if absent := missing():
+        click.echo(f"window: left out, for want of {', '.join(absent)}", err=True)
         return
     for width, height, px_per_mm in MONITORS:
         yield from _lengths(width, height, px_per_mm)
@@ -48,9 +49,9 @@ def cases(quick: bool) -> Iterator[Case]:
         yield _memory(stage, hand, 200 if quick else 1000)
 
 
-def _case(what: str, method: str, told: str, n: int, kind: str, run: Any) -> Case:
+def _case(what: str, method: str, input_name: str, n: int, kind: str, run: Any) -> Case:
     """Return a case whose run gives its own error."""
-    return Case("window", what, method, told, n, kind, run, float, 1)
+    return Case("window", what, method, input_name, n, kind, run, float, 1)
 
 
 @contextmanager
@@ -67,23 +68,23 @@ def _window(width: int, height: int, px_per_mm: float) -> Iterator[tuple[Stage, 
 
 
 def _lengths(width: int, height: int, px_per_mm: float) -> Iterator[Case]:
-    told = f"{width}x{height} at {px_per_mm:g} px/mm"
+    input_name = f"{width}x{height} at {px_per_mm:g} px/mm"
     with _window(width, height, px_per_mm) as (stage, hand):
-        yield _case("127 mm drawn", "window, framebuffer", told, len(FINE.attributes), "mm off",
-                    lambda: length_error_mm(stage, hand, px_per_mm))  # fmt: skip
-        yield _case("a drag to x %", "window, XTEST", told, len(SHARES), "px off", lambda: drag_error_px(stage, hand))
+        length, drag = partial(length_error_mm, stage, hand, px_per_mm), partial(drag_error_px, stage, hand)
+        yield _case("127 mm drawn", "window, framebuffer", input_name, len(FINE.attributes), "mm off", length)
+        yield _case("a drag to x %", "window, XTEST", input_name, len(SHARES), "px off", drag)
 
 
 def length_error_mm(stage: Stage, hand: Hand, px_per_mm: float) -> float:
     """Return how far the worst of four lines on the screen is from 127 mm."""
     stage.put_on(Ask(FINE))
     lines = _lines(stage.placed())
-    drawn = [drawn_px(hand, placed) for placed in lines.values()]
+    lengths_px = [drawn_length_px(hand, placed) for placed in lines.values()]
     _leave(stage)
-    return max(abs(length / px_per_mm - NOMINAL_MM) for length in drawn)
+    return max(abs(length / px_per_mm - NOMINAL_MM) for length in lengths_px)
 
 
-def drawn_px(hand: Hand, line: Placed) -> float:
+def drawn_length_px(hand: Hand, line: Placed) -> float:
     """Return the length of a dark line in the display's pixels; a half dark one counts half."""
     box = line.box.grown(8)
     row = hand.picture(box.left, line.box.top + line.box.height // 2, box.width, 1).convert("L")
@@ -98,7 +99,7 @@ def drag_error_px(stage: Stage, hand: Hand) -> float:
     for share in SHARES:
         stage.put_on(Ask(FINE))
         lines = _lines(stage.placed())
-        aims = [(name, each.box.left + share * (each.box.width - 1), each.box) for name, each in lines.items()]
+        aims = [(name, line.box.left + share * (line.box.width - 1), line.box) for name, line in lines.items()]
         for _, x, box in aims:
             hand.drag([box.middle, (round(x), box.middle[1])])
         hand.key("enter")
@@ -117,12 +118,12 @@ def _lost(stage: Stage, hand: Hand, count: int) -> Case:
 def lost_answers(stage: Stage, hand: Hand, count: int, seed: int = 1) -> float:
     """Return how many of so many gestures did not have their effect, over forms of 25 gestures each."""
     lost, chance = 0, random.Random(seed)
-    for _ in range(-(-count // GESTURES_EACH)):
+    for _ in range(-(-count // GESTURES_PER_FORM)):
         stage.put_on(Ask(FORM))
         placed = stage.placed()
-        acts = Gestures(hand, {row: each.box for row, each in _lines(placed).items()}, chance)
+        acts = Gestures(hand, {row: line.box for row, line in _lines(placed).items()}, chance)
         done = len(list(acts.all_rows()))
-        for _ in range(GESTURES_EACH - done - 1):
+        for _ in range(GESTURES_PER_FORM - done - 1):
             acts.anything()
         hand.tap(*placed["next"].box.middle)
         lost += acts.expected.lost(stage.result().value)
@@ -139,9 +140,9 @@ def idle_percent(stage: Stage, seconds: float) -> float:
     """Return the window's share of a core while nothing happens, in percent."""
     stage.put_on(Ask(FORM))
     stage.look()
-    before, begun = stage.cpu_s(), time.perf_counter()
+    before, start = stage.cpu_s(), time.perf_counter()
     time.sleep(seconds)
-    share = (stage.cpu_s() - before) / (time.perf_counter() - begun)
+    share = (stage.cpu_s() - before) / (time.perf_counter() - start)
     _leave(stage)
     return 100 * share
 
@@ -173,11 +174,11 @@ def _answer(stage: Stage, hand: Hand) -> None:
 
 def _leave(stage: Stage) -> None:
     """Take the form away unanswered, as an experimenter may."""
-    stage.tell("aside", {"do": "abort", "text": "bench"})
+    stage.send_message("aside", {"do": "abort", "text": "bench"})
     stage.result()
 
 
 def _lines(placed: dict[str, Placed]) -> dict[int, Placed]:
     """Return the lines of a form by their row."""
-    found = {name.removesuffix(".line"): each for name, each in placed.items() if name.endswith(".line")}
-    return {int(name.removeprefix("slider ")): each for name, each in found.items()}
+    by_name = {name.removesuffix(".line"): line for name, line in placed.items() if name.endswith(".line")}
+    return {int(name.removeprefix("slider ")): line for name, line in by_name.items()}

@@ -48,22 +48,22 @@ def main(lab: str, width: str, height: str, px_per_mm: str) -> None:
     """Run the session; tells the bench its number of trials, what comes on, and when each answer is on disk."""
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
-    found = read_study(SHIPPED / STUDY / "study.yaml")
-    study = found.study.model_copy(update={"opening": (), "instructions": None, "rest": None})
+    entry = read_study(SHIPPED / STUDY / "study.yaml")
+    study = entry.study.model_copy(update={"opening": (), "instructions": None, "rest": None})
     plan = compile_plan(study, allocate(study, "P001"), seed=1)
     calibration = Calibration((int(width), int(height)), float(px_per_mm), 0, "never: a virtual display")
     desk = RemoteDesk(Link.from_input(), out)
-    presenter = open_presenter(study, calibration, "en", found.folder, fullscreen=True, plan=plan)
+    presenter = open_presenter(study, calibration, "en", entry.folder, fullscreen=True, plan=plan)
     desk.presenter = presenter if isinstance(presenter, WindowPresenter) else None
     send(out, "trials", len(plan.trials))
-    rig = Rig(World(presenter, desk), presenter.close, lambda event: _tell(out, event))
+    rig = Rig(World(presenter, desk), presenter.close, lambda event: _report_answer(out, event))
     start(Path(lab), plan, RigPlan({"kind": "bench"}, lambda _plan: None, lambda _plan, _t_ns: rig))
 
 
-def _tell(out: IO[bytes], event: Event) -> None:
+def _report_answer(out: IO[bytes], event: Event) -> None:
     """Send the time at which an answer was on disk, on the clock of this and the bench's process."""
     if event.kind == "reply" and "answers" in event.value:
-        send(out, "kept", time.monotonic_ns())
+        send(out, "on disk", time.monotonic_ns())
 
 
 if __name__ == "__main__":

@@ -47,11 +47,11 @@ class RemoteDesk:
     out: IO[bytes]
     presenter: WindowPresenter | None = None
     prompt: Prompt | None = None
-    given: float | bool | None = None
+    answered: float | bool | None = None
     ready: bool = False
     asides: deque[Aside] = field(default_factory=deque)
     looks: deque[tuple[int, bool]] = field(default_factory=deque)
-    sides: list[str] = field(default_factory=list)
+    sides_shown: list[str] = field(default_factory=list)
 
     def poll(self) -> Aside | None:
         """Take in what was sent, and answer looks that are due."""
@@ -73,7 +73,7 @@ class RemoteDesk:
             case ("aside", value):
                 self.asides.append(Aside(value))
             case ("give", value):
-                self.given = value
+                self.answered = value
             case ("ready",):
                 self.ready = True
             case ("look", painted):
@@ -90,17 +90,17 @@ class RemoteDesk:
             "picture": None if self.presenter is None or not painted else self.presenter.picture.copy(),
             "seconds": 0.0 if on is None else on.seconds(),
             "prompt": self.prompt,
-            "sides": list(self.sides),
+            "sides": list(self.sides_shown),
         }
 
     def demand(self, prompt: Prompt | None) -> None:
         """Let a demand stand; another one takes the earlier answer with it."""
         if prompt != self.prompt:
-            self.prompt, self.given = prompt, None
+            self.prompt, self.answered = prompt, None
 
     def answer(self) -> float | bool | None:
         """Return the answer given to the present demand."""
-        return self.given
+        return self.answered
 
     def tell(self, state: Mapping[str, Any]) -> None:
         """Report what came on to the other process."""
@@ -143,7 +143,7 @@ def main() -> None:
             fullscreen=setting.fullscreen, pages=setting.pages, plan=setting.plan,
         )  # fmt: skip
         desk.presenter = presenter if isinstance(presenter, WindowPresenter) else None
-        presenter.on_side = desk.sides.append
+        presenter.on_side = desk.sides_shown.append
         send(out, "open", dict(presenter.description))
         serve(desk, presenter, time.monotonic_ns)
     except ValueError as error:

@@ -31,13 +31,13 @@ class Stage:
     process: subprocess.Popen[bytes]
     link: Link
 
-    def tell(self, *message: Any) -> None:
+    def send_message(self, *message: Any) -> None:
         """Send a message; see `benchmarks.window.stage`."""
         if self.process.stdin is None:
             raise StageError("the window's process has no input")
         send(self.process.stdin, *message)
 
-    def hear(self, *names: str, patience_s: float = PATIENCE_S) -> Message:
+    def wait_for_message(self, *names: str, patience_s: float = PATIENCE_S) -> Message:
         """Return the next message of one of these names; others of known names in between are skipped."""
         while True:
             try:
@@ -53,22 +53,22 @@ class Stage:
 
     def put_on(self, request: Any) -> None:
         """Perform a request; return once it is before the participant."""
-        self.tell("perform", request)
-        self.hear("shown")
+        self.send_message("perform", request)
+        self.wait_for_message("shown")
 
     def result(self) -> Any:
         """Return the performance's result: a Reply, an Aside, or None."""
-        return self.hear("done")[1]
+        return self.wait_for_message("done")[1]
 
     def look(self, painted: bool = False) -> Mapping[str, Any]:
         """Return what is before the participant, after all inputs so far; `painted`: with its picture."""
-        self.tell("look", painted)
-        seen: Mapping[str, Any] = self.hear("seen")[1]
+        self.send_message("look", painted)
+        seen: Mapping[str, Any] = self.wait_for_message("seen")[1]
         return seen
 
     def placed(self) -> dict[str, Placed]:
         """Return the elements on the screen by name."""
-        return {each.name: each for each in self.look()["placed"]}
+        return {element.name: element for element in self.look()["placed"]}
 
     def cpu_s(self) -> float:
         """Return the processor time that the process has used, in seconds."""
@@ -101,8 +101,8 @@ def process_on(display: str, arguments: Sequence[str], errors: IO[bytes] | None 
 def stage_on(display: str, setting: Setting, *options: str, errors: IO[bytes] | None = None) -> Iterator[Stage]:
     """Open the window of a setting; `options` are Python's own, `errors` takes its error output."""
     with process_on(display, [*options, "-m", "benchmarks.window.stage"], errors) as stage:
-        stage.tell("open", setting)
-        stage.hear("open")
+        stage.send_message("open", setting)
+        stage.wait_for_message("open")
         yield stage
 
 

@@ -33,7 +33,7 @@ from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
 from tests.modeling.attributes import small_evaluation
 from tests.studies.simulation.small_textures import TEXTURES, write_all
-from tools.half_precision import halved
+from tools.half_precision import halve
 
 HERE = Path(__file__).resolve().parent
 LAB, EXPECTED, IMPORTED = (HERE / "frozen" / name for name in ("lab", "expected.json", "imported"))
@@ -124,7 +124,7 @@ def train(folder: Path) -> None:
             (LAB / "models").mkdir(exist_ok=True)
             shutil.copy(folder / f"{name}{suffix}", LAB / "models")
     for method in TRAINED:
-        halved(folder / f"texture-cloth-{method}.json", LAB / "models")
+        halve(folder / f"texture-cloth-{method}.json", LAB / "models")
     write_all(LAB, [texture for texture in TEXTURES if texture != "cloth"])
     with tempfile.TemporaryDirectory() as work:
         options = small_evaluation.options(Path(work), quick=True)

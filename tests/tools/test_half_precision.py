@@ -4,7 +4,7 @@ from safetensors.numpy import load_file
 
 from palpate.modeling.files.model_files import Exported, ModelWritingError, write_model
 from palpate.signals.models.card import Card, Dense, Port
-from tools.half_precision import NOTE, halved
+from tools.half_precision import NOTE, halve
 
 
 def written(folder, weight):
@@ -17,7 +17,7 @@ def written(folder, weight):
 
 
 def test_single_precision_is_halved_and_double_stays(tmp_path):
-    card = halved(written(tmp_path, np.array([[0.1, 2.0]], dtype=np.float32)), tmp_path / "to")
+    card = halve(written(tmp_path, np.array([[0.1, 2.0]], dtype=np.float32)), tmp_path / "to")
     tensors = load_file(card.with_suffix(".safetensors"))
     assert tensors["w"].dtype == np.float16 and tensors["b"].dtype == np.float64
     assert np.allclose(tensors["w"], [[0.1, 2.0]], rtol=1e-3)
@@ -27,4 +27,4 @@ def test_single_precision_is_halved_and_double_stays(tmp_path):
 def test_a_number_beyond_half_precision_is_refused(tmp_path):
     card = written(tmp_path, np.array([[1e9, 2.0]], dtype=np.float32))
     with np.errstate(over="ignore"), pytest.raises(ModelWritingError):
-        halved(card, tmp_path / "to")
+        halve(card, tmp_path / "to")

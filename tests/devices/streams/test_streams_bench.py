@@ -14,15 +14,15 @@ from tests.devices.streams.labs import Time
 @pytest.mark.parametrize("writer", ["palpate", "one thread"])
 def test_every_sample_that_was_given_stands_in_a_ledger_with_its_own_number(writer):
     counts = run_apart(10.0, 20.0, writer)
-    assert counts["given"].keys() == {name for name, *_ in KINDS}
-    assert bench_streams._lost(counts) == 0 and min(counts["kept"].values()) >= 10 * 119
+    assert counts["produced"].keys() == {name for name, *_ in KINDS}
+    assert bench_streams._lost(counts) == 0 and min(counts["in_place"].values()) >= 10 * 119
     assert counts["held_up_ms"]["n"] > 50
 
 
 def test_a_lost_and_a_doubled_sample_both_count():
-    counts = {"given": {"force": 100, "door": 10}, "kept": {"force": 98, "door": 11}}
+    counts = {"produced": {"force": 100, "door": 10}, "in_place": {"force": 98, "door": 11}}
     assert bench_streams._lost(counts) == 3
-    assert bench_streams._lost({**counts, "kept": {}}) == 110
+    assert bench_streams._lost({**counts, "in_place": {}}) == 110
 
 
 def test_a_reader_is_held_up_for_as_long_as_it_is_overdue_while_the_writer_works():
@@ -38,7 +38,7 @@ def test_a_made_up_sensor_gives_what_is_due_and_says_how_late_it_was():
     assert sensor.read(0.0) == {}
     time.pass_s(0.01)
     (block,) = sensor.read(0.0)["samples"]
-    assert (block.first, len(block.data), sensor.given) == (0, 200 * 8, 200)
+    assert (block.first, len(block.data), sensor.produced) == (0, 200 * 8, 200)
     time.pass_s(0.005)
     assert sensor.read(1.0)["samples"][0].first == 200
     assert sensor.late_ns == [(5_000_000, 15_000_000)]

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from benchmarks.window.gestures import FORM, ROWS, Expected, Gestures
-from benchmarks.window.screens import cases, drawn_px
+from benchmarks.window.screens import cases, drawn_length_px
 from palpate.devices.window.geometry import Box, Placed
 
 NAMES = FORM.items()
@@ -74,7 +74,9 @@ def test_the_drawn_length_is_that_of_the_ink(edge, length):
     display.paste(round(edge), (400, 20, 401, 23))
     hand = SimpleNamespace(picture=lambda x, y, w, h: display.crop((x, y, x + w, y + h)).convert("RGB"))
 
-    assert drawn_px(hand, Placed("slider 0.line", "mark", Box(100, 20, 300, 3))) == pytest.approx(length, abs=0.01)
+    assert drawn_length_px(hand, Placed("slider 0.line", "mark", Box(100, 20, 300, 3))) == pytest.approx(
+        length, abs=0.01
+    )
 
 
 def test_where_no_display_can_be_had_the_cases_are_left_out_by_name(monkeypatch, capsys):

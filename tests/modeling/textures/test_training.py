@@ -11,7 +11,7 @@ from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.signals.textures.voice import opened_voice, play
 from tests.modeling.textures import small_evaluation as small
 from tests.modeling.textures.made_up_recording import recording
-from tools.half_precision import halved
+from tools.half_precision import halve
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -78,7 +78,7 @@ def test_a_match_that_stops_at_its_limit_or_stays_far_off_is_named(distance_dB, 
 
 def test_a_model_that_missed_its_aim_is_marked_through_halving_and_played_on_request_only(tmp_path):
     written = trained(tmp_path, small.recordings(4.0, ("smooth",)), methods=("ten_wavelet",))
-    for card in (written[0].card, halved(written[0].card, tmp_path / "halved")):
+    for card in (written[0].card, halve(written[0].card, tmp_path / "halved")):
         assert read_model(card).card.missed == ("It stayed 9 dB off.",)
         with pytest.raises(RenderError, match=r"missed an aim.*9 dB off.*--accept-missed"):
             opened_voice(Sounds(card))

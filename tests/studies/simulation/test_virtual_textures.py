@@ -202,7 +202,7 @@ def test_the_shipped_models_still_play_what_is_kept_of_them(method):
 
 
 def test_the_hands_are_those_that_are_made_today(tmp_path):
-    similarity_table.write_felt(tmp_path / "made.csv", "plastic_mesh")
+    similarity_table.write_hand(tmp_path / "made.csv", "plastic_mesh")
     felt, committed = read_felt(tmp_path / "made.csv"), read_felt(FOLDER / "felt" / "plastic_mesh.csv")
     assert felt == pytest.approx(committed, rel=1e-3, abs=1e-3), AGAIN
 

@@ -19,7 +19,7 @@ WRITTEN = "smothrundy0123456789 ."
 def hand():
     with virtual_display(*SIZE) as display:
         one = Hand(display)
-        one.teach(WRITTEN)
+        one.add_keys_for(WRITTEN)
         yield one
         one.close()
 

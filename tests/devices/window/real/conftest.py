@@ -43,13 +43,13 @@ class Theatre:
 
     def aside(self, **value):
         """The experimenter does something; it comes back as an aside."""
-        self.stage.tell("aside", value)
+        self.stage.send_message("aside", value)
         assert self.stage.result() == Aside(value)
 
     def on_again(self):
         """The request that was broken into is performed on."""
-        self.stage.tell("perform again")
-        self.stage.hear("shown")
+        self.stage.send_message("perform again")
+        self.stage.wait_for_message("shown")
 
     def leave(self):
         """What is on is taken off unanswered."""
@@ -67,7 +67,7 @@ class Theatre:
 def theatre_of(setting=SETTING, size=SIZE, errors=None):
     with virtual_display(*size) as display:
         hand = Hand(display)
-        hand.teach("".join(KOREAN) + "é")
+        hand.add_keys_for("".join(KOREAN) + "é")
         try:
             with stage_on(display, setting, "-W", "error", errors=errors) as stage:
                 yield Theatre(display, hand, stage)

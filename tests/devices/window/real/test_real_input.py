@@ -231,8 +231,8 @@ def test_an_aside_leaves_the_form_as_it_was(theatre):
     placed = theatre.put_on(ask("sliders"))
     fill(theatre, placed, 3)
     theatre.stage.look()
-    theatre.stage.tell("aside", {"do": "note", "text": "coughs"})
+    theatre.stage.send_message("aside", {"do": "note", "text": "coughs"})
     assert theatre.stage.result() == Aside({"do": "note", "text": "coughs"})
-    theatre.stage.tell("perform again")
+    theatre.stage.send_message("perform again")
 
     assert set(answered(theatre)["answers"].values()) == {3}

@@ -20,10 +20,10 @@ def test_every_screen_stands_on_the_display_as_it_was_painted_and_nothing_overla
 
 @pytest.mark.parametrize("key", ["pause", "changing_sample", "feel_now", "recording", "end", "thanks", "aborted"])
 def test_every_page_stands_on_the_display_as_it_was_painted(theatre, key):
-    theatre.stage.tell("wait for", key)
-    theatre.stage.hear("shown")
+    theatre.stage.send_message("wait for", key)
+    theatre.stage.wait_for_message("shown")
     shown, painted, wrong = theatre.picture()
-    theatre.stage.tell("ready")
+    theatre.stage.send_message("ready")
 
     assert theatre.stage.result() is None
     assert shown.tobytes() == painted.tobytes()
@@ -59,8 +59,8 @@ def test_a_filled_form_is_shown_for_a_moment(theatre):
     empty, _, _ = theatre.picture()
     theatre.leave()
     answers = dict.fromkeys(FORMS["sliders"].items(), 5)
-    theatre.stage.tell("show answered", ask("sliders"), Reply({"answers": answers, "seconds": 2.0}), 0.6)
-    theatre.stage.hear("shown")
+    theatre.stage.send_message("show answered", ask("sliders"), Reply({"answers": answers, "seconds": 2.0}), 0.6)
+    theatre.stage.wait_for_message("shown")
     filled, painted, wrong = theatre.picture()
 
     assert theatre.stage.result() is None

@@ -94,7 +94,7 @@ def test_the_ruler_confirms_what_is_drawn(theatre):
     theatre.put_on(Confirm("calibration"))
     prompt = theatre.stage.look()["prompt"]
     ruler = theatre.stage.placed()["ruler"].box
-    theatre.stage.tell("give", 127.3)
+    theatre.stage.send_message("give", 127.3)
 
     assert prompt.kind == "number"
     assert ruler.width == CALIBRATION.metrics.mm(127.0)
@@ -102,20 +102,20 @@ def test_the_ruler_confirms_what_is_drawn(theatre):
 
 
 def test_a_page_is_shown_until_something_else_is_ready(theatre):
-    theatre.stage.tell("wait for", "changing_sample")
-    theatre.stage.hear("shown")
+    theatre.stage.send_message("wait for", "changing_sample")
+    theatre.stage.wait_for_message("shown")
     assert theatre.stage.look()["on"] == "changing_sample"
     theatre.aside(do="note", text="box 3 is empty")
-    theatre.stage.tell("wait for", "changing_sample")
-    theatre.stage.tell("ready")
+    theatre.stage.send_message("wait for", "changing_sample")
+    theatre.stage.send_message("ready")
 
     assert theatre.stage.result() is None
 
 
 def test_the_last_page_waits_for_the_experimenter(theatre):
-    theatre.stage.tell("finish")
+    theatre.stage.send_message("finish")
     seen = theatre.stage.look()
-    theatre.stage.tell("give", True)
+    theatre.stage.send_message("give", True)
 
     assert seen["on"] == "end"
     assert isinstance(seen["prompt"], Prompt)
@@ -188,6 +188,6 @@ def test_a_polite_end_closes_the_window_and_a_rude_one_leaves_the_display_usable
             stage.put_on(ask("sliders"))
             placed = stage.placed()
             hand.tap(*placed["slider 0.line"].box.middle)
-            stage.tell("aside", {"do": "abort", "text": "test"})
+            stage.send_message("aside", {"do": "abort", "text": "test"})
             assert stage.result() == Aside({"do": "abort", "text": "test"})
         hand.close()

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.synthesis import specimens
 from benchmarks.synthesis import steps as bench_steps
 from benchmarks.synthesis.rates import Rates, Work, rates, work_of
-from benchmarks.synthesis.steps import Measured, cases, taken
+from benchmarks.synthesis.steps import Measured, cases, time_by_turns
 from palpate.signals.models.fastest import fastest
 from palpate.signals.models.native.library import library
 from palpate.signals.models.native.opened import Native
@@ -28,7 +28,7 @@ class Ticks:
 def test_runtimes_take_turns_in_blocks_on_the_same_windows():
     order, given = [], np.arange(6.0)[:, None]
     runtimes = {name: lambda row, name=name: order.append((name, row[0])) for name in ("a", "b")}
-    answers = taken(runtimes, given, 500, Ticks())
+    answers = time_by_turns(runtimes, given, 500, Ticks())
     assert {name: values.tolist() for name, values in answers.items()} == {"a": [1.0] * 500, "b": [1.0] * 500}
     windows = {name: [window for who, window in order[500:] if who == name] for name in runtimes}
     assert windows["a"] == windows["b"] and len(windows["a"]) == 500
@@ -38,7 +38,7 @@ def test_runtimes_take_turns_in_blocks_on_the_same_windows():
 
 def test_every_runtime_has_a_row_with_its_error_and_the_missing_ones_are_named(monkeypatch):
     monkeypatch.setattr(bench_steps, "QUICK_STEPS", 4)
-    monkeypatch.setattr(bench_steps, "ASKED", 3)
+    monkeypatch.setattr(bench_steps, "WINDOWS", 3)
 
     def others(card, tensors):
         return {"off by one": lambda row: np.array([1.0 + row[0]])}, ("LiteRT float32",)

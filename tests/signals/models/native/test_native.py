@@ -58,7 +58,7 @@ def test_random_cards_of_every_operation(kernel, block):
 
 def test_foten_is_as_near_the_reference_as_single_precision_can_be(kernel):
     model = specimens.foten()
-    assert specimens.parameters(model) == 471_235
+    assert specimens.count_parameters(model) == 471_235
     given = specimens.windows(100)
     exact = doubled(model).run(given)
     for native in native_with_each_set(model, kernel):
