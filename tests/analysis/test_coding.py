@@ -109,7 +109,7 @@ def test_a_row_that_is_no_answer_and_codes_that_look_alike_are_refused(lab, tmp_
         run(lab, path)
 
 
-def test_what_stands_twice_and_options_without_effect_are_refused(lab, tmp_path):
+def test_repetitions_and_options_without_effect_are_refused(lab, tmp_path):
     path = table(tmp_path / "ann.csv", FELT)
     with pytest.raises(TableRefused, match="named twice"):
         run(lab, path, path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
 import json
 import sqlite3
 import subprocess
@@ -15,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from palpate import command_line
 from palpate.analysis.first_look.compare_reference import (
     SHIPPED,
     Compared,
@@ -25,18 +23,11 @@ from palpate.analysis.first_look.compare_reference import (
 )
 from palpate.analysis.first_look.study_statistics import study_statistics
 from palpate.analysis.ratings.dataset import DataRefused
+from tests.analysis.commands_for_tests import run_command
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
 MAP = SHIPPED.parents[1] / "importing" / "maps" / "sk2011.yaml"
 PEOPLE = 4
-
-
-def run_command(*arguments: object) -> tuple[int, str, str]:
-    """Run the command line: exit code, output, errors."""
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        command_line.main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 
 @pytest.fixture(scope="module")

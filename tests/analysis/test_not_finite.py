@@ -7,10 +7,10 @@ from math import inf, nan
 
 import pytest
 
-from palpate import command_line
 from palpate.analysis.exporting.tabular import Column, Table, write_csv
 from palpate.analysis.reports.csv_files import NotFinite, csv_text
 from palpate.protocols.canonical import NotCanonical, json_text
+from tests.analysis.commands_for_tests import run_command
 
 MAP = """
 name: hard
@@ -55,12 +55,6 @@ def hard_lab(folder, value, people):
     (folder / "studies" / "hard" / "analysis.yaml").write_text(PLAN)
 
 
-def run(capsys, *words):
-    with pytest.raises(SystemExit) as ended:
-        command_line.main([str(word) for word in words])
-    return ended.value.code or 0, *capsys.readouterr()
-
-
 def not_finite(path):
     """What reads as NaN or as infinity in a file that a command wrote."""
     text = path.read_text("utf-8")
@@ -77,15 +71,15 @@ def not_finite(path):
     "people", [pytest.param(1, marks=pytest.mark.long), 2, pytest.param(5, marks=pytest.mark.long)]
 )
 @pytest.mark.parametrize("kind", HARD)
-def test_hard_ratings_give_finite_numbers_or_a_refusal(tmp_path, capsys, kind, people):
+def test_hard_ratings_give_finite_numbers_or_a_refusal(tmp_path, kind, people):
     hard_lab(tmp_path, HARD[kind], people)
-    code, _, error = run(capsys, "import", tmp_path / "hard.yaml", "--lab", tmp_path)
+    code, _, error = run_command("import", tmp_path / "hard.yaml", "--lab", tmp_path)
     assert code == 0, error
     for words in (
         ("analyse", "hard", "--no-figures", "--json"), ("report", "hard", "--to", tmp_path / "report.html"),
         ("regenerate", "hard", "--no-figures", "--no-crosscheck", "--json"),
     ):  # fmt: skip
-        code, out, error = run(capsys, *words, "--lab", tmp_path)
+        code, out, error = run_command(*words, "--lab", tmp_path)
         assert code == 0, error
         assert not re.search(r"\b(NaN|Infinity|nan|inf)\b", out + error)
     written = [path for path in tmp_path.rglob("*") if path.suffix in {".csv", ".json", ".html"}]

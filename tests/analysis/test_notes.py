@@ -35,14 +35,14 @@ def lab(tmp_path):
 @pytest.mark.parametrize(
     ("command", "more"), [(analyse, ["--no-figures"]), (regenerate, ["--no-figures", "--no-crosscheck"])]
 )
-def test_look_alike_ids_are_told_on_the_console_and_as_json(lab, command, more):
+def test_look_alike_ids_are_reported_on_the_console_and_as_json(lab, command, more):
     arguments = ["small", "--lab", str(lab), *more]
     assert ALIKE in CliRunner().invoke(command, arguments).output
     output = CliRunner().invoke(command, [*arguments, "--json"]).output
     assert json.loads(output)["notes"] == [ALIKE]
 
 
-def test_look_alike_ids_stand_in_every_file_of_a_regenerated_study_and_beside_a_refusal(lab):
+def test_look_alike_ids_are_in_every_file_of_a_regenerated_study_and_beside_a_refusal(lab):
     refused = "\n  - {name: never, test: pairs, factor: level, family: 1}\n"
     with (lab / "studies" / "small" / "analysis.yaml").open("a") as plan:
         plan.write(refused.lstrip("\n"))

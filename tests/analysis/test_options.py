@@ -389,7 +389,7 @@ def plain(value: Any, repeated: tuple[str, Any]) -> Any:
     elif isinstance(value, pd.Series | np.ndarray):
         value = value.tolist()
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        hidden = ("asked", "fit", "maximum")  # what was asked for, and ways to go on from the result
+        hidden = ("asked", "fit", "maximum")  # the request, and methods of the result
         value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name not in hidden}
     elif hasattr(value, "_asdict"):
         value = value._asdict()

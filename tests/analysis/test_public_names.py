@@ -1,4 +1,4 @@
-"""The room's public calls: each is where it is said to be, and importing the room imports nothing heavy."""
+"""The room's public calls: each is where the documentation has it, and importing the room imports nothing heavy."""
 
 import subprocess
 import sys

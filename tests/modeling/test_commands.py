@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from palpate import command_line
 from palpate.modeling.commands import evaluate, train
 from palpate.modeling.evaluate.outputs import RESULTS
 from palpate.signals.models.file import read_model
 from palpate.studies.catalogue import SHIPPED
+from tests.analysis.commands_for_tests import run_command, run_verb
 from tests.modeling.doors.small_evaluation import small_data
 
 pytestmark = pytest.mark.needs("torch")
@@ -31,19 +31,10 @@ def table(tmp_path):
 
 
 def done(command, *arguments):
-    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result
+    return run_verb(command, "doors", *arguments)
 
 
-def run_command(arguments, capsys):
-    """What the front door says of a mistake, and its exit code."""
-    with pytest.raises(SystemExit) as ended:
-        command_line.main([str(argument) for argument in arguments])
-    return ended.value.code, capsys.readouterr().err
-
-
-def test_evaluate_writes_tables_figures_and_the_report_and_goes_on_from_what_is_finished(table, tmp_path):
+def test_evaluate_writes_tables_figures_and_the_report_and_resumes_from_finished_jobs(table, tmp_path):
     arguments = ("--lab", tmp_path / "lab", "--data", table, "--methods", "mean,ridge,nearest", "--workers", "1")
     arguments += ("--no-figures", "--json")
     first = json.loads(done(evaluate, *arguments).stdout)
@@ -123,8 +114,8 @@ def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_pat
         (("train", "doors", "--data", __file__), "test_commands.py"),
     ],
 )
-def test_a_mistake_is_told_without_a_traceback(arguments, message, tmp_path, capsys):
-    code, err = run_command([argument.replace("{empty}", str(tmp_path)) for argument in arguments], capsys)
+def test_a_mistake_is_reported_without_a_traceback(arguments, message, tmp_path):
+    code, _, err = run_command(*(argument.replace("{empty}", str(tmp_path)) for argument in arguments))
     assert code == 2
     assert message in err
     assert "Traceback" not in err

@@ -13,6 +13,7 @@ from palpate.modeling.commands import evaluate, train
 from palpate.modeling.commands_library import textures
 from palpate.modeling.training import jobs
 from palpate.modeling.training.refusals import JobError
+from tests.analysis.commands_for_tests import run_verb
 from tests.modeling.attributes.made_material import simulated_material
 from tests.modeling.attributes.made_recordings import rated, table
 
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 
 @pytest.fixture
 def requests(monkeypatch):
-    """Textures that are made up, in place of a lab's."""
+    """Simulated textures in place of a lab's."""
     seen = []
 
     def material(request, _report):
@@ -36,12 +37,10 @@ def requests(monkeypatch):
 
 
 def done(group, *arguments):
-    result = CliRunner().invoke(group, ["attributes", *map(str, arguments)], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result
+    return run_verb(group, "attributes", *arguments)
 
 
-def test_evaluate_judges_and_goes_on_from_what_is_finished_and_train_takes_it_from_there(requests, tmp_path):
+def test_evaluate_resumes_from_finished_jobs_and_train_takes_its_choice(requests, tmp_path):
     arguments = ("--lab", tmp_path, "--workers", 1, "--no-ablations")
     first = json.loads(done(evaluate, *arguments, "--methods", "ridge,mean", "--no-figures", "--json").stdout)
     folder = tmp_path / "evaluated" / "attributes"
@@ -92,7 +91,7 @@ def test_training_says_what_the_model_was_made_from(requests, tmp_path):
     assert [line.split()[0] for line in plain["banners"]] == ["Simulated:", "A", "Weights"]
 
 
-def test_a_quick_model_takes_no_other_s_place_unless_that_is_said(requests, tmp_path):
+def test_a_quick_model_takes_no_other_s_place_unless_requested(requests, tmp_path):
     arguments = ("--lab", tmp_path, "--workers", 1)
     done(train, *arguments, "--quick", "--method", "mean")
     done(train, *arguments, "--quick", "--method", "ridge")  # of two quick ones the later
@@ -111,7 +110,7 @@ def test_a_quick_model_takes_no_other_s_place_unless_that_is_said(requests, tmp_
 
 @pytest.mark.long
 @pytest.mark.parametrize("folds", [1, 3])
-def test_few_folds_are_told_and_more_of_them_go_on_from_there(requests, tmp_path, folds):
+def test_few_folds_are_reported_and_more_folds_reuse_them(requests, tmp_path, folds):
     arguments = ("--lab", tmp_path, "--workers", 1, "--no-ablations", "--methods", "ridge,mean")
     shown = done(evaluate, *arguments, "--folds", folds).stdout
     assert f"{folds} of 12 textures were left out, in turn from each class" in " ".join(shown.split())
@@ -138,7 +137,7 @@ def test_few_folds_beside_a_quick_run_are_refused(tmp_path):
     assert result.exit_code == 2 and "--quick leaves five textures out" in result.output
 
 
-def test_what_was_asked_reaches_the_reader_and_the_report(requests, tmp_path):
+def test_the_options_reach_the_reader_and_the_report(requests, tmp_path):
     weights = tmp_path / "resnet50.pth"
     weights.touch()
     arguments = ("--weights", weights, "--quick", "--seed", 3, "--epochs", 7, "--workers", 1, "--methods", "mean")
@@ -147,7 +146,7 @@ def test_what_was_asked_reaches_the_reader_and_the_report(requests, tmp_path):
     assert (content["quick"], content["seed"], content["epochs"], len(content["tested"])) == (True, 3, 7, 5)
 
 
-def test_textures_that_lack_what_others_have_are_named_and_left_out(tmp_path, monkeypatch):
+def test_textures_without_what_others_have_are_named_and_left_out(tmp_path, monkeypatch):
     whole = simulated_material(12, noise=0.3)
     few = replace(whole, textures=tuple(
         texture if place < 9 else replace(texture, touch={}) for place, texture in enumerate(whole.textures)
@@ -265,7 +264,7 @@ def test_an_empty_lab_is_refused(tmp_path):
     assert not (tmp_path / "evaluated").exists() and not (tmp_path / "models").exists()
 
 
-def test_real_or_simulated_sessions_of_the_lab_are_taken_as_it_is_asked(tmp_path, monkeypatch):
+def test_real_or_simulated_sessions_of_the_lab_are_taken_as_requested(tmp_path, monkeypatch):
     simulated = []
 
     def read(_lab, **options):

@@ -1,4 +1,4 @@
-"""`palpate textures`: what is asked on the command line, and what is answered."""
+"""`palpate textures`: requests on the command line, and their answers."""
 
 import io
 import json
@@ -6,13 +6,13 @@ import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 from palpate import command_line
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.files import place_of, write_library
 from palpate.modeling.library.lab import keep
+from tests.analysis.commands_for_tests import run_command, run_verb
 from tests.modeling.library.made_library import small_library
 
 HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"
@@ -35,21 +35,18 @@ def lab(tmp_path):
 
 
 def output_of(lab, *arguments):
-    result = CliRunner().invoke(textures, [*map(str, arguments), "--lab", str(lab)], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result.stdout
+    return run_verb(textures, *arguments, "--lab", lab).stdout
 
 
 def json_of(lab, *arguments):
     return json.loads(output_of(lab, *arguments, "--json"))
 
 
-def refused(capsys, *arguments):
-    """What the front door says of a mistake."""
-    with pytest.raises(SystemExit) as ended:
-        command_line.main(["textures", *map(str, arguments)])
-    assert ended.value.code == 2
-    return capsys.readouterr().err
+def refused(*arguments):
+    """Return what the front door says of a mistake."""
+    code, _, errors = run_command("textures", *arguments)
+    assert code == 2
+    return errors
 
 
 def test_find_prints_what_was_understood_and_a_table(lab):
@@ -83,7 +80,7 @@ def test_values_and_words_and_classes_go_together(lab):
     assert [row["id"] for row in json_of(lab, "find", "rough", "--rated-only")["found"]] == ["T01", "T05", "T02"]
 
 
-def test_where_nothing_fits_it_is_told_what_left_out_most(lab):
+def test_where_nothing_fits_the_message_says_what_left_out_most(lab):
     output = output_of(lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png")
     assert "None of 6 textures fits. Most are left out by 'extremely slippery': 6 of 6. Without" in output
     assert "none.png was not written" in output and not (lab / "none.png").exists()
@@ -104,7 +101,7 @@ def test_nearest_and_show(lab):
     assert len(json_of(lab, "show")["textures"]) == 6 and "T06" in output_of(lab, "show")
 
 
-def test_show_tells_only_what_was_asked_for(lab):
+def test_show_tells_only_what_was_requested(lab):
     rated, predicted = (output_of(lab, "show", "T02", flag) for flag in ("--rated-only", "--predicted"))
     assert "20.0 (17 to 23" in rated and "35.0 (20 to 50)" not in rated and "predicted" not in rated
     assert rated.startswith("T02 (sandpaper 02) (sandpaper): very rough") or rated.startswith("T02, sandpaper 02")
@@ -115,13 +112,13 @@ def test_show_tells_only_what_was_asked_for(lab):
     assert json_of(lab, "show", "T02", "--predicted")["words"].startswith("perhaps rough")
 
 
-def test_a_picture_into_a_folder_that_is_not_there_is_refused_and_nothing_is_made(lab, capsys):
+def test_a_picture_into_a_folder_that_is_not_there_is_refused_and_nothing_is_made(lab):
     for arguments in (
         ["find", "rough", "--sheet", lab / "no" / "a.png"], ["show", "--sheet", lab / "no" / "a.jpg"],
         ["nearest", "T01", "--sheet", lab / "no" / "a.png"], ["map", "--to", lab / "no" / "a.svg"],
         ["find", "rough", "--sheet", lab / "a.png", "--map", lab / "no" / "b.png"],
     ):  # fmt: skip
-        assert f"there is no folder {lab / 'no'}" in refused(capsys, *arguments, "--lab", lab)
+        assert f"there is no folder {lab / 'no'}" in refused(*arguments, "--lab", lab)
     assert not (lab / "no").exists() and not (lab / "a.png").exists()
 
 
@@ -159,12 +156,12 @@ def test_sheets_and_maps_are_written_and_named(lab):
         (["map", "--to", "x.pdf"], ".svg and .png"),
     ],
 )
-def test_a_mistake_is_told_without_a_traceback(lab, capsys, arguments, expected):
-    assert expected.lower() in refused(capsys, *arguments, "--lab", lab).lower()
+def test_a_mistake_is_reported_without_a_traceback(lab, arguments, expected):
+    assert expected.lower() in refused(*arguments, "--lab", lab).lower()
 
 
-def test_a_lab_without_a_library_is_told_how_to_make_one(tmp_path, capsys):
-    assert "`palpate textures index` makes it" in refused(capsys, "find", "rough", "--lab", tmp_path)
+def test_in_a_lab_without_a_library_the_message_says_how_to_make_one(tmp_path):
+    assert "`palpate textures index` makes it" in refused("find", "rough", "--lab", tmp_path)
 
 
 @pytest.mark.parametrize("arguments", [("find", "rough"), ("nearest", "T01"), ("show", "T01"), ("show",)])

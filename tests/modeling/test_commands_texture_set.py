@@ -1,4 +1,4 @@
-"""`palpate textures simulate` on a simulator that makes nothing: what is asked, what is told, how it ends."""
+"""`palpate textures simulate` on a simulator that makes nothing: options, messages, exit codes."""
 
 import json
 from dataclasses import dataclass, field
@@ -37,7 +37,7 @@ class Front:
         return self.sessions
 
 
-def test_what_is_asked_and_told(tmp_path):
+def test_the_request_reaches_the_simulator_and_its_counts_the_user(tmp_path):
     front = Front([Session("texture_capture", "P001", "kept"), Session("texture_ratings", "P001"),
                    Session("texture_ratings", "P002", "gone on")])  # fmt: skip
     result = CliRunner().invoke(
@@ -53,7 +53,7 @@ def test_what_is_asked_and_told(tmp_path):
     assert "no measurement" in result.output and "50 textures" in result.stderr
 
 
-def test_what_was_all_there_is_said_to_be_left_alone(tmp_path):
+def test_a_complete_set_is_reported_as_unchanged(tmp_path):
     for done, unchanged in (("kept", True), ("made", False)):
         front = Front([Session("texture_capture", "P001", "kept"), Session("texture_ratings", "P001", done)])
         result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)

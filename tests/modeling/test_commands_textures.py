@@ -8,6 +8,7 @@ from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.models.file import read_model
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
+from tests.analysis.commands_for_tests import run_verb
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")
@@ -26,12 +27,10 @@ def tables(tmp_path_factory):
 
 
 def done(command, *arguments):
-    result = CliRunner().invoke(command, [*map(str, arguments)], obj=SimulatedTextures, catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result
+    return run_verb(command, *arguments, obj=SimulatedTextures)
 
 
-def test_evaluate_judges_tables_and_goes_on_from_what_is_finished(tables, tmp_path):
+def test_evaluate_reads_tables_and_resumes_from_finished_jobs(tables, tmp_path):
     arguments = ("--tables", tables, "--lab", tmp_path, "--methods", "ar", "--quick", "--workers", "1", "--no-figures")
     first = json.loads(done(evaluate_textures, *arguments, "--json").stdout)
     folder = tmp_path / "evaluated" / "textures"

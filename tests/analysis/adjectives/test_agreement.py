@@ -65,7 +65,7 @@ def test_full_agreement_is_one() -> None:
     assert result.words.set_index("word").loc[["Rough", "Smooth", "Hard", ALL], "alpha"].tolist() == [1, 1, 1, 1]
 
 
-def test_stimuli_that_not_all_met_have_alpha_and_no_kappa() -> None:
+def test_stimuli_that_not_all_participants_felt_have_alpha_and_no_kappa() -> None:
     fewer = {key: words for key, words in TICKS.items() if key != ("P0", "T0")}
     rows = word_agreement(study(fewer), draws=0).words.set_index("word")
     x = ticked("Rough")

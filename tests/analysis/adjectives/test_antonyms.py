@@ -35,7 +35,7 @@ def test_with_need_both_one_kept_word_makes_no_pair() -> None:
     assert result.left_out == ("Soft",)
 
 
-def test_a_pair_told_both_ways_is_one_pair() -> None:
+def test_a_pair_given_both_ways_is_one_pair() -> None:
     result = antonym_pairs(["Rough"], table([("Rough", "Smooth"), ("Smooth", "Rough")]), OFFERED)
     assert result.pairs == (("Rough", "Smooth", True, False),)
 
@@ -58,7 +58,7 @@ def test_mistakes_in_the_table_are_refused_with_their_line(pairs: list[tuple[obj
     assert message in refused(pairs)
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_together() -> None:
     assert refused([("Rough", "Rough"), ("Hard", "Sof"), ("", "Thin")]).count("\nline") == 3
 
 
@@ -67,6 +67,6 @@ def test_a_table_without_its_columns_is_refused() -> None:
         antonym_pairs([], pd.DataFrame({"word": ["Rough"], "opposite": ["Smooth"]}))
 
 
-def test_an_antonym_that_was_not_offered_is_accepted_where_nothing_is_said_of_the_offer() -> None:
+def test_an_antonym_that_was_not_offered_is_accepted_where_the_offer_is_unknown() -> None:
     result = antonym_pairs(["Hard to pull"], table([("Easy-to-pull", "Hard to pull")]))
     assert result.pairs == (("Easy-to-pull", "Hard to pull", False, True),)

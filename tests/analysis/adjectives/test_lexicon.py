@@ -59,7 +59,7 @@ def test_words_are_counted_once_a_trial_and_shared_by_people_and_stimuli() -> No
     assert result.stimuli["mentions"].tolist() == [2, 3]
 
 
-def test_trials_that_cannot_be_told_apart_are_refused() -> None:
+def test_trials_that_cannot_be_distinguished_are_refused() -> None:
     with pytest.raises(UnknownColumn, match="no column 'trial'"):
         lexicon(written().drop(columns="trial"))
 
@@ -147,7 +147,7 @@ def test_sourced_lists_become_one_lexicon_that_keeps_the_sources() -> None:
     assert merged["n_sources"].sum() == 15
 
 
-def test_words_are_told_apart_as_asked_for_and_table_5_1_keeps_all_of_its_68() -> None:
+def test_words_are_distinguished_as_requested_and_table_5_1_keeps_all_of_its_68() -> None:
     apart = merge_word_lists(LISTS, inflected=False)["word"].tolist()
     assert {"Heavier", "smoothly", "easy to pull", "Easy-to-pull"} <= set(apart)
     assert len(merge_word_lists(LISTS, "as_written", inflected=False)) == 17

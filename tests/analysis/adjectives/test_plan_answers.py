@@ -93,7 +93,7 @@ def test_neither_normalisation_nor_threshold_is_chosen_in_silence() -> None:
             model.model_validate(given)
 
 
-def test_pairs_are_made_of_kept_words_and_the_rest_is_said() -> None:
+def test_pairs_are_made_of_kept_words_and_the_rest_is_reported() -> None:
     result = answer("adjective_pairs", small(), threshold=0.2)
     assert {(row["word"], row["antonym"]) for row in result.rows} == {("Rough", "Smooth"), ("Hard", "Soft")}
     fewer = answer("adjective_pairs", small(), threshold=0.2, antonyms=PAIRS[:1])

@@ -54,7 +54,7 @@ def test_worths_of_a_plans_own_table_of_texts() -> None:
     assert {"fit", "covariance", "pairs", "triads"} <= set(result.more)
 
 
-def test_a_column_of_participants_is_found_by_its_name_and_consistence_told_for_each() -> None:
+def test_a_column_of_participants_is_found_by_its_name_and_consistency_reported_for_each() -> None:
     cycle = [("P1", "a", "b"), ("P1", "b", "c"), ("P1", "c", "a")]
     order = [("P2", "a", "b"), ("P2", "b", "c"), ("P2", "a", "c")]
     table = pd.DataFrame([*cycle, *order], columns=["participant", "winner", "loser"])

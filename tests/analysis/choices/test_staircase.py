@@ -44,7 +44,7 @@ def test_reversals_by_hand() -> None:
 @pytest.mark.parametrize(
     ("down", "up", "rest"), [(1, 1, 0.5), (2, 1, 0.5**0.5), (3, 1, 0.5 ** (1 / 3)), (4, 1, 0.5**0.25), (2, 2, 0.5)]
 )
-def test_the_rule_is_told_from_the_trials(down: int, up: int, rest: float) -> None:
+def test_the_rule_is_derived_from_the_trials(down: int, up: int, rest: float) -> None:
     rule = staircase(run(np.random.default_rng(2), down, up), "level", "correct").rule
     assert (rule.down, rule.up, rule.followed) == (down, up, 1.0)
     assert rule.converges_at == pytest.approx(rest, abs=1e-12)  # Levitt 1971, table 1
@@ -56,7 +56,7 @@ def test_unequal_steps_move_the_convergence() -> None:
     assert rule.converges_at == pytest.approx(0.75**0.5)
 
 
-def test_two_staircases_in_one_table_are_told_by_the_leap_between_them() -> None:
+def test_two_staircases_in_one_table_are_recognised_by_the_leap_between_them() -> None:
     rng = np.random.default_rng(2)
     one, two = run(rng, 2, 1, 100), run(rng, 2, 1, 100)
     both = staircase(pd.concat([one, two], ignore_index=True), "level", "correct")

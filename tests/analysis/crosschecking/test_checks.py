@@ -1,4 +1,4 @@
-"""The second opinion: it agrees on ordinary data, it sees a wrong number, and it says when it cannot be asked."""
+"""The second opinion: it agrees on ordinary data, it sees a wrong number, and says when no package has it."""
 
 from dataclasses import replace
 

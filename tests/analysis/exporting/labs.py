@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from palpate import command_line
 from palpate.analysis.exporting.export import Choices, export
 from palpate.analysis.ratings.sources import DataRequest
 from palpate.protocols.canonical import canonical
@@ -38,15 +33,6 @@ def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, u
     """What `palpate export --least-people 1` does."""
     request = DataRequest(study, lab, url, None, include_incomplete, simulated)
     return export(request, to, Choices(fmt, **{"least_people": 1, **choices}))
-
-
-def run_command(monkeypatch, *arguments):
-    """The verb by the front door: exit code, output, errors."""
-    monkeypatch.setitem(command_line.VERBS, "export", ("palpate.analysis.exporting.commands:export", "Share data."))
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        command_line.main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 
 def rewritten(source, to, change=lambda kind, body: body, header=None, upto=None):

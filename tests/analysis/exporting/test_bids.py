@@ -111,7 +111,7 @@ def lossy(tmp_path):
 
 
 @pytest.mark.needs("bids-validator")
-def test_lost_samples_read_not_available_where_they_were_and_are_told(lossy, tmp_path):
+def test_lost_samples_read_not_available_where_they_were_and_are_reported(lossy, tmp_path):
     out = tmp_path / "out"
     exported(lossy, "door_capture", out, "bids")
     beh = out / "sub-P001/ses-01/beh/sub-P001_ses-01_task-doorcapture_run-001_recording-doorforce_physio.tsv.gz"
@@ -143,7 +143,7 @@ def test_positions_are_motion_data_and_their_gaps_are_events(lossy, tmp_path):
 
 
 @pytest.mark.needs("bids-validator")
-def test_no_date_leaves_the_lab_unless_it_is_asked_for(tmp_path):
+def test_no_date_leaves_the_lab_unless_requested(tmp_path):
     lab = tmp_path / "lab"
     rewritten(RECORDED / "ten/door_authoring_P001_s1.sqlite", lab / "sessions/door_authoring_P001_s1.sqlite")
     exported(lab, "door_authoring", tmp_path / "out", "bids")

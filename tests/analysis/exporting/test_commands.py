@@ -1,4 +1,4 @@
-"""`palpate export` at the front door: what a user does wrong is told, and what was done is said."""
+"""`palpate export` as a command: mistakes are reported, and so is what was exported."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import sys
 
 import pytest
 
-from tests.analysis.exporting.labs import lab_of, run_command
+from tests.analysis.commands_for_tests import run_command
+from tests.analysis.exporting.labs import lab_of
 
 
 @pytest.fixture
@@ -23,29 +24,21 @@ def lab(tmp_path):
     (["--csv", "--without", "handednes"], "--without handednes: no such column; did you mean 'handedness'?"),
     (["--csv", "--without", "participant"], "--without participant: the tables mean nothing without this column"),
 ])  # fmt: skip
-def test_mistakes_are_told(lab, tmp_path, monkeypatch, arguments, message):
-    code, _, errors = run_command(
-        monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", *arguments
-    )
+def test_mistakes_are_reported(lab, tmp_path, arguments, message):
+    code, _, errors = run_command("export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", *arguments)
     assert code == 2 and message in " ".join(errors.split()) and not (tmp_path / "out").exists()
 
 
-def test_an_unknown_study_names_the_nearest(lab, tmp_path, monkeypatch):
-    code, _, errors = run_command(
-        monkeypatch, "export", "door_lexikon", "--lab", lab, "--to", tmp_path / "out", "--csv"
-    )
+def test_an_unknown_study_names_the_nearest(lab, tmp_path):
+    code, _, errors = run_command("export", "door_lexikon", "--lab", lab, "--to", tmp_path / "out", "--csv")
     assert code == 2 and "did you mean 'door_lexicon'?" in errors
-    code, _, errors = run_command(
-        monkeypatch, "export", "x", "--lab", tmp_path / "none", "--to", tmp_path / "out", "--csv"
-    )
+    code, _, errors = run_command("export", "x", "--lab", tmp_path / "none", "--to", tmp_path / "out", "--csv")
     assert code == 2 and "no sessions; run one first" in errors
 
 
-def test_an_imported_table_is_not_ours_to_share(tmp_path, monkeypatch):
+def test_an_imported_table_is_not_ours_to_share(tmp_path):
     (tmp_path / "lab/imported/sk2011").mkdir(parents=True)
-    code, _, errors = run_command(
-        monkeypatch, "export", "sk2011", "--lab", tmp_path / "lab", "--to", tmp_path / "out", "--csv"
-    )
+    code, _, errors = run_command("export", "sk2011", "--lab", tmp_path / "lab", "--to", tmp_path / "out", "--csv")
     assert code == 2 and "was imported, not recorded here" in errors
 
 
@@ -54,24 +47,20 @@ def test_an_imported_table_is_not_ours_to_share(tmp_path, monkeypatch):
     ('{"Authors": "A"}', "found 'A', a list of texts is expected"),
     ("{", "this is not JSON"),
 ])  # fmt: skip
-def test_what_the_lab_says_of_its_data_is_checked(lab, tmp_path, monkeypatch, text, message):
+def test_what_the_lab_says_of_its_data_is_checked(lab, tmp_path, text, message):
     (lab / "dataset_description.json").write_text(text)
-    code, _, errors = run_command(
-        monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--bids"
-    )
+    code, _, errors = run_command("export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--bids")
     assert code == 2 and message in errors
 
 
-def test_it_says_what_it_did(lab, tmp_path, monkeypatch):
-    code, out, _ = run_command(
-        monkeypatch, "export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--csv", "--json"
-    )
+def test_it_says_what_it_did(lab, tmp_path):
+    code, out, _ = run_command("export", "door_lexicon", "--lab", lab, "--to", tmp_path / "out", "--csv", "--json")
     summary = json.loads(out)
     assert code == 0 and (summary["participants"], summary["sessions"], summary["simulated"]) == (1, 1, True)
 
 
-def test_help_needs_nothing_heavy_and_shows_examples(monkeypatch):
-    code, out, _ = run_command(monkeypatch, "export", "--help")
+def test_help_needs_nothing_heavy_and_shows_examples():
+    code, out, _ = run_command("export", "--help")
     assert code == 0 and "palpate export door_ratings --lab LAB --to shared/doors --bids" in out
     heavy = "pandas", "numpy", "sqlalchemy", "scipy", "pyarrow"
     script = f"import sys, palpate.analysis.exporting.commands; sys.exit(any(each in sys.modules for each in {heavy}))"

@@ -40,7 +40,7 @@ def test_files_that_no_export_made_stay(lab, tmp_path):
     assert bytes_of(out) == {"thesis.tex": b"years of work"}
 
 
-def test_an_export_is_replaced_only_when_asked_and_only_if_nothing_was_added(lab, tmp_path):
+def test_an_export_is_replaced_only_on_request_and_only_if_nothing_was_added(lab, tmp_path):
     out = tmp_path / "out"
     exported(lab, STUDY, out, "csv")
     with pytest.raises(ExportRefused, match="--replace"):

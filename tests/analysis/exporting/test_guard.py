@@ -72,7 +72,7 @@ def test_a_refusal_names_file_column_and_row_and_not_the_text(tmp_path):
 @pytest.mark.parametrize(
     "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
 )
-def test_what_people_said_of_themselves_is_watched_and_can_be_left_out(fmt, tmp_path):
+def test_answers_about_oneself_are_checked_and_can_be_left_out(fmt, tmp_path):
     lab = tmp_path / "lab"
     rewritten(LEXICON, lab / "sessions/door_lexicon_P001_s1.sqlite", answering(remark="I am mina.kim@lab.ac.kr"))
     with pytest.raises(ExportRefused, match=r"participants.*row 1, column 'remark'.*e-mail.*--without remark"):
@@ -133,7 +133,7 @@ def test_a_pseudonym_that_is_a_name_or_a_number_of_identity_is_refused(pseudonym
 @pytest.mark.parametrize(
     "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
 )
-def test_a_number_of_identity_that_was_asked_as_a_number_is_refused_in_every_format(fmt, tmp_path):
+def test_an_identity_number_answered_as_a_number_is_refused_in_every_format(fmt, tmp_path):
     lab = tmp_path / "lab"
     question = {"name": "registered", "text": "Number?", "kind": "number", "levels": [], "unit": None, "optional": True}
 

@@ -11,7 +11,8 @@ from palpate.analysis.exporting.demographics import ParticipantTable, without_sm
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, run_command
+from tests.analysis.commands_for_tests import run_command
+from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten
 from tests.studies.collecting.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
@@ -28,14 +29,14 @@ def session(lab, who, change=lambda kind, body: body, **how):
     return rewritten(LEXICON, lab / f"sessions/door_lexicon_{who}_s1.sqlite", change, header, **how)
 
 
-def test_people_who_withdrew_are_never_exported(tmp_path, monkeypatch):
+def test_people_who_withdrew_are_never_exported(tmp_path):
     lab = tmp_path / "lab"
-    assert run_command(monkeypatch, "init", lab)[0] == 0
+    assert run_command("init", lab)[0] == 0
     for _ in range(2):
-        assert run_command(monkeypatch, "participants", "add", "--lab", lab)[0] == 0
+        assert run_command("participants", "add", "--lab", lab)[0] == 0
     for path in sorted(RECORDED.glob("sessions/doors_small_P00[12]_s1.sqlite")):
         (lab / "sessions" / path.name).write_bytes(path.read_bytes())
-    assert run_command(monkeypatch, "participants", "withdraw", "P001", "--why", "asked to", "--lab", lab)[0] == 0
+    assert run_command("participants", "withdraw", "P001", "--why", "asked to", "--lab", lab)[0] == 0
     export = exported(lab, "doors_small", tmp_path / "out", "bids")
     assert export.participants == 1 and export.left_out == ("doors_small/P001/1: the participant withdrew",)
     everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
@@ -52,7 +53,7 @@ def test_a_database_that_marks_a_withdrawal_is_heeded_without_the_lab(tmp_path):
 
 
 @pytest.mark.parametrize("ended_as", ["declined", "ineligible"])
-def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_path, ended_as):
+def test_people_who_took_no_part_are_never_exported_whatever_is_requested(tmp_path, ended_as):
     lab = lab_of(tmp_path / "lab", "door_lexicon")
 
     def declining(kind, body):
@@ -64,7 +65,7 @@ def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_pa
 
 
 @pytest.mark.parametrize("free_text", [False, True])
-def test_what_people_wrote_in_an_interview_leaves_the_lab_only_where_it_is_asked_for(tmp_path, free_text):
+def test_what_people_wrote_in_an_interview_leaves_the_lab_only_on_request(tmp_path, free_text):
     questions = [{"name": "felt", "text": "What did you feel?"}]
     ran(tmp_path, "matching", closing=["questionnaire", "interview"], interview=questions)
     exported(tmp_path, "toy", tmp_path / "out", "csv", free_text=free_text)
@@ -87,7 +88,7 @@ def test_references_have_a_table_of_their_own(tmp_path, form, file):
     )
 
 
-def test_interrupted_sessions_come_only_when_asked_for_and_say_so(tmp_path):
+def test_interrupted_sessions_come_only_on_request_and_say_so(tmp_path):
     lab = lab_of(tmp_path / "lab", "door_lexicon")
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", header={"participant": "P002"}, upto=20)
     exported(lab, "door_lexicon", tmp_path / "out", "bids")
@@ -189,7 +190,7 @@ def test_numbers_are_means_of_people_of_like_number(ages, expected):
     assert shown(people, "answer_age") == expected and shown(people, "answer_age", 1) == ages
 
 
-def test_what_was_withheld_is_said_and_words_stay():
+def test_what_was_withheld_is_reported_and_words_stay():
     people = answered(answer_age=[20, 30, 40], hand=list("rrl"), remark=["cook", None, "nurse"])
     remaining, notes = without_small_groups(people, 3)
     assert [row["remark"] for row in remaining.rows] == ["cook", None, "nurse"]
@@ -199,7 +200,7 @@ def test_what_was_withheld_is_said_and_words_stay():
 
 
 @pytest.mark.parametrize(("rig", "ages"), [("live", {"40.0"}), ("simulated", {"20", "40", "60"})])
-def test_real_people_are_protected_in_every_table_unless_it_is_asked_for(tmp_path, rig, ages):
+def test_real_people_are_protected_in_every_table_unless_requested(tmp_path, rig, ages):
     for who, age in (("P001", 20), ("P002", 40), ("P003", 60)):
         session(tmp_path, who, answering(age=age), header={"rig": {"kind": rig}})
     export = exported(tmp_path, "door_lexicon", tmp_path / "out", "csv", least_people=3)

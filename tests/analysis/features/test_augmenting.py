@@ -51,7 +51,7 @@ def test_noise_is_added_and_brightness_stays_brightness():
         assert flat.min() >= 0 and flat.max() <= 1 and np.ptp(flat) > 0.1
 
 
-def test_noise_has_the_sd_that_was_asked_for():
+def test_noise_has_the_sd_that_was_requested():
     flat = varied(np.full((200, 200), 0.5, np.float32), chance_of("ab", 1), noise_sd=0.02)
     assert flat.std() == pytest.approx(0.02, rel=0.02)
 

@@ -88,7 +88,7 @@ def test_colours_are_weighed_as_itu_r_601_says():
     np.testing.assert_allclose(values, [0.299, 0.587, 0.114], atol=0.5 / 255)
 
 
-def test_another_size_is_resampled_and_an_enlarged_one_is_told_of():
+def test_another_size_is_resampled_and_enlarging_is_reported():
     smooth = (127 + 120 * np.sin(np.arange(512) / 40)[:, None] * np.ones(512)).astype("u1")
     less = shown(file_of(smooth), 256)
     assert less.values.shape == (256, 256) and less.notes == ()
@@ -100,7 +100,7 @@ def test_another_size_is_resampled_and_an_enlarged_one_is_told_of():
 
 
 @pytest.mark.parametrize("level", [0, 255])
-def test_black_and_white_are_right_and_told_of(level):
+def test_black_and_white_are_right_and_reported(level):
     picture = shown(file_of(np.full((256, 256), level, "u1")), 300)
     assert np.unique(picture.values).tolist() == [level / 255]
     assert "it shows nothing" in picture.notes[1]

@@ -1,4 +1,4 @@
-"""What was felt, made up: noise on three axes, and a hand that strokes."""
+"""Simulated touches: noise on three axes, and a hand that strokes."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What figures are asked with: small hand-made selections and answers."""
+"""Small hand-made selections and answers for figures."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def doors() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["participant", "attribute", "stimulus.attribute", "target", "value"])
 
 
-def test_only_the_manipulated_attribute_counts_and_its_error_is_told() -> None:
+def test_only_the_manipulated_attribute_counts_and_its_error_is_reported() -> None:
     data = data_of(MATCHING, inputs_of(doors(), levels={"attribute": ("New", "Damped")}, antonyms={"New": "Old"}))
     summaries = [row for row in data.rows if row["shows"] == "target"]
     assert [(row["attribute"], row["target"]) for row in summaries] == [

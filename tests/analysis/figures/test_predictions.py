@@ -106,7 +106,7 @@ def test_cells_and_margins_are_the_errors_of_their_own_predictions() -> None:
     assert [row["n"] for row in data.rows if row["class"] is None] == [4, 3, 7]
 
 
-def test_a_missing_cell_is_hatched_and_said() -> None:
+def test_a_missing_cell_is_hatched_and_reported() -> None:
     data = data_of(CLASS_HEATMAP, inputs_of(table().iloc[:6]), by="car", order="error")
     assert "Hatched: 1 cell without a prediction" in data.caption
     assert data.words["classes"] == ["A", "B"]

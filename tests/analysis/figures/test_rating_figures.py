@@ -133,7 +133,7 @@ def test_a_family_is_a_band_and_the_first_alone_is_the_reference() -> None:
         draw_figure("trends", replace(selected, table=torn), families="family")
 
 
-def test_bubbles_stand_on_minus_100_to_100_and_turn_where_asked() -> None:
+def test_bubbles_stand_on_minus_100_to_100_and_turn_on_request() -> None:
     selected = rated(attributes=4)
     straight, _, _ = draw_figure("bubbles", selected, x="low 2")
     turned, _, _ = draw_figure("bubbles", selected, x="low 2", reversed=("low 2",))
@@ -206,7 +206,7 @@ def test_names_never_cover_a_bubble_or_each_other() -> None:
         assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
 
 
-def test_a_whisker_that_does_not_exist_is_said_or_refused_in_the_words_of_a_plan() -> None:
+def test_a_whisker_that_does_not_exist_is_reported_or_refused_in_the_words_of_a_plan() -> None:
     data, _, _ = draw_figure("trends", rated(people=1))
     assert "8 of 8 means have no whisker: one participant has no spread." in data.caption
     gap = rated()
@@ -216,7 +216,7 @@ def test_a_whisker_that_does_not_exist_is_said_or_refused_in_the_words_of_a_plan
     draw_figure("trends", replace(gap, table=gap.table.iloc[1:]), whiskers="sd")
 
 
-def test_a_trace_that_cannot_be_is_said_to_lack_an_effect_not_participants() -> None:
+def test_an_undefined_trace_is_reported_as_missing_an_effect_not_participants() -> None:
     same = rated()
     data, _, _ = draw_figure("order_effect", replace(same, table=same.table.assign(value=3.0)), carry_over=True)
     notes = {row["note"] for row in data.rows if row["kind"] == "carry-over"}

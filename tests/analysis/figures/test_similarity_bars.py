@@ -33,7 +33,7 @@ def pairs(p: dict[str, float | None]) -> list[dict]:
 
 
 def test_every_mean_is_over_participants_and_all_together_over_complete_ones() -> None:
-    table = rated().drop(index=0)  # P000 lacks mesh with m0
+    table = rated().drop(index=0)  # P000 has no answer for mesh with m0
     data = data_of(SIMILARITY_BARS, inputs_of(table))
     means = {(row["cluster"], row["bar"]): row for row in data.rows if row["shows"] == "mean"}
     cell = table[(table["texture"] == "mesh") & (table["method"] == "m0")]["value"]

@@ -43,7 +43,7 @@ def test_the_first_boxes_of_the_published_example_stand_as_in_the_paper() -> Non
     assert ratios == pytest.approx([3 / 2, 3 / 2, 49 / 36, 49 / 27, 25 / 18, 25 / 18, 25 / 9], rel=1e-12)
 
 
-def test_words_stand_by_relevance_then_name_and_what_is_never_chosen_is_said() -> None:
+def test_words_stand_by_relevance_then_name_and_what_is_never_chosen_is_reported() -> None:
     shares = {"word 10": 0.1, "Heavy": 0.5, "word 2": 0.1, "Silent": 0.0, "Lost": None}
     data = data_of(TREEMAP, inputs_of(answers={"r": answer(relevant(shares))}), tests=("r",), threshold=0.2)
     assert [row["word"] for row in data.rows][:3] == ["Heavy", "word 2", "word 10"]

@@ -97,7 +97,7 @@ def test_nothing_on_the_page_is_nan_or_a_p_of_zero(html: str) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("value", [0.1, 7.0, 100.0])
-def test_constant_ratings_are_told_not_computed(value: float) -> None:
+def test_constant_ratings_are_reported_not_computed(value: float) -> None:
     ratings = door_ratings(people=2, attributes=1)
     flat = replace(ratings, table=ratings.table.assign(value=value), scale=None)
     analysis = analyse_ratings(flat)
@@ -108,7 +108,7 @@ def test_constant_ratings_are_told_not_computed(value: float) -> None:
 
 
 @pytest.mark.long
-def test_exclusions_are_listed_and_their_absence_is_said(doors: Analysis, html: str) -> None:
+def test_exclusions_are_listed_and_their_absence_is_reported(doors: Analysis, html: str) -> None:
     assert "P199, session s9 interrupted after 3 of 45 trials 21" in words(html)
     without = replace(doors, ratings=replace(doors.ratings, exclusions=()))
     assert "Nothing was left out." in words(report_html(without))

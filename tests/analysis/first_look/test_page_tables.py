@@ -102,7 +102,7 @@ def test_pairs_below_the_level_are_counted_by_each_method() -> None:
     assert shown.summary == "1 of 5 pairs below .05 by Bonferroni, 2 by Holm"
 
 
-def test_averaged_ratings_are_told_with_their_number() -> None:
+def test_averaged_ratings_are_reported_with_their_number() -> None:
     def participants_text(kind: Any, per_cell: tuple[int, int], over: tuple[str, ...] = ()) -> str:
         question = Question(kind, ("variant",), None, over)
         return question_words(question, [Answer(question, "Soft", 12, (EFFECT,), per_cell)], grouped=False)

@@ -62,13 +62,13 @@ def test_the_doors_confound_groups_with_cars_and_the_page_says_so() -> None:
     assert "The groups met the same" not in text and "felt" not in text.split("Results", 1)[1]
 
 
-def test_groups_that_met_the_same_are_not_said_to_differ() -> None:
+def test_groups_with_the_same_stimuli_are_not_reported_to_differ() -> None:
     text = report_text(reasoning())
     assert "The groups met the same levels of inference and plausibility." in text
     assert "different levels" not in text and "stimuli that they felt" not in text
 
 
-def test_groups_are_said_to_be_no_factor_near_the_tables_and_in_the_methods() -> None:
+def test_the_tables_and_the_methods_say_that_groups_are_no_factor() -> None:
     text = report_text(door_ratings(people=2, attributes=1))
     pooled = text.index("Each participant has one value for each variant")
     assert APART in text[pooled : pooled + 200]
@@ -89,7 +89,7 @@ def test_the_pairs_say_how_many_ratings_a_mean_rests_on() -> None:
 
 
 @pytest.mark.long
-def test_averaged_ratings_are_not_said_to_be_neither_repeated_nor_replaced() -> None:
+def test_averaged_ratings_are_not_described_as_neither_repeated_nor_replaced() -> None:
     plain, merged = report_text(reasoning()), report_text(replace(reasoning(), exclusions=MERGED))
     assert "nothing is missing, repeated or off the scale" in plain and "No value is replaced or imputed" in plain
     assert "nothing is missing or off the scale. A cell that held several ratings holds their mean" in merged
@@ -127,7 +127,7 @@ def session_study(**changes: Any) -> Ratings:
 
 
 @pytest.mark.long
-def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
+def test_measured_and_simulated_stimuli_and_seeds_are_reported() -> None:
     text = report_text(session_study(simulated=True))
     assert "Stimuli 12: 5 measured, 7 simulated" in text and "Simulation seeds 1, 2, 3" in text
     real = report_text(session_study())
@@ -161,7 +161,7 @@ def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
 
 
 @pytest.mark.long
-def test_a_mean_that_rests_on_fewer_ratings_is_told_under_the_figure() -> None:
+def test_a_mean_that_rests_on_fewer_ratings_is_reported_under_the_figure() -> None:
     ratings = door_ratings(people=2, attributes=1)
     incomplete = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
     assert report_text(incomplete).count("Not every participant's mean rests on as many ratings: 2 to 3.") == 2

@@ -105,7 +105,7 @@ def test_repeated_ratings_are_averaged_only_where_the_study_repeats() -> None:
     )
 
 
-def test_progress_is_told_every_step_and_the_end() -> None:
+def test_progress_is_reported_every_step_and_the_end() -> None:
     steps: list[tuple[int, int, str]] = []
     study_statistics(reasoning(), lambda *step: steps.append(step))
     assert [done for done, _, _ in steps] == [0, 1, 2, 3, 4]

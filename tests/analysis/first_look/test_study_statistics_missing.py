@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import sqlite3
 from dataclasses import replace
@@ -13,7 +12,6 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from palpate import command_line
 from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html
 from palpate.analysis.first_look.page_tests import comparisons, refusals
@@ -22,6 +20,7 @@ from palpate.analysis.first_look.study_statistics import questions_of, study_sta
 from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Ratings
 from palpate.analysis.ratings.design import cell_faults, check_ratings, without_incomplete
 from palpate.analysis.ratings.reading import read_ratings
+from tests.analysis.commands_for_tests import run_command
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
@@ -54,7 +53,7 @@ def test_a_missing_cell_stops_every_test_that_would_average_over_it(cell: dict[s
     assert all(done_by_key[key] == (key[1] == "group 2") for key in done_by_key)
 
 
-def test_only_the_attribute_that_lacks_the_cell_is_stopped() -> None:
+def test_only_the_attribute_with_the_missing_cell_is_refused() -> None:
     done_by_key = answered_tests(
         without(door_ratings(people=3, attributes=2), participant="P100", attribute="Damped", variant="g3")
     )
@@ -79,7 +78,7 @@ def test_a_repeat_that_was_not_given_is_missing_too() -> None:
     )
 
 
-def test_an_item_of_a_cell_that_one_participant_lacks_is_missing() -> None:
+def test_an_item_of_a_cell_that_one_participant_did_not_rate_is_missing() -> None:
     rows = [
         (f"P{p}", "Soft", level, float(p * 3 + i + len(level)))
         for p in range(4)
@@ -105,7 +104,7 @@ def test_two_sessions_of_one_person_are_not_averaged() -> None:
     assert [key[1] for key, done in done_by_key.items() if done] == ["group 2"]
 
 
-def test_levels_that_only_one_group_met_are_refused_without_a_python_argument() -> None:
+def test_levels_of_one_group_alone_are_refused_without_naming_a_python_argument() -> None:
     ratings = door_ratings(people=2, attributes=1)
     table = ratings.table.assign(variant=ratings.table["variant"].where(ratings.table["group"] == "1", "h"))
     lone = replace(ratings, table=table.drop_duplicates(["participant", "car", "variant"]), crossings=(), families="")
@@ -164,7 +163,7 @@ def test_the_number_of_ratings_behind_a_value_stands_in_the_json() -> None:
     }  # fmt: skip
 
 
-def test_pairs_stand_in_the_order_of_the_study_earlier_minus_later() -> None:
+def test_pairs_are_in_the_order_of_the_study_earlier_minus_later() -> None:
     ratings = door_ratings(people=3, attributes=1)
     analysis = analyse_ratings(ratings)
     (shown,) = comparisons(analysis)
@@ -193,13 +192,6 @@ def test_a_factor_that_the_study_leaves_out_is_averaged_over_only_where_it_is_co
     assert {scope for (_, scope, _), done in done_by_key.items() if done} == {"group 2"}
 
 
-def run_command(*arguments: object) -> tuple[int, str]:
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out), pytest.raises(SystemExit) as ended:
-        command_line.main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0), out.getvalue()
-
-
 @pytest.fixture(scope="module")
 def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[object, ...]:
     """A collected database of four simulated sessions; that of P004 ends before its last two trials."""
@@ -219,7 +211,7 @@ def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[object, ...]:
 
 
 def answer(*arguments: object) -> dict[str, Any]:
-    code, out = run_command(*arguments, "--json")
+    code, out, _ = run_command(*arguments, "--json")
     assert code == 0
     return dict(json.loads(out))
 
@@ -234,7 +226,7 @@ def test_an_interrupted_session_that_is_included_is_named_and_stops_its_tests(in
     assert set(summary["headlines"].values()) == {"not tested; the reason is given below"}
     (line,) = summary["not_tested"]
     assert "P004 lacks 2 of 45 cells" in line and "group 1" not in line
-    code, out = run_command("analyse", *interrupted, "--include-incomplete", "--no-figures")
+    code, out, _ = run_command("analyse", *interrupted, "--include-incomplete", "--no-figures")
     assert code == 0 and "1 interrupted session was included" in out
 
 
@@ -251,7 +243,5 @@ def test_listwise_on_the_command_line_leaves_the_participant_out(interrupted: tu
 
 
 def test_an_unknown_way_with_missing_cells_is_the_users_mistake() -> None:
-    err = io.StringIO()
-    with contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        command_line.main(["report", "door_ratings", "--missing", "mean"])
-    assert ended.value.code == 2 and "'refuse', 'listwise'" in err.getvalue()
+    code, _, err = run_command("report", "door_ratings", "--missing", "mean")
+    assert code == 2 and "'refuse', 'listwise'" in err

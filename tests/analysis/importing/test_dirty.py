@@ -116,7 +116,7 @@ def with_value(table: Foreign, row: int, value: str) -> Foreign:
 
 @given(table=clean_tables(), data=st.data())
 @settings(max_examples=examples(40), deadline=None)
-def test_a_row_that_stands_twice_is_refused_with_both_lines(table: Foreign, data: st.DataObject) -> None:
+def test_a_repeated_row_is_refused_with_both_lines(table: Foreign, data: st.DataObject) -> None:
     row = data.draw(st.integers(0, len(table.records) - 1))
     doubled = table.also(records=(*table.records, table.records[row]))
     with tempfile.TemporaryDirectory() as name, pytest.raises(TableRefused) as refusal:

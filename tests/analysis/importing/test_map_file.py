@@ -61,7 +61,7 @@ def test_an_encoding_is_never_guessed(tmp_path: Path, data: bytes, keys: dict[st
         imported(tmp_path, data, **keys)
 
 
-def test_several_encodings_are_tried_in_the_order_told_and_the_report_says_which(tmp_path: Path) -> None:
+def test_several_encodings_are_tried_in_the_declared_order_and_the_report_says_which(tmp_path: Path) -> None:
     ratings = imported(tmp_path, CLEAN.encode().replace(b"K3", b"caf\xe9"), encoding=["utf-8-sig", "cp1252"])
     assert ratings.levels("car") == ("café", "K8")[::-1]
     assert ratings.inputs[1].note == "4 rows, cp1252, delimiter ','"
@@ -92,7 +92,7 @@ def test_the_decimal_mark_is_found_where_it_cannot_be_mistaken(
         (["1.234,5", "2", "3", "4"], ";", "thousands separators"),
     ],
 )
-def test_a_decimal_mark_that_can_be_mistaken_is_asked_for(
+def test_a_decimal_mark_that_can_be_mistaken_is_requested(
     tmp_path: Path, scores: list[str], delimiter: str, reason: str
 ) -> None:
     with pytest.raises(TableRefused, match=reason):
@@ -112,7 +112,7 @@ def _scored(scores: list[str], delimiter: str) -> Foreign:
     return Foreign(tuple(records), delimiter=delimiter)
 
 
-def test_missing_values_are_dropped_only_when_told_and_then_counted(tmp_path: Path) -> None:
+def test_missing_values_are_dropped_only_on_request_and_then_counted(tmp_path: Path) -> None:
     holed = CLEAN.replace("K8,2", "K8,").replace("K3,3", "K3,-99")
     with pytest.raises(
         TableRefused, match=r"2 missing values in 'score': table.csv: line 3 '', table.csv: line 4 '-99'"
@@ -125,7 +125,7 @@ def test_missing_values_are_dropped_only_when_told_and_then_counted(tmp_path: Pa
     assert missing is not None and missing.count == 2
 
 
-def test_duplicates_are_settled_only_as_told(tmp_path: Path) -> None:
+def test_duplicates_are_settled_only_as_declared(tmp_path: Path) -> None:
     doubled = CLEAN + "P1,soft,K8,4\nP1,soft,K8,6\n"
     with pytest.raises(TableRefused, match=r"line 3 \(2\), table.csv: line 6 \(4\), table.csv: line 7 \(6\)"):
         imported(tmp_path, doubled)
@@ -146,7 +146,7 @@ def test_a_kept_column_is_not_averaged_away(tmp_path: Path) -> None:
         imported(tmp_path, text, duplicates="mean", columns={**COLUMNS, "keep": ["hand"]})
 
 
-def test_items_of_one_cell_are_told_apart_by_the_stimulus(tmp_path: Path) -> None:
+def test_items_of_one_cell_are_distinguished_by_the_stimulus(tmp_path: Path) -> None:
     text = "who,item,car,score,door\nP1,soft,K3,1,left\nP1,soft,K3,2,right\nP2,soft,K3,1,left\nP2,soft,K3,2,right\n"
     ratings = imported(tmp_path, text, columns={**COLUMNS, "stimulus": "door"})
     assert len(ratings.table) == 4
@@ -209,7 +209,7 @@ def test_a_row_in_two_loops_at_once_is_refused(tmp_path: Path) -> None:
         imported(tmp_path, text, columns=columns, loop={"phase": {"pre": "pre.n", "post": "post.n"}})
 
 
-def test_trimming_is_done_only_when_told(tmp_path: Path) -> None:
+def test_trimming_is_done_only_on_request(tmp_path: Path) -> None:
     padded = CLEAN.replace(",", " , ")
     with pytest.raises(TableRefused):
         imported(tmp_path, padded)

@@ -39,7 +39,7 @@ def test_the_reasoning_data_are_complete_and_have_their_known_means() -> None:
         ("[a, a, b]", "the level 'a' appears twice"),
     ],
 )
-def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, levels, message):
+def test_levels_that_are_no_texts_or_repeated_are_refused_by_name(tmp_path, levels, message):
     path = tmp_path / "map.yaml"
     within = f"size: {{column: size, levels: {levels}}}"
     path.write_text(

@@ -83,7 +83,7 @@ def test_an_empty_cell_is_refused_by_the_name_of_its_coefficient():
         mixed_model(table, "y", ["c", "g"], {"p": []}, interactions=["c:g"])
 
 
-def test_rows_without_a_value_are_left_out_where_asked_and_counted():
+def test_rows_without_a_value_are_left_out_on_request_and_counted():
     table = GOOD.assign(y=GOOD["y"].where(GOOD.index % 9 != 0))
     model = mixed_model(table, "y", ["c"], {"p": []}, missing="listwise")
     whole = mixed_model(table.dropna(), "y", ["c"], {"p": []})
@@ -91,7 +91,7 @@ def test_rows_without_a_value_are_left_out_where_asked_and_counted():
     pd.testing.assert_frame_equal(model.fixed, whole.fixed)
 
 
-def test_no_variance_between_participants_is_said_and_is_exactly_zero():
+def test_no_variance_between_participants_is_reported_and_is_exactly_zero():
     table = GOOD.assign(y=GOOD["y"] - GOOD.groupby("p")["y"].transform("mean"))
     model = mixed_model(table, "y", ["c"], {"p": []})
     assert model.singular

@@ -139,7 +139,7 @@ def test_a_short_token_is_refused(host):
         access_for(host, "too-few")
 
 
-def test_a_lab_that_goes_away_is_told_in_the_page(lab, tmp_path):
+def test_a_lab_that_goes_away_is_reported_in_the_page(lab, tmp_path):
     browser = make_app(Watch(tmp_path / "gone"), HERE).test_client()
     answer = browser.get("/")
     assert answer.status_code == 503

@@ -46,7 +46,7 @@ def test_the_registry_says_who_withdrew_who_waits_and_whose_row_is_free(lab):
     assert view.balances[0].groups[0].certificate.sequences == 1
 
 
-def test_a_registry_that_cannot_be_read_is_told_and_the_sessions_are_shown_all_the_same(lab):
+def test_a_registry_that_cannot_be_read_is_reported_and_the_sessions_are_shown_all_the_same(lab):
     run(lab, "P001")
     (lab.path / "participants").mkdir()
     (lab.path / "participants" / "registry.sqlite").write_bytes(b"no database at all, " * 99)

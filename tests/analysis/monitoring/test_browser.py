@@ -88,7 +88,7 @@ def complaints(browser):
     return [entry for entry in browser.get_log("browser") if entry["level"] in {"SEVERE", "WARNING"}]
 
 
-def test_a_session_that_another_process_runs_goes_on_before_ones_eyes(browser, lab):
+def test_the_page_follows_a_session_that_another_process_runs(browser, lab):
     with monitoring(lab.path) as address, another_process_runs(lab, "P003") as session:
         browser.get(address)
         browser.execute_script("window.never_reloaded = true; window.scrollTo(0, 120)")
@@ -136,7 +136,7 @@ def test_the_page_cannot_be_written_to_and_says_when_the_monitor_is_gone(browser
     browser.get_log("browser")
 
 
-def test_a_token_is_asked_for_and_remembered(browser, lab):
+def test_a_token_is_requested_and_remembered(browser, lab):
     token = "a-token-of-good-length"
     with monitoring(lab.path, "--token", token) as address:
         plain = address.partition("?")[0]

@@ -48,7 +48,7 @@ def test_json_tells_a_script_what_the_page_shows(lab):
     ]
 
 
-def test_sessions_are_told_apart_where_a_study_declares_several(lab, tmp_path):
+def test_sessions_are_distinguished_where_a_study_declares_several(lab, tmp_path):
     for number in (1, 2):
         for row in (0, 1):
             run(lab, f"P00{row + 2}", row, changes={"participants": {"sessions": 2}, "session": number})
@@ -65,7 +65,7 @@ def test_sessions_are_told_apart_where_a_study_declares_several(lab, tmp_path):
 
 
 @pytest.mark.needs("flask")
-def test_a_port_that_is_taken_is_said_so(lab):
+def test_a_port_that_is_taken_is_reported(lab):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -75,7 +75,7 @@ def test_a_port_that_is_taken_is_said_so(lab):
 
 
 @pytest.mark.needs("flask")
-def test_an_address_that_is_not_this_machines_is_said_so(lab):
+def test_an_address_that_is_not_this_machines_is_reported(lab):
     with pytest.raises(MonitorError, match=r"192\.0\.2\.1, port 0: .* as --host"):
         called("--lab", lab.path, "--host", "192.0.2.1", "--port", 0)
 
@@ -109,7 +109,7 @@ def test_only_what_is_needed_is_imported(lab, arguments, unwanted):
     assert done.stderr.strip() == "[]"
 
 
-def test_a_file_that_cannot_be_written_is_said_so(lab, tmp_path):
+def test_a_file_that_cannot_be_written_is_reported(lab, tmp_path):
     (tmp_path / "plain").write_text("x")
     with pytest.raises(MonitorError, match=r"--once .*plain/page.html: cannot be written \(.*\); name another file"):
         called("--lab", lab.path, "--once", tmp_path / "plain" / "page.html")

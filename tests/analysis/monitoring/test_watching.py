@@ -39,7 +39,7 @@ def seen(lab, **how):
     return {session.participant: session for session in Watch(lab.path, **how).look().sessions}
 
 
-def test_each_way_a_session_can_stand_is_told_apart(lab):
+def test_each_way_a_session_can_stand_is_distinguished(lab):
     run(lab, "P001")
     run(lab, "P002", stop_before=3)
     run(lab, "P003", asides=[(2, {"do": "abort", "text": "unwell"})])
@@ -95,7 +95,7 @@ def test_the_time_left_is_the_participants_own_median_from_trial_to_trial(lab):
     assert len(plan.trials) == 4
 
 
-def test_before_three_trials_no_time_left_is_told(lab):
+def test_before_three_trials_no_time_left_is_reported(lab):
     run(lab, "P001", stop_before=3)
     assert seen(lab)["P001"].left_s is None
 
@@ -161,7 +161,7 @@ def test_words_are_diagnosed_as_words_and_captures_not_at_all(lab):
     assert session.rated.signs[0].name == "words ticked"
 
 
-def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
+def test_bad_ledgers_are_named_with_their_reason_and_the_others_are_shown(lab):
     run(lab, "P001")
     newer, damaged = run(lab, "P002"), run(lab, "P003")
     with sqlite3.connect(newer) as connection:
@@ -200,7 +200,7 @@ def test_several_processes_read_what_one_reads(lab, monkeypatch):
     assert (two.sessions, two.refused, two.balances) == (one.sessions, one.refused, one.balances)
 
 
-def test_a_ledger_that_was_mended_is_shown_again_and_one_that_went_is_gone(lab):
+def test_a_repaired_ledger_is_shown_again_and_a_deleted_one_is_not(lab):
     path = run(lab, "P001")
     good = path.read_bytes()
     path.write_bytes(good[:5000])
@@ -248,7 +248,7 @@ def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
     whole = read(run(Lab(lab.path / "whole"), "P001", change=straight(7.0)))
     session.create(path := ledger_path(lab.path, "toy", "P001"), whole.header, AT)
     ledger = open_for_append(path, AT)
-    for event in whole.events[1:]:  # Nobody writes such a ledger, but its hashes would be good.
+    for event in whole.events[1:]:  # No program writes such a ledger, but its hashes would be right.
         ledger.append(replace(event, body=event.body.replace(b"7.0", b"99.0")))
     ledger.close(AT)
     run(lab, "P002")

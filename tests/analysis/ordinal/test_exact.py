@@ -71,7 +71,7 @@ def test_exact_tails_beyond_double_sums_keep_their_digits():
     assert "rank the conditions alike" in rank_test(agree).note
 
 
-def test_too_many_arrangements_are_said_not_guessed():
+def test_too_many_arrangements_are_reported_not_guessed():
     cells = np.random.Generator(np.random.PCG64(3)).random((30, 9))
     row = friedman(long(cells), "y", "condition", "subject").iloc[0]
     assert math.isnan(row["p_exact"])

@@ -125,7 +125,7 @@ def forms():
     return Selected(table, table, ("Realism", "Correctness", "Remarks"), {}, scale=(1.0, 7.0))
 
 
-def test_likert_items_stand_in_the_order_they_are_asked_in():
+def test_likert_items_are_in_the_order_of_the_questionnaire():
     assert (TESTS["likert"].takes, TESTS["likert"].each) == ("forms", "all")
     answer = demand_named_numbers(ask("likert", forms()))
     assert [row["item"] for row in answer.rows] == ["Realism", "Correctness"]

@@ -130,7 +130,7 @@ def test_participants_who_never_change_their_answer_have_no_finite_spread():
         ordinal_model(table, "y", fixed="x", random="who")
 
 
-def test_a_random_intercept_that_explains_nothing_is_zero_and_said():
+def test_a_random_intercept_that_explains_nothing_is_zero_and_reported():
     rng = np.random.Generator(np.random.PCG64(11))
     table = pd.DataFrame({"who": np.tile(np.arange(12), 20), "x": rng.choice(["a", "b"], 240)})
     # every person gives every answer equally often, but for what x adds
@@ -182,7 +182,7 @@ def test_order_of_rows_types_of_labels_and_coding_change_nothing(random):
 
 @pytest.mark.parametrize(("seed", "gaps"), [(1, False), (6, False), (4, True), (8, True)])
 def test_a_slope_at_every_threshold_of_one_factor_is_each_levels_own_shares_or_undefined(seed, gaps):
-    """No answer tells of a threshold beyond a level's outermost; one within would give an answer a negative chance."""
+    """Answers say nothing about a threshold beyond a level's outermost; one within would make a chance negative."""
     rng = np.random.Generator(np.random.PCG64(seed))
     level = rng.choice(["a", "b", "c"], 80)
     answers = np.clip(np.rint(5.5 + 2.2 * rng.normal(size=80) + 11 / 6 * (level == "b")), 0, 10)

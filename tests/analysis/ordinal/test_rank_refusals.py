@@ -94,7 +94,7 @@ def test_labels_that_read_like_nothing_are_labels(label):
     assert label in CALLS["wilcoxon"](table)[["A", "B"]].to_numpy()
 
 
-def test_a_level_met_by_some_only_is_a_gap():
+def test_a_level_that_only_some_participants_felt_is_a_gap():
     table = pd.concat([long(CELLS), pd.DataFrame({"subject": ["0"], "condition": ["3"], "y": [1.0]})])
     for call in CALLS.values():
         with pytest.raises(IncompleteCells, match="condition='3'"):
@@ -120,7 +120,7 @@ def test_unknown_options_are_refused(call, options, words):
         CALLS[call](long(CELLS), **options)
 
 
-def test_one_factor_is_asked_for_one_way():
+def test_one_factor_is_requested_one_way():
     table = long(CELLS)
     for options in ({}, {"within": "condition", "between": "subject", "subject": "subject"}, {"within": "condition"}):
         with pytest.raises(BadOption):

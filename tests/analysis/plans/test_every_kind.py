@@ -84,7 +84,7 @@ def near(a, b):
 
 
 @pytest.mark.parametrize(("study", "name"), QUESTIONS)
-def test_rows_and_columns_may_stand_in_any_order(selecting, study, name):
+def test_rows_and_columns_may_be_in_any_order(selecting, study, name):
     kind, test, selected = question(selecting, study, name)
     first = answered(kind, selected, test)
     order = np.random.default_rng(3).permutation(len(selected.table))
@@ -107,7 +107,7 @@ def doubled(table):
 
 
 @pytest.mark.parametrize(("study", "name"), QUESTIONS)
-def test_an_answer_that_stands_twice_is_refused_and_never_weighs_double(selecting, study, name):
+def test_a_repeated_answer_is_refused_and_never_weighs_double(selecting, study, name):
     chosen = selecting(study)
     material = chosen.material
     ratings = material.ratings

@@ -64,7 +64,7 @@ def test_a_mistake_is_named_with_its_line_and_the_nearest_name(plan, before, aft
         assert words in message, message
 
 
-def test_several_mistakes_are_told_at_once(plan):
+def test_several_mistakes_are_reported_together(plan):
     with pytest.raises(PlanError) as error:
         plan(GOOD.replace("test: anova", "test: anovva").replace("figure: means, by", "figure: meens, by"))
     assert len(str(error.value).splitlines()) == 2

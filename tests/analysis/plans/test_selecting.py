@@ -1,4 +1,4 @@
-"""What a plan leaves out is left out everywhere, counted, and told; a rule that meets nothing says so."""
+"""What a plan leaves out is left out everywhere, counted and reported; a rule that selects nothing says so."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_nobody_left_is_refused(material):
         left(material, {"participants": list(material.participants)})
 
 
-def test_flagged_raters_go_at_the_number_of_flags_that_is_asked_for(material):
+def test_flagged_raters_go_at_the_number_of_flags_requested(material):
     one, many = left(material, {"flagged": 1}), left(material, {"flagged": 9})
     assert len(many.material.participants) == 12
     assert len(one.material.participants) <= 12
@@ -132,7 +132,7 @@ def test_what_looks_at_sessions_is_refused_where_none_is_on_record(rule):
         left(imported(), rule)
 
 
-def test_levels_stand_in_the_study_s_order_and_only_those_that_occur() -> None:
+def test_levels_are_in_the_study_s_order_and_only_those_that_occur() -> None:
     ratings = door_ratings(people=1, attributes=2)
     rows = ratings.table[ratings.table["variant"] != "g2"].reset_index(drop=True)
     selected = all_ratings(replace(ratings, table=rows))

@@ -3,7 +3,7 @@
 Kinds and their settings are found by their schemas. For each kind there are tests or figures in the tables below, one
 for each combination of settings in which others may lose their effect. In each of them every setting is set to another
 value: what the numbers or the picture are must change, or the schema must refuse it, or the setting must be among
-those that `--check-plan` refuses and that a plan in use is told about in a note, and then nothing may change. A kind
+those that `--check-plan` refuses and that a plan in use reports in a note, and then nothing may change. A kind
 without an example and a setting without a value to try fail the test. The bare run takes the first case of each kind,
 the full one all.
 """

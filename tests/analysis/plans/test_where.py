@@ -55,14 +55,14 @@ def test_a_range_that_says_nothing_is_refused(given, message):
         Rule.model_validate({"because": "x", "where": {"age": given}})
 
 
-def test_a_test_is_asked_about_people_of_an_age(material):
+def test_a_test_can_be_restricted_to_people_of_an_age(material):
     ages = sorted(float(age) for age in material.people.answers["age"].values())
     low, high = ages[4], ages[-5]
     [result] = answered(material, {**ANOVA, "where": {"age": {"from": low, "to": high}}})
     assert result.answer.participants == len(in_range(material, low, high)) < 24
 
 
-def test_a_range_is_one_group_and_still_not_smaller_than_asked_for(material):
+def test_a_range_is_one_group_and_still_not_smaller_than_allowed(material):
     ages = sorted(float(age) for age in material.people.answers["age"].values())
     few = {**ANOVA, "where": {"age": {"to": ages[1]}}}
     size = len(in_range(material, 0, ages[1]))

@@ -182,7 +182,7 @@ def test_needed_is_the_first_size_from_which_on_the_power_holds():
     assert needed(points, 0.99) is None
 
 
-def test_whether_the_planned_sample_is_enough_is_said_only_where_it_was_tested():
+def test_whether_the_planned_sample_is_enough_is_reported_only_where_it_was_tested():
     refused = Point(20, 10, 0, 10, 0, 0, 1, "cells are missing")
     points = [Point(8, 10, 5, 0, 0.5, 0, 1), Point(12, 10, 9, 0, 0.9, 0, 1), refused]
     assert planned_verdict(points, 8, 0.8) == "the planned sample of 8 is not enough for power 0.8"
@@ -221,7 +221,7 @@ def test_the_verb_writes_a_table_and_a_figure(lab):
     assert {path.name for path in written.glob("*.csv")} == {"power_textures_x1.csv", "power_textures_x0.5.csv"}
 
 
-def test_the_time_it_takes_is_told_from_a_small_study_and_a_larger_one(lab):
+def test_the_time_it_takes_is_reported_from_a_small_study_and_a_larger_one(lab):
     """1 s for two people and 4 s for five: 9 s for ten; the smaller size is one more test of the same people."""
     asking = PowerRequest(find("pairs", lab), lab / "studies" / "pairs" / "analysis.yaml", lab, "textures")
     clock = iter([0.0, 1.0, 10.0, 14.0]).__next__

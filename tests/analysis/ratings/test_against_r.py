@@ -78,7 +78,7 @@ def test_slopes_and_differences_from_the_reference_are_lm_and_t_test(numeric: st
     assert set(result.levels["family_size"]) == {9}
 
 
-def test_a_family_fixed_beforehand_is_as_large_as_it_was_said() -> None:
+def test_a_family_fixed_beforehand_has_the_declared_size() -> None:
     options = {"level": "day", "family": "family", "subject": "subject", "correction": "bonferroni", "size": 5}
     result = trends(sleep(), "y", **options)
     for _, row in result.slopes.iterrows():

@@ -74,7 +74,7 @@ def test_one_value_has_no_sd_and_says_why(kind: str, reason: str) -> None:
     assert (row["n"], row["mean"], row["sd_reason"]) == (1, 2.5, reason)
 
 
-def test_rows_stand_in_the_order_of_the_study() -> None:
+def test_rows_are_in_the_order_of_the_study() -> None:
     rows = [(p, a, level, 1.0) for p in ("P10", "P2") for a in ("Warm", "Soft") for level in ("g10", "g2")]
     ratings = small_ratings(rows)
     description = describe(ratings, ["attribute", "level"])
@@ -84,7 +84,7 @@ def test_rows_stand_in_the_order_of_the_study() -> None:
     assert list(participant_means(ratings, ["attribute"])["participant"]) == ["P2", "P2", "P10", "P10"]
 
 
-def test_attributes_are_averaged_only_when_a_category_is_asked_for() -> None:
+def test_attributes_are_averaged_only_when_a_category_is_requested() -> None:
     rows = [(p, a, "x", v) for p in ("P1", "P2") for a, v in (("Soft", 1.0), ("Warm", 3.0), ("New", 8.0))]
     categories = {"Soft": "physical", "Warm": "physical", "New": "emotional"}
     ratings = small_ratings(rows, categories=categories)

@@ -1,4 +1,4 @@
-"""The four kinds of test about ratings: plain rows, what is said beside them, and what they refuse."""
+"""The four kinds of test about ratings: plain rows, notes, and refusals."""
 
 from __future__ import annotations
 

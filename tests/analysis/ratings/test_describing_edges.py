@@ -98,7 +98,7 @@ def test_groups_have_intervals_of_their_own_and_nobody_is_in_two() -> None:
         mean_intervals(data.assign(participant=0), by=("group", "level"), between=("group",))
 
 
-def test_what_cannot_be_asked_is_refused_by_name() -> None:
+def test_an_impossible_request_is_refused_by_name() -> None:
     with pytest.raises(BadOption, match="confidence 95"):
         mean_intervals(long(GRID), by=("level",), confidence=95)
     with pytest.raises(DataRefused, match="'g1' in rest and start"):
@@ -232,7 +232,7 @@ def test_a_drift_is_found_whatever_the_stimuli_do_and_whatever_the_offset() -> N
     assert effect.slope.mean == pytest.approx(0.5, abs=1e-6)
 
 
-def test_who_lacks_a_rating_that_others_of_the_group_gave_is_named_or_left_out() -> None:
+def test_a_participant_without_a_rating_that_others_of_the_group_gave_is_named_or_left_out() -> None:
     keys = [(f"P{i}", a, s) for i in range(3) for a in "ab" for s in "st"]
     data = rated(dict.fromkeys(keys, 1.0)).assign(group="1")
     data.loc[3, "value"] = math.nan

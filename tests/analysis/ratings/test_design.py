@@ -36,7 +36,7 @@ def test_a_full_crossing_is_complete() -> None:
     data=st.data(),
 )
 @settings(max_examples=examples(60), deadline=None)
-def test_it_finds_exactly_the_cells_that_were_removed_doubled_and_spoilt(
+def test_it_finds_exactly_the_cells_that_were_removed_doubled_and_made_not_finite(
     people: int, a: int, b: int, data: st.DataObject
 ) -> None:
     table = full(people, a, b)
@@ -120,7 +120,7 @@ def test_a_duplicate_shows_its_values() -> None:
     assert problem.listed[0].text() == "P0, a a1, b b1: 2 ratings (2, 9), 1 planned"
 
 
-def test_values_off_the_scale_and_between_its_steps_are_told_apart() -> None:
+def test_values_off_the_scale_and_between_its_steps_are_distinguished() -> None:
     table = full().assign(value=[0.0, 0.5, 11.0, -1.0, inf, nan, *range(1, 11), 3.0, 4.0])
     report = check_design(table, cells=["a", "b"], scale=Scale(0, 10, 1))
     counts = {problem.kind: problem.count for problem in report.problems}

@@ -84,7 +84,7 @@ def test_times_that_are_not_on_record_give_no_number():
     assert by_name["time per item"].sentence == "No number: no response time is recorded."
 
 
-def test_a_stimulus_met_again_is_compared_with_the_time_before_on_every_item():
+def test_a_stimulus_presented_again_is_compared_with_the_time_before_on_every_item():
     first = [trial(i, [i, 10 - i], stimulus=f"s{i}") for i in range(1, 6)]
     again = [trial(i + 5, [i + 1, 9 - i], stimulus=f"s{i}") for i in range(1, 6)]
     by_name = signs([*first, *again])
@@ -124,7 +124,7 @@ def test_a_correlation_is_none_or_within_its_bounds(pairs):
     assert r is None or -1 <= r <= 1
 
 
-def test_ratings_that_are_owed_and_not_there_are_missing():
+def test_expected_ratings_that_are_not_there_are_missing():
     trials = [trial(1, [1, 2, 3]), Answered(2, "s2", {"a": 1.0})]
     sign = signs(trials, expected=3)["missing"]
     assert (sign.value, sign.flagged) == (pytest.approx(5 / 9), True)

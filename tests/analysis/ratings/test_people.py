@@ -116,7 +116,7 @@ def test_sessions_groups_and_answers_cross_in_one_analysis(material):
         ("group", 1, 22), ("session", 1, 22), ("group:session", 1, 22)]  # fmt: skip
 
 
-def test_a_small_group_is_refused_unless_it_is_asked_for(material):
+def test_a_small_group_is_refused_unless_requested(material):
     gender = {"test": "anova", "between": ["gender"], "outcomes": ["Soft"]}
     sizes = {
         level: sum(gender_answer == level for gender_answer in material.people.answers["gender"].values())

@@ -64,7 +64,7 @@ def test_any_float_and_any_text_come_back_exactly(
     assert again["level"].tolist() == [label] * len(values)
 
 
-def test_an_existing_data_set_is_replaced_only_when_told(tmp_path: Path) -> None:
+def test_an_existing_data_set_is_replaced_only_on_request(tmp_path: Path) -> None:
     folder = tmp_path / "set"
     save_ratings(FULL, folder)
     other = replace(FULL, name="other")

@@ -206,7 +206,7 @@ def test_an_impossible_scale_is_refused(arguments: Any, reason: str) -> None:
         Scale(*arguments)
 
 
-def test_a_step_that_is_no_binary_fraction_is_met() -> None:
+def test_a_step_that_is_no_binary_fraction_is_accepted() -> None:
     scale = Scale(0, 1, 0.1)
     assert all(scale.on_step(k / 10) for k in range(11))
     assert not scale.on_step(0.15)

@@ -37,7 +37,7 @@ figures:
 
 
 def value_of(participant: int, attribute: str, level: str) -> float:
-    """A rating that tells rows apart; nobody differs in how constant something is."""
+    """A rating that is different in each row; people do not differ in how constant something is."""
     if attribute == "Constant":
         return 5.0
     return zlib.crc32(f"{participant} {attribute} {level}".encode()) % 100 / 10

@@ -1,4 +1,4 @@
-"""What was committed is compared number by number, and a difference is told by its place."""
+"""What was committed is compared number by number, and a difference is reported with its place."""
 
 import json
 
@@ -55,7 +55,7 @@ def test_a_number_may_differ_by_a_billionth(committed, value):
 
 
 @pytest.mark.parametrize("change", [{"F": 3.25 * (1 + 2e-9)}, {"p": None}, {"n": 5}, {"more": 1.0}, {"F": True}])
-def test_more_is_told_by_name(committed, change):
+def test_more_is_reported_by_name(committed, change):
     (difference,) = differences(texts(**change), committed)
     assert difference.file == "statistics.json"
     assert difference.where.startswith("tests[a Hard].results[0].")
@@ -69,7 +69,7 @@ def test_a_tidy_table_is_compared_to_the_letter_and_a_test_by_number(committed):
     assert (difference.file, difference.where) == ("tables/ratings.csv", "line 2")
 
 
-def test_files_that_come_or_go_are_told(committed):
+def test_files_that_come_or_go_are_reported(committed):
     remaining = {name: text for name, text in texts().items() if name != "tests/a.csv"}
     assert [difference.text() for difference in differences(remaining, committed)] == [
         "tests/a.csv: the file: committed present, found no longer written"
@@ -98,7 +98,7 @@ def test_a_result_called_seconds_is_a_result(committed):
     assert difference.where == "tests[a Hard].results[0].seconds"
 
 
-def test_a_listed_picture_that_is_gone_is_told_and_anothers_table_is_not(committed):
+def test_a_listed_picture_that_is_gone_is_reported_and_anothers_table_is_not(committed):
     names = [*texts(), "figures/a.png", "report.html"]
     (committed / MARK).write_text(json.dumps({"files": names}))
     (committed / "report.html").touch()
@@ -107,13 +107,13 @@ def test_a_listed_picture_that_is_gone_is_told_and_anothers_table_is_not(committ
     assert difference.text() == "figures/a.png: the file: committed listed, found not there"
 
 
-def test_a_table_of_another_length_or_line_ending_is_told(committed):
+def test_a_table_of_another_length_or_line_ending_is_reported(committed):
     assert differences({**texts(), "tests/a.csv": "F,p\n3.25,0.01\n1.0,0.5\n"}, committed)[0].where == "lines"
     (committed / "tables" / "ratings.csv").write_bytes(b"who,value\r\nP001,3.0\r\n")
     assert differences(texts(), committed)[0].where == "line endings"
 
 
-def test_a_damaged_file_is_told(committed):
+def test_a_damaged_file_is_reported(committed):
     (committed / "statistics.json").write_text("{")
     assert "no JSON" in differences(texts(), committed)[0].committed
 

@@ -142,7 +142,7 @@ def test_keys_alone_do_the_same(browser, small):
     assert browser.execute_script("return document.activeElement.dataset.key") == first
 
 
-def test_a_small_mark_is_met_from_a_little_way_off(browser):
+def test_a_small_mark_is_hit_from_a_little_way_off(browser):
     small = browser.execute_script(
         "const dot = document.querySelector('#figure-cloud .mark'); dot.scrollIntoView({ block: 'center' });"
         "return [dot.dataset.key, dot.getBoundingClientRect().toJSON()]"
@@ -183,7 +183,7 @@ def test_no_name_becomes_an_element(browser):
     assert HOSTILE in browser.execute_script(label)
 
 
-def test_nothing_is_asked_of_a_network(browser, address):
+def test_no_network_request_is_made(browser, address):
     log = "return performance.getEntriesByType('resource').map((each) => each.name)"
     assert [name for name in browser.execute_script(log) if not name.startswith("data:")] == []
     blocked = browser.execute_async_script(

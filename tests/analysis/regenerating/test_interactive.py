@@ -59,7 +59,7 @@ def test_a_mark_that_is_not_drawn_is_left_out():
     assert 'class="mark"' not in str(figure_markup(SVG, [Mark("m7", (("a", "b"),), "k")], "f1"))
 
 
-def test_two_keys_are_told_apart():
+def test_two_keys_are_distinguished():
     assert key_text("a\tb", "c\nd") == "a b\tc d"
 
 

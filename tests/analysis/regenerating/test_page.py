@@ -138,5 +138,5 @@ def test_results_stand_below_each_other_but_brackets_stay_whole():
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.01, "less than 0.1 s"), (1.26, "1.3 s"), (134.2, "134 s")])
-def test_seconds_are_told_with_the_digits_that_mean_something(seconds, text):
+def test_seconds_are_reported_with_the_digits_that_mean_something(seconds, text):
     assert seconds_text(seconds) == text

@@ -67,7 +67,7 @@ def test_shuffled_and_exact_p_agree_and_the_seed_decides() -> None:
     assert abs(shuffled["p"] - exact["p"]) < 4 * np.sqrt(exact["p"] * (1 - exact["p"]) / 20_000)
 
 
-def test_too_many_orders_are_said_and_p_is_never_zero() -> None:
+def test_too_many_orders_are_reported_and_p_is_never_zero() -> None:
     result = concordance(wide("many"), "exact", 200)
     assert result["p_kind"] == "permutation"
     assert result["note"] == "too many orders for an exact p"
@@ -92,7 +92,7 @@ def test_w_and_its_exact_p_are_those_of_friedmans_test() -> None:
     assert (ours["W"], ours["p"]) == (theirs["W"], theirs["p_exact"])
 
 
-def test_raters_who_put_all_level_are_said() -> None:
+def test_raters_who_put_all_level_are_reported() -> None:
     result = concordance(np.column_stack(([1.0, 2, 3], [1.0, 2, 3], [5.0, 5, 5])), "exact")
     assert result["note"].startswith("1 of 3 raters put all targets level")
     nothing = concordance(np.full((4, 3), 0.3), "auto")

@@ -39,7 +39,7 @@ def test_planted_raters_stand_out_at_any_offset() -> None:
     assert result.loc[3, "r_others"] < -0.5
 
 
-def test_gaps_and_constant_raters_are_handled_and_said() -> None:
+def test_gaps_and_constant_raters_are_handled_and_reported() -> None:
     x = wide("many")[:6, :4].copy()
     x[:, 0] = 0.1
     x[1:, 1] = np.nan

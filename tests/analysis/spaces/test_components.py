@@ -60,7 +60,7 @@ def test_more_attributes_than_objects_and_dependent_ones() -> None:
     assert len(pca(twice).variances) == 7
 
 
-def test_equal_variances_are_said() -> None:
+def test_equal_variances_are_reported() -> None:
     square = pd.DataFrame([[1, 0], [-1, 0], [0, 1], [0, -1]])
     assert "equal variances" in pca(square).notes[0]
 
@@ -100,7 +100,7 @@ def test_shares_have_intervals_over_participants() -> None:
         share_intervals(alone)
 
 
-def test_gaps_are_refused_or_said() -> None:
+def test_gaps_are_refused_or_reported() -> None:
     table = ratings().drop(index=[0, 1])
     names = ("value", "stimulus", "attribute", "participant")
     with pytest.raises(IncompleteCells, match="'P00'"):

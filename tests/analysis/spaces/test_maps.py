@@ -174,7 +174,7 @@ def test_ratings_of_pairs_become_a_table_in_either_order() -> None:
         pair_dissimilarities(pairs, "value", "one", "two", "participant", "similarity", top=5)
 
 
-def test_stress_falls_with_dimensions_and_structure_is_told_from_noise() -> None:
+def test_stress_falls_with_dimensions_and_structure_is_distinguished_from_noise() -> None:
     scree = stress_scree(given_set("ekman"), 3, starts=4)
     assert scree["stress"].is_monotonic_decreasing
     real = stress_reference(given_set("ekman"), draws=19)

@@ -137,7 +137,7 @@ def test_the_vectors_map_is_the_map() -> None:
     assert one.rows == two.more["configuration"]
 
 
-def test_gaps_are_treated_as_declared_and_said() -> None:
+def test_gaps_are_treated_as_declared_and_reported() -> None:
     gappy = selected(ratings(10, 9).drop(index=[0]))
     assert any("9 to 10 of 10" in note for note in answer("pca", gappy).notes)
     assert answer("pca", gappy, missing="listwise").participants == 9

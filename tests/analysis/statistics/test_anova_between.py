@@ -18,7 +18,7 @@ NIST = nist_values()
 
 @pytest.mark.parametrize("name", NIST)
 def test_nist_sets_to_the_last_digits(name: str) -> None:
-    """Expected: the exact F of the file's numbers as binary doubles (NIST StRD, exact arithmetic); 1e-10 is asked."""
+    """Expected: the exact F of the file's numbers as binary doubles (NIST StRD, exact arithmetic); 1e-10 is due."""
     row = anova(nist_table(name), "y", "group").iloc[0]
     expected = NIST[name]["exact_decimal"]
     assert relative_error(row["F"], float(NIST[name]["exact_of_doubles"]["F"])) < 1e-14

@@ -1,4 +1,4 @@
-"""What is wrong with a table is said by name, with what to do; what the caller allows is done and told."""
+"""A mistake in a table is named, with what to do; what the caller allows is done and noted."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_duplicated_cell_is_named(table: pd.DataFrame) -> None:
     assert "aggregate='mean'" in message
 
 
-def test_a_factor_left_out_is_averaged_over_only_when_asked(table: pd.DataFrame) -> None:
+def test_a_factor_left_out_is_averaged_over_only_on_request(table: pd.DataFrame) -> None:
     assert "and 19 more" in tell(table, DuplicatedCells, within="car")
     result = rm_anova(table, "y", "car", "participant", aggregate="mean")
     assert result.attrs == {"participants": 8, "dropped": [], "ratings_per_cell": (2, 2)}
@@ -69,7 +69,7 @@ def test_a_factor_left_out_is_averaged_over_only_when_asked(table: pd.DataFrame)
     pd.testing.assert_frame_equal(result, rm_anova(means, "y", "car", "participant"), rtol=1e-12)
 
 
-def test_unequal_averages_are_told(table: pd.DataFrame) -> None:
+def test_unequal_averages_are_reported(table: pd.DataFrame) -> None:
     result = rm_anova(table.drop(index=[3]), "y", "car", "participant", aggregate="mean")
     assert result.attrs["ratings_per_cell"] == (1, 2)
 

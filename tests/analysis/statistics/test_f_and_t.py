@@ -133,7 +133,7 @@ def test_pairs_have_the_interval_of_their_effect_size() -> None:
     assert flat[["dz", "dz_low", "dz_high"]].isna().all(axis=None)
 
 
-def test_an_estimate_above_its_own_interval_is_told() -> None:
+def test_an_estimate_above_its_own_interval_is_reported() -> None:
     """F(28, 532) = 0.5988 with epsilon 0.4262: eta squared .0306, R's noncentral F: 0 to .0184."""
     row = {"Source": "a", "F": 0.598818760187415, "ddof1": 28, "ddof2": 532, "np2": 0.030553818957897685}
     row |= {"ng2": 0.015021162425791079, "eps": 0.42620488412587, "note": ""}

@@ -88,7 +88,7 @@ def test_p_is_corrected_where_there_is_something_to_correct() -> None:
     assert "Huynh-Feldt is undefined" in str(row["note"])
 
 
-def test_pairs_stand_in_the_order_of_the_study() -> None:
+def test_pairs_are_in_the_order_of_the_study() -> None:
     table = design(UNEQUAL)
     result = ask(table, "pairs", factor="A", correction="bonferroni", family=12)
     plain(result)

@@ -166,7 +166,7 @@ def test_a_mixed_model_with_participants_far_apart() -> None:
     assert fitted.scale > 2 * right
 
 
-def test_type_two_is_not_said() -> None:
+def test_type_two_is_not_claimed() -> None:
     """pingouin's mixed ANOVA is type II without saying so; with unequal groups type III is another number."""
     table = reference_table("csv/obk_long.csv").groupby(["subject", "treatment", "hour"], as_index=False)["y"].mean()
     result = theirs("pingouin").mixed_anova(table, dv="y", within="hour", between="treatment", subject="subject")

@@ -53,7 +53,7 @@ class Written:
         self.note("experimenter", body)
 
     def chunk(self, *pieces):
-        """(Samples, told) of each stream."""
+        """(Samples, description) of each stream."""
         streams = {block.stream: description for block, description in pieces}
         self.note("samples", {"streams": streams}, [block for block, _ in pieces])
 

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded_streams import StreamError
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
@@ -22,13 +21,10 @@ from palpate.signals.aligning.refusals import AlignError
 from palpate.signals.doors.profile_file import read_profile
 from palpate.signals.doors.profiles import normalise
 from palpate.studies.sessions.ledger import LedgerError
+from tests.analysis.streams.commands_for_tests import output_of
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks
 
 ROOT = Path(__file__).parents[3]
-
-
-def output_of(*arguments):
-    return CliRunner().invoke(streams, [str(argument) for argument in arguments], catch_exceptions=False).output
 
 
 def columns(path):
@@ -109,7 +105,7 @@ def test_an_aligned_export_is_the_truth_on_the_grid_and_explains_itself(session,
     assert description["streams"]["tool_force"]["method"]["leak_from_above_the_grid"] < 1e-3
 
 
-def test_what_is_occluded_stays_empty_and_is_told(session, tmp_path):
+def test_what_is_occluded_stays_empty_and_is_reported(session, tmp_path):
     out = tmp_path / "two.csv"
     output_of("export", session, "--trial", 2, "--out", out, "--method", "tool_position=pchip,tool_force=linear")
     table, description = columns(out), account(out)["streams"]
@@ -183,11 +179,10 @@ def test_what_cannot_be_exported_is_refused_and_nothing_is_written(session, tmp_
     assert not list(tmp_path.iterdir())
 
 
-def test_a_mistake_in_the_options_is_told_as_one(session, tmp_path):
-    assert "STREAM=SECONDS is expected" in output_of(
-        "export", session, "--latency", "soon", "--out", tmp_path / "a.csv"
-    )
-    assert "no ledgers" in output_of(tmp_path)
+def test_a_mistake_in_the_options_is_reported_as_one(session, tmp_path):
+    output = output_of("export", session, "--latency", "soon", "--out", tmp_path / "a.csv", status=2)
+    assert "STREAM=SECONDS is expected" in output
+    assert "no ledgers" in output_of(tmp_path, status=2)
     with pytest.raises(StreamError, match="name it with --trial"):
         output_of("export", session, "--act", 1, "--out", tmp_path)
     with pytest.raises(LedgerError, match="no such ledger"):

@@ -1,4 +1,4 @@
-"""Streams of a trial from its ledger: the attempt that counts, blocks joined, gaps and clocks as they were told."""
+"""Streams of a trial from its ledger: the attempt that counts, blocks joined, gaps and clocks as recorded."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_an_answer_revised_later_keeps_the_streams_of_the_attempt_that_felt(writ
 
 
 def test_the_streams_of_a_trial_that_was_being_revised_stay_when_the_one_before_is_to_be_repeated(written):
-    """The answer stands in the form when the trial is met again, and the stimulus is not presented anew."""
+    """The answer stands in the form when the trial is repeated, and the stimulus is not presented anew."""
     written.begin(2, 1)
     one_second(written, 5.0)
     written.end("answered")
@@ -152,7 +152,7 @@ def test_the_streams_of_a_trial_that_was_being_revised_stay_when_the_one_before_
     assert streams_of(written.record(), 2)[0].attempt == 1
 
 
-def test_gaps_are_where_and_why_they_were_told(written):
+def test_gaps_have_the_recorded_places_and_reasons(written):
     written.begin(1)
     written.chunk((block("force", np.zeros(40), 100, 3), block_description(0, 40, gaps=[(0, 3, "late start")])))
     parts = [block("force", np.zeros(10), 100, 50), block("force", np.zeros(10), 100, 65)]
@@ -172,7 +172,7 @@ def test_gaps_are_where_and_why_they_were_told(written):
 
 
 def test_what_is_missing_at_the_start_is_so_whatever_was_lost_later_in_that_chunk(written):
-    """The sum that is told of a chunk is of all its gaps; the first block's own number says what lacks before it."""
+    """The recorded sum of a chunk is of all its gaps; the first block's own number says what is missing before it."""
     written.begin(1)
     summed = {"first": 0, "count": 20, "lost": 8, "why": "late start; overrun"}
     parts = [block("force", np.zeros(10), 100, 3), block("force", np.zeros(10), 100, 18)]

@@ -7,23 +7,18 @@ import random
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded_streams import StreamError
 from palpate.signals.aligning.speed import slope
+from tests.analysis.streams.commands_for_tests import output_of
 from tests.analysis.streams.ledgers import Written, block, block_description, chunks
 
 TRUE_HZ, START_S, HZ, AMPLITUDE = 120.006, 20.0, 1.5, 40.0
 XYZ = {"channels": ("x", "y", "z"), "units": ("mm",) * 3, "clock": "tracker"}
 
 
-def invoked(*arguments):
-    return CliRunner().invoke(streams, ["export", *(str(argument) for argument in arguments)], catch_exceptions=False)
-
-
 def exported(path, out, *arguments):
-    invoked(path, "--trial", 1, "--out", out, "--speed", "tool_position", *arguments)
+    output_of("export", path, "--trial", 1, "--out", out, "--speed", "tool_position", *arguments)
     table = np.genfromtxt(out, delimiter=",", names=True)
     return table, json.loads(out.with_suffix(".json").read_text())["streams"]["tool_position"]["speed"]
 
@@ -58,7 +53,7 @@ def velocities(table):
 
 
 @pytest.mark.parametrize("window", [3, 7, 13])
-def test_the_speed_of_a_stroke_is_right_but_for_the_error_that_is_told(tmp_path, window):
+def test_the_speed_of_a_stroke_is_right_but_for_the_error_that_is_reported(tmp_path, window):
     table, about = exported(session(tmp_path / "s.sqlite"), tmp_path / "t.csv", "--speed-window", window)
     inner = table[200:-200]
     truth = velocity_mm_s(inner["time_s"])
@@ -80,7 +75,7 @@ def test_the_speed_of_a_stroke_is_right_but_for_the_error_that_is_told(tmp_path,
 
 
 def test_a_causal_speed_takes_nothing_from_the_future_and_says_how_late_it_is(tmp_path):
-    """Two strokes that part at 30 s: what is told before is the same, and lies half a sample behind on average."""
+    """Two strokes that part at 30 s: the speed before is the same, and lies half a sample behind on average."""
     still = slice(1200, 2400)
     one, about = exported(session(tmp_path / "a.sqlite"), tmp_path / "a.csv", "--causal")
     other, _ = exported(session(tmp_path / "b.sqlite", still), tmp_path / "b.csv", "--causal", "--everything")
@@ -128,7 +123,7 @@ def test_a_hole_that_positions_bridge_is_not_bridged_by_their_speed(tmp_path):
     assert 4 <= len(unknown) <= 6 and (np.diff(unknown) == 1).all() and 1000 in unknown
 
 
-def test_the_noise_that_is_told_is_the_positions_and_the_speed_of_rest_follows(tmp_path):
+def test_the_noise_that_is_reported_is_the_positions_and_the_speed_of_rest_follows(tmp_path):
     table, about = exported(session(tmp_path / "s.sqlite", noise_mm=0.05), tmp_path / "t.csv")
     assert about["noise_mm"] == pytest.approx(0.05, rel=0.05)
     assert about["noise_mm_s"] == pytest.approx(0.05 * about["noise_gain_per_s"], rel=0.05)
@@ -171,6 +166,6 @@ def test_what_has_no_speed_is_refused_by_name_and_nothing_is_written(tmp_path, f
         (("--speed", "tool_position", "--raw"), "--raw has none"),
     ],
 )
-def test_options_that_mean_nothing_together_are_told(tmp_path, arguments, says):
-    done = invoked(session(tmp_path / "s.sqlite"), "--out", tmp_path / "out", *arguments)
-    assert done.exit_code == 2 and says in " ".join(done.output.replace("│", " ").split())
+def test_options_that_mean_nothing_together_are_reported(tmp_path, arguments, says):
+    output = output_of("export", session(tmp_path / "s.sqlite"), "--out", tmp_path / "out", *arguments, status=2)
+    assert says in " ".join(output.replace("│", " ").split())

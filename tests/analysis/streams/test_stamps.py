@@ -7,20 +7,15 @@ import random
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded_streams import StreamError, streams_of
 from palpate.protocols.clocks import fit_clock
 from palpate.signals.aligning.stamps import stamps_of
+from tests.analysis.streams.commands_for_tests import output_of
 from tests.analysis.streams.ledgers import Written, block, block_description
 
 XYZ = {"channels": ("x", "y", "z"), "units": ("mm",) * 3}
 TRUE_HZ, START_S = 120.006, 20.0
-
-
-def output_of(*arguments):
-    return CliRunner().invoke(streams, [str(argument) for argument in arguments], catch_exceptions=False).output
 
 
 def late_by(late_s, seed=1):
@@ -59,7 +54,7 @@ def recorded(path, clock="lsl", own_zero_s=0.0, late_s=0.02):
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.0042, 0.3])
-def test_the_delay_that_all_arrivals_share_is_told_within_its_error(late_s):
+def test_the_delay_that_all_arrivals_share_is_reported_within_its_error(late_s):
     results = [stamps(late_by(late_s, seed)) for seed in range(10)]
     assert all(result.problem is None for result in results)
     off = [(result.late_s - late_s) / result.late_error_s for result in results]
@@ -149,7 +144,7 @@ def test_what_cannot_be_timed_by_stamps_is_refused_by_name_and_nothing_is_writte
     assert not list(tmp_path.glob("t.*"))
 
 
-def test_stamps_of_a_stream_without_a_rate_are_not_asked(tmp_path):
+def test_stamps_of_a_stream_without_a_rate_are_not_used(tmp_path):
     written = Written(tmp_path / "s.sqlite")
     written.begin(1)
     written.chunk(

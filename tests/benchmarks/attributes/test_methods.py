@@ -45,7 +45,7 @@ def test_nothing_stays_behind(tmp_path, monkeypatch):
     assert list(Path(tmp_path).iterdir()) == []
 
 
-def test_made_up_textures_are_the_same_ones_each_time():
+def test_simulated_textures_are_the_same_ones_each_time():
     one, again, other = random_material(4, 3, 2), random_material(4, 3, 2), random_material(4, 3, 2, seed=1)
     assert (one.textures[2].touch["dwt"] == again.textures[2].touch["dwt"]).all()
     assert (one.textures[2].touch["dwt"] != other.textures[2].touch["dwt"]).all()
@@ -73,7 +73,7 @@ def test_two_folds_of_a_whole_study_err_the_same_one_after_another_and_by_dask_w
     assert alone.input == "6 made-up textures, 12 segments, 10 pictures each"
 
 
-def test_a_method_that_refuses_the_folds_of_a_study_is_told_as_refusing(monkeypatch):
+def test_a_method_that_refuses_the_folds_of_a_study_is_reported_as_refusing(monkeypatch):
     monkeypatch.setattr("benchmarks.attributes.folds.WHOLE", 6)
     monkeypatch.setattr("benchmarks.attributes.folds.WHOLE_SEGMENTS", 12)
     refusing = {"visuo_tactile": Method("visuo_tactile", "Refusing", small.fit_refusing)}

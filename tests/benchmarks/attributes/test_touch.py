@@ -16,7 +16,7 @@ def test_what_was_felt_comes_back_within_half_a_percent():
 
 
 @pytest.mark.needs("librosa", "pywt")
-def test_a_study_s_recordings_are_made_once_and_their_error_time_and_memory_told():
+def test_a_study_s_recordings_are_made_once_with_their_error_time_and_memory():
     error, memory = (measure(case) for case in cases(quick=True) if case.case != FROM_SENSORS)
     assert error.outcome == memory.outcome == MEASURED
     assert (error.error_kind, memory.error_kind) == (ERROR, MEMORY)

@@ -1,4 +1,4 @@
-"""Shipped models under fresh hands: every look at every method, judged once, and the truth made again beside them."""
+"""Shipped models under fresh hands: every measure of every method, scored once, beside a second recording."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Small things to judge attributes with: made-up textures, and methods that take no time."""
+"""A small evaluation of attributes: simulated textures, and methods that take no time."""
 
 from dataclasses import dataclass, replace
 

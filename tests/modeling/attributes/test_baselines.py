@@ -132,7 +132,7 @@ def test_textures_that_are_all_the_same_are_answered_with_their_rating(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_rating_that_is_not_finite_or_lacks_is_refused(name):
+def test_a_rating_that_is_missing_or_not_finite_is_refused(name):
     given = learning(METHODS[name])
     for rated, message in ((None, "was not rated"), (Rated(np.full(4, np.nan), np.zeros(4), 3), "finite")):
         bad = replace(given.train[3], rated=rated)

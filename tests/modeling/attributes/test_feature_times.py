@@ -7,7 +7,7 @@ from palpate.modeling.attributes.feature_times import feature_seconds, steps_of
 from palpate.modeling.textures import preparing
 
 
-def test_what_comes_before_a_sense_is_done_once_and_for_nobody_who_lacks_it():
+def test_preparation_for_a_sense_is_done_once_and_only_where_it_is_used():
     assert steps_of(("mfcc", "hand", "resnet", "glcm")) == ("recording", "picture", "mfcc", "hand", "resnet", "glcm")
     assert steps_of(("dwt",)) == ("recording", "dwt")
     assert steps_of(("glcm",)) == ("picture", "glcm")
@@ -43,7 +43,7 @@ def test_the_recording_is_prepared_and_the_picture_decoded_while_the_clock_runs(
 
 
 @pytest.mark.needs("librosa", "pywt")
-def test_only_what_was_asked_for_is_timed(short):
+def test_only_what_was_requested_is_timed(short):
     seconds = feature_seconds({"dft"})
     assert set(seconds) == {"recording", "dft"}
     assert seconds["recording"] > 5 * seconds["dft"] > 0

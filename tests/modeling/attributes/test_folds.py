@@ -176,7 +176,7 @@ def test_whole_groups_are_held_and_something_is_always_left_to_learn_from():
             assert len([side for side in sides(fold) if {one, other} & side]) == 1
 
 
-def test_nothing_is_held_where_no_share_is_asked_for():
+def test_nothing_is_held_where_no_share_is_requested():
     assert all(fold.held == () for fold in leave_one_texture_out(M, share=0.0))
 
 

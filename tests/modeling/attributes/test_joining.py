@@ -1,4 +1,4 @@
-"""Where nothing can be felt, or nothing seen, of any texture, it is told why, and of how many."""
+"""Where no texture can be felt, or none seen, the report says why, and for how many."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def test_a_lab_without_sessions_says_so():
     assert reason.endswith("felt; T01 and 11 more: not recorded.")
 
 
-def test_pictures_are_told_of_alike_and_what_some_have_is_not_lacking():
+def test_pictures_are_reported_alike_and_what_some_textures_have_is_not_missing():
     material = small.material()
     notes = ("left out: T (a.jpg): black", "left out: T (b.jpg): black", "left out: T (c.jpg): 10 pixels")
     unseen = tuple(replace(texture, sight={}, variants={}, notes=notes) for texture in material.textures)

@@ -72,11 +72,11 @@ def test_many_are_answered_as_one_is(fitted, textures):
     np.testing.assert_allclose(other, model.predict(shorter), rtol=1e-4)
 
 
-def test_one_of_many_that_lacks_features_does_not_keep_the_others_from_an_answer(fitted, textures, monkeypatch):
+def test_one_texture_without_features_does_not_keep_the_others_from_a_prediction(fitted, textures, monkeypatch):
     _, model = fitted
     bare = replace(textures[3], touch={}, sight={})
     alone = model.predict(textures[4])
-    monkeypatch.setattr(type(model), "predict", None)  # they are asked together
+    monkeypatch.setattr(type(model), "predict", None)  # they are predicted together
     other, one = predictions(model, [bare, textures[4]])
     np.testing.assert_array_equal(one, alone)
     assert isinstance(other, MaterialError) and str(other).startswith(f"{bare.id}: ")
@@ -160,7 +160,7 @@ def test_one_texture_is_nothing_to_learn_from(textures):
         HT_NET.fit(learning(textures[:1]))
 
 
-def test_a_training_that_was_stopped_goes_on_to_the_same_end(textures, tmp_path):
+def test_a_training_that_was_stopped_and_resumed_comes_to_the_same_end(textures, tmp_path):
     def stop(line):
         if "epoch 5 of 6" in line:
             raise KeyboardInterrupt
@@ -192,7 +192,7 @@ def test_where_nothing_is_watched_the_course_goes_to_its_end(textures):
     assert min(losses) < losses[-1]
 
 
-def test_a_tiny_training_beats_the_mean_and_both_senses_beat_either_on_textures_not_met():
+def test_a_tiny_training_beats_the_mean_and_both_senses_beat_either_on_unseen_textures():
     """Sight knows bumps; touch roughness, friction and compliance (`made_material`)."""
     textures = simulated_material(textures=34, segments=12, pictures=4, noise=0.5).textures
     train, test = textures[:26], textures[26:]

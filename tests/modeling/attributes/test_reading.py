@@ -1,4 +1,4 @@
-"""A lab's material: recordings, pictures and ratings joined by texture; what lacks is noted, what is kept is used."""
+"""A lab's material: recordings, pictures and ratings joined by texture; gaps are noted, cached features are used."""
 
 import hashlib
 from io import BytesIO
@@ -102,7 +102,7 @@ def test_touch_or_sight_alone_and_nothing_kept(lab):
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
-def test_a_texture_that_was_never_touched_and_lifted_segments_are_told(tmp_path):
+def test_a_texture_that_was_never_touched_and_lifted_segments_are_reported(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "press": 0.05}])
     whole, lifted = read(tmp_path).textures
     assert len(whole.touch["mfcc"]) == 1
@@ -143,7 +143,7 @@ def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path
 
 
 @pytest.mark.needs("librosa", "pywt")
-def test_half_a_recording_that_the_tracker_did_not_see_is_told_of_its_texture(tmp_path):
+def test_half_a_recording_that_the_tracker_did_not_see_is_noted_for_its_texture(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 7.0, "seen_s": 4.0}])
     for _ in range(2):  # made, and kept
         whole, half = read(tmp_path).textures
@@ -185,7 +185,7 @@ def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
-def test_three_of_many_pictures_in_a_hurry_and_all_group_the_texture(tmp_path):
+def test_three_of_many_pictures_in_a_quick_look_and_all_group_the_texture(tmp_path):
     photographed(tmp_path, "T01", lights=5)
     (texture,) = read(tmp_path).textures
     assert texture.sight["resnet"].shape == (3, 2048) and len(texture.made_from) == 5

@@ -141,7 +141,7 @@ def test_a_picture_counts_once(tmp_path):
 
 
 @pytest.mark.needs("torch", "skimage")
-def test_a_texture_may_be_unrated_and_pictures_nobody_s_are_told_of(tmp_path):
+def test_a_texture_may_be_unrated_and_pictures_without_a_texture_are_reported(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0], "", "T2,felt,fabric,,,,", pictures=("T1.png", "T2/a.jpg", "T20_1.png"))
     material = read(tmp_path)
     assert material.textures[0].rated is not None and material.textures[1].rated is None
@@ -166,7 +166,7 @@ def test_the_table_is_the_one_named_or_the_only_one(tmp_path):
 
 @pytest.mark.needs("torch", "skimage")
 @pytest.mark.parametrize("rows", [("1,7,3,4", "2,5,1,6"), ("0.5,0.1,1,0", "0,0,1,1"), ("1.2,9.9,4.4,10", ",,,")])
-def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_that_is_said(tmp_path, rows):
+def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_requested(tmp_path, rows):
     folder_of(tmp_path, HEADER, *(f"T{n},x,y,{row}" for n, row in enumerate(rows, start=1)))
     with pytest.raises(MaterialError, match=r"ratings.csv: all ratings lie from .* to .*: say .* --scale 1 7"):
         read(tmp_path)

@@ -1,4 +1,4 @@
-"""Ratings of a lab: means and SDs between raters against numpy's, on 0 to 100; who counts; what lacks."""
+"""Ratings of a lab: means and SDs between raters against numpy's, on 0 to 100; who counts; what is missing."""
 
 import shutil
 from pathlib import Path

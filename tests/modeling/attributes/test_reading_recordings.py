@@ -95,7 +95,7 @@ def test_features_are_kept_by_content_and_by_how_the_table_is_read(tmp_path):
     assert len(list((lab / FOLDER).glob("*.npz"))) == 3
 
 
-def test_names_that_do_not_meet_are_told(tmp_path):
+def test_names_that_do_not_meet_are_reported(tmp_path):
     for name in ("oak", "felt"):
         table(tmp_path / "data", name)
     with pytest.raises(TextureDataError, match=r"no recording is of a texture in the table: recordings of felt, oak"):
@@ -118,7 +118,7 @@ def test_a_file_s_new_name_is_a_new_recording_since_it_says_what_was_wished_for(
 
 
 @pytest.mark.needs("librosa", "pywt")
-def test_what_lacks_of_a_texture_that_is_not_in_the_table_is_nobody_s_matter(tmp_path):
+def test_missing_recordings_of_a_texture_that_is_not_in_the_table_are_not_reported(tmp_path):
     data = tmp_path / "data"
     for stem in ("0_0_40_500_0", "3_0_40_500_0"):
         slide(data, stem)

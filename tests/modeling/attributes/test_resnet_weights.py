@@ -40,7 +40,7 @@ def read(path):
 
 
 @pytest.mark.parametrize("name", ["own.pth", "own.pt", "resnet50-0676ba61.safetensors"])
-def test_both_formats_give_the_state_and_are_told_of_by_their_sha256(tmp_path, state, name):
+def test_both_formats_give_the_state_and_are_described_by_their_sha256(tmp_path, state, name):
     path = written(tmp_path / name, state)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     weights = weights_from(path, digest)

@@ -138,7 +138,7 @@ def test_variants_are_learned_from_and_are_no_part_of_an_answer():
     assert (with_variants.predict(texture) == with_variants.predict(replace(texture, variants={}))).all()
 
 
-def test_a_training_goes_on_from_its_checkpoint(tmp_path):
+def test_a_training_resumes_from_its_checkpoint(tmp_path):
     settings = {"epochs": 10, "checkpoint": tmp_path}
     first = ANN.fit(learning(ANN, settings={**settings, "stop_patience": 50}))
     again = ANN.fit(learning(ANN, settings={**settings, "epochs": 12, "stop_patience": 50}))

@@ -127,7 +127,7 @@ def test_a_picture_that_shows_nothing_is_left_out_and_one_that_has_changed_is_re
         look([Album("T01", (bad,))])
 
 
-def test_in_a_hurry_four_patches_of_three_pictures(albums):
+def test_in_a_quick_look_four_patches_of_three_pictures(albums):
     ten = Album("T01", tuple(replace(albums[0].pictures[0], name=str(n)) for n in range(10)))
     assert [picture.name for picture in thin(ten).pictures] == ["0", "4", "9"]
     assert thin(albums[0]) is albums[0]

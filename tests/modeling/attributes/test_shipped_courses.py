@@ -1,4 +1,4 @@
-"""What a method is trained with where nothing is asked for: the numbers of docs/reference/attribute-models.md.
+"""What a method is trained with by default: the numbers of docs/reference/attribute-models.md.
 
 They are taken where a training begins, on features as wide as real ones: nothing between a constant and the trainer
 can change one unseen.
@@ -27,7 +27,7 @@ class TrainingStarted(Exception):
 
 @pytest.fixture
 def start_training(monkeypatch):
-    """What a method's training is begun with: network, data, held, settings, optimiser of the first of its weights."""
+    """What a method's training starts with: network, data, held, settings, optimiser of the first of its weights."""
     textures = simulated_material(textures=TEXTURES + 1, segments=6, pictures=2).textures
     arguments = {}
 

@@ -35,7 +35,7 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def seen(lab):
-    """The textures with features of both senses, pictures looked at in a hurry; kept in the lab."""
+    """The textures with features of both senses, with a quick look at pictures; cached in the lab."""
     return read_material(lab, quick=True, variants=0, workers=1)
 
 

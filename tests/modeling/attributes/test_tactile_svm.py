@@ -41,7 +41,7 @@ def test_it_chooses_and_answers_as_sklearn_does_over_the_whole_grid():
         )
 
 
-def test_of_a_long_recording_some_segments_are_learned_from_and_all_are_asked():
+def test_of_a_long_recording_some_segments_are_learned_from_and_all_are_predicted():
     long = simulated_material(4, 40, 1).textures
     fitted = TACTILE_SVM.fit(learning(textures=long))
     assert len(fitted.vectors) <= 4 * tactile_svm.SEGMENTS

@@ -1,4 +1,4 @@
-"""From sensors to what was felt: what is trimmed, filtered and told, and what is refused."""
+"""From sensors to what was felt: what is trimmed, filtered and reported, and what is refused."""
 
 from dataclasses import replace
 
@@ -131,7 +131,7 @@ def test_recordings_of_any_source_are_known_by_their_samples():
     assert len(both.touch.stretches) == len(both.made_from) == 2
 
 
-def test_what_never_varies_is_told():
+def test_what_never_varies_is_reported():
     _, notes = touch_of("t", [touched(force=np.full(N, 0.8))])
     assert any("force never varies (0.8 N)" in note for note in notes)
 
@@ -148,7 +148,7 @@ SECOND = np.arange(round(N / 1000 * TRACKED_HZ)) / TRACKED_HZ
 
 
 def tracked(stated_hz=TRACKED_HZ, samples=None):
-    """A tracker's circles of 30 mm a second, in place of a speed; it looked 120 times a second, whatever is said."""
+    """A tracker's circles of 30 mm a second, in place of a speed; it looked 120 times a second, whatever is stated."""
     circles = 30 * np.stack([np.cos(SECOND), np.sin(SECOND), 0 * SECOND], axis=1)
     return replace(touched(), speed=None, position=evenly("position", circles[:samples], stated_hz, "made"))
 
@@ -190,7 +190,7 @@ def test_sensors_that_stop_a_little_apart_are_read():
     assert any("known together for 7.70 of 8.00 s" in note for note in notes)
 
 
-def test_a_tail_that_is_not_known_is_left_out_and_told():
+def test_a_tail_that_is_not_known_is_left_out_and_reported():
     speed = np.linspace(20, 90, N)
     speed[4000:] = np.nan
     touch, notes = touch_of("t", [replace(touched(), speed=evenly("speed", speed, 1000.0, "made"))])
@@ -203,7 +203,7 @@ def test_a_tail_that_is_not_known_is_left_out_and_told():
 
 
 @pytest.mark.needs("librosa", "pywt")
-def test_segments_without_contact_are_told_and_never_any_is_refused():
+def test_segments_without_contact_are_reported_and_never_any_is_refused():
     force = np.where(np.arange(N) // 500 == 8, 0.0, 1.2)
     touch, notes = touch_of("t", [touched(force=force)])
     assert "1 of 6 segments (17%) are without contact (mean force below 0.15 N): left out" in notes

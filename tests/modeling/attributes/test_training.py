@@ -95,7 +95,7 @@ def test_too_few_textures_give_no_interval(tmp_path):
     assert any("quick" in note for note in card.notes)
 
 
-def test_what_refuses_or_cannot_be_kept_is_told(tmp_path):
+def test_what_refuses_or_cannot_be_kept_is_reported(tmp_path):
     with pytest.raises(MaterialError, match="has had enough"):
         trained(tmp_path, methods={"ridge": Method("ridge", "Refusing", small.fit_refusing)})
     with pytest.raises(ModelFileError, match="cannot be saved"):

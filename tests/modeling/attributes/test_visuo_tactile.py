@@ -1,4 +1,4 @@
-"""The two branches joined: shapes, what is asked of whom, and the loss."""
+"""The two branches joined: shapes, which branch sees what, and the loss."""
 
 from __future__ import annotations
 

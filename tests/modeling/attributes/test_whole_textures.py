@@ -70,7 +70,7 @@ def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
 
 
 @pytest.mark.parametrize(("sense", "rows"), [("touch", 3), ("sight", 4)])
-def test_it_can_be_asked_to_look_at_one_sense_alone(sense, rows):
+def test_it_can_use_one_sense_alone(sense, rows):
     fitted = RIDGE.fit(learning(**{sense: ()}))
     assert len(fitted.predict(replace(tested_textures()[0], **{sense: {}}))) == rows
     assert set(fitted.share) == {1.0}

@@ -96,7 +96,7 @@ def test_a_copy_of_an_attribute_gets_the_same_answers(method):
 
 @pytest.mark.parametrize("method", [one for one in FORWARD if one is not FOREST], ids=lambda method: method.name)
 def test_attributes_that_are_all_there_twice_change_no_answer(method):
-    # not the forest: where two features divide the stimuli alike, rounding decides which of them is asked
+    # not the forest: where two features divide the stimuli alike, rounding decides which of them is used
     data = data_of(SEEN)
     twice = replace(data, attributes=data.attributes * 2, rating=np.tile(data.rating, 2))
     single = method.fit(replace(learn(data), train=data)).predict(tested_rows(method))
@@ -181,7 +181,7 @@ def test_profiles_that_are_all_equal_teach_the_mean(method):
 
 
 @every
-def test_a_constant_profile_may_be_learned_and_asked(method):
+def test_a_constant_profile_may_be_learned_and_predicted(method):
     fitted = method.fit(learn(with_profile(0, np.full(621, 12.0))))
     answers = fitted.predict(np.full((1, 621), 20.0) if method in FORWARD else tested_rows(method))
     assert np.isfinite(answers).all()
@@ -207,7 +207,7 @@ def test_a_spike_in_training_is_refused_with_its_place(method):
 
 
 @forward
-def test_a_spike_in_what_is_asked_is_refused(method):
+def test_a_spike_in_a_request_is_refused(method):
     spiked = profiles(SEEN[:2])
     spiked[1, 300] = -1e6
     with pytest.raises(ModelDataError, match=r"row 2 holds -1e\+06 N at 30 deg"):

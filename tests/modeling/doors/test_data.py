@@ -78,7 +78,7 @@ def test_the_licence_folder_tells_of_every_file_in_it():
         assert f"`{file.relative_to(MEASURED)}`" in text, file
 
 
-def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots():
+def test_reading_folding_and_evaluating_data_import_no_device_no_torch_and_no_plots():
     code = (
         "import sys\n"
         "from palpate.modeling import lab_answers\n"

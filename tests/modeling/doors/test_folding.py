@@ -109,7 +109,7 @@ def test_a_held_share_has_no_source_in_common_with_the_rest(data, share, seed):
     assert not leaks(data, Fold("held", rest, held))
 
 
-def test_a_held_share_of_a_training_side_is_about_what_was_asked_and_balanced():
+def test_a_held_share_of_a_training_side_is_about_the_requested_one_and_balanced():
     data = crossed(6, 15, same=PAIRS)
     side = data.rows(folds(data)[0].train)
     rest, held = held_share(side, 0.15)

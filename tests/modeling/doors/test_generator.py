@@ -102,7 +102,7 @@ def test_equal_seeds_are_bit_equal_whatever_the_order_of_the_rows_and_others_are
     assert not np.array_equal(fitted.predict(wish), first)
 
 
-def test_a_training_that_was_cut_off_goes_on_to_the_same_result(tmp_path):
+def test_a_training_that_was_cut_off_and_resumed_comes_to_the_same_result(tmp_path):
     brief = replace(TINY, profiles=40, own=20, size=replace(TINY.size, student_epochs=3, generator_epochs=3))
     wish = np.full((1, 7), 30.0)
     whole = fit_by(brief, given()).predict(wish)

@@ -39,7 +39,7 @@ def cost(fitted, force_N, wish):
     return ((off**2).sum(axis=1) + (fitted.codes.of(force_N) ** 2).sum(axis=1)) / 2
 
 
-def test_wishes_that_can_be_met_are_met(fitted, forward):
+def test_wishes_that_are_possible_are_fulfilled(fitted, forward):
     wish = wishes(forward)
     off = np.abs(forward.predict(fitted.predict(wish)) - wish)
     assert off.mean() < 1.0

@@ -52,7 +52,7 @@ def test_new_answers_are_held_as_often_as_the_theorem_says():
 
 
 def test_nested_coverage_calibrates_on_the_other_folds_only():
-    # fold 0 errs by 1 and fold 1 by 10: each is judged by the other's width
+    # fold 0 errs by 1 and fold 1 by 10: each is tested with the other's width
     residual, fold = np.repeat([[1.0], [10.0]], 10, axis=0), np.repeat([0, 1], 10)
     coverage = nested_coverage(residual, fold, 0.9)
     assert (coverage.share, coverage.overall) == ((0.5,), 0.5)
@@ -61,7 +61,7 @@ def test_nested_coverage_calibrates_on_the_other_folds_only():
     assert coverage.stimuli == 20
 
 
-def test_errors_of_attributes_that_err_together_are_told_apart():
+def test_errors_of_attributes_that_err_together_are_distinguished():
     draw = np.random.default_rng(3)
     alike = np.repeat(draw.normal(size=(200, 1)), 7, axis=1)
     coverage = nested_coverage(alike, np.arange(200) % 5, 0.8)

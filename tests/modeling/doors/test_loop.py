@@ -20,7 +20,7 @@ class Says:
         return np.tile(self.ratings, (len(given), 1))
 
 
-def test_people_and_model_are_asked_about_the_made_profiles_on_the_models_scale():
+def test_people_and_model_rate_the_generated_profiles_on_the_models_scale():
     """-5 to 5 on the study's scale is 0..100 here, so a felt -7 is -20: nothing is clipped away."""
     people = Perceivers(people=5)
     wish = np.full((3, 7), 50.0)

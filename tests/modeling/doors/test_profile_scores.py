@@ -62,7 +62,7 @@ def test_the_mean_of_more_people_lies_nearer_to_what_is_felt(doors):
     assert off[1] < 0.5 * off[0] < 1.0
 
 
-def test_what_cannot_judge_is_refused(doors):
+def test_what_cannot_rate_is_refused(doors):
     with pytest.raises(ModelDataError, match="0 people cannot rate"):
         Perceivers(people=0)
     with pytest.raises(ModelDataError, match="does not say how simulated people perceive"):

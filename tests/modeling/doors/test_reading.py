@@ -59,7 +59,7 @@ def test_a_labs_sessions_give_profiles_and_mean_ratings(lab):
         assert data.force_N[place].tolist() == list(read_by_the_door(file))
 
 
-def test_what_the_data_came_from_is_told_by_name_and_digest(lab):
+def test_what_the_data_came_from_is_reported_by_name_and_digest(lab):
     sources = read_lab(lab, "doors_small").made_from
     assert sources[0].startswith("study doors_small ")
     assert [line.split()[0] for line in sources[1:5]] == [f"doors_small_P00{n}_s1.sqlite" for n in range(1, 5)]
@@ -75,7 +75,7 @@ def test_a_collected_database_gives_the_same_where_the_session_files_are_elsewhe
     assert read_lab(lab, "doors_small").digest == from_files.digest
 
 
-def test_who_withdrew_is_left_out_and_told(lab):
+def test_who_withdrew_is_left_out_and_reported(lab):
     registry = open_registry(lab)
     enter(registry, "P002")
     withdraw(registry, "P002", "asked to")
@@ -121,7 +121,7 @@ def test_people_who_felt_another_version_of_the_study_are_never_mixed_in(lab):
         read_lab(lab, "doors_small")
 
 
-def test_simulated_people_are_not_taken_where_real_ones_are_asked_for(lab):
+def test_simulated_people_are_not_taken_where_real_ones_are_requested(lab):
     with pytest.raises(DataRefused, match="no session is left"):
         read_lab(lab, "doors_small", simulated=False)
 
@@ -232,7 +232,7 @@ def test_one_rater_has_no_sd_rather_than_one_of_zero():
     assert np.isnan(data.sd).all() and data.raters.tolist() == [1, 1]
 
 
-def test_a_stimulus_without_ratings_is_named_or_left_out_where_that_is_asked_for():
+def test_a_stimulus_without_ratings_is_named_or_left_out_on_request():
     with pytest.raises(ModelDataError, match="no ratings of C, D on every attribute.*rated_only"):
         of(shown(1, 2, 3, 4), *WHOLE, ("p", "1", "C", "Soft", 0.0))
     rated = of(shown(1, 2, 3, 4), *WHOLE, rated_only=True)
@@ -294,7 +294,7 @@ def test_g0_and_g10_are_one_source_and_nothing_else_is(four):
     assert source["K3_g10"] == "K3_g0"
 
 
-def test_the_means_are_those_of_the_people_who_met_a_stimulus(four):
+def test_the_means_are_those_of_the_people_who_felt_a_stimulus(four):
     value, data = four.individual.value, four.data
     assert four.individual.groups == ("1", "2", "1", "2")
     assert np.isnan(value[0, data.ids.index("K3_g0")]).all()

@@ -85,7 +85,7 @@ def test_a_table_is_read_with_its_profiles_beside_it(table):
     assert data.made_from[0].startswith("doors.csv ") and not data.simulated
 
 
-def test_the_attributes_are_those_of_the_study_unless_told(table):
+def test_the_attributes_are_those_of_the_study_unless_declared(table):
     with pytest.raises(ModelDataError, match="line 1: no column is called 'Soft'"):
         read_table(table())
 

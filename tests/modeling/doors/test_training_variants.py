@@ -117,7 +117,7 @@ def test_a_shift_moves_the_peak_by_its_degrees_either_way():
         assert ANGLE[np.argmax(training_variants.shift(bell(20), degrees, drawing()))] == pytest.approx(20 + degrees)
 
 
-def test_noise_has_the_sd_that_was_asked_for():
+def test_noise_has_the_sd_that_was_requested():
     assert np.std(training_variants.noise(bell(20), 0.1, drawing()) - bell(20)) == pytest.approx(0.1, rel=0.1)
 
 
@@ -129,7 +129,7 @@ def test_smoothing_takes_roughness_away_along_a_stretch_and_leaves_the_rest_as_i
     assert np.abs(np.diff(smoothed))[touched[80:120]].max() < 0.25
 
 
-def test_a_spike_is_as_high_as_was_asked_and_one_degree_wide():
+def test_a_spike_has_the_requested_height_and_is_one_degree_wide():
     added = training_variants.spike(bell(20), 1.5, drawing()) - bell(20)
     assert 1.4 < added.max() <= 1.5 and added.min() > -1e-12
     assert 8 <= (added > 1e-9).sum() <= 10

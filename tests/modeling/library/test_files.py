@@ -42,7 +42,7 @@ def test_it_reads_back_from_the_lab_or_the_file_and_is_written_once(lab):
     assert [path.name for path in place_of(lab).parent.iterdir()] == ["index.json"]
 
 
-def test_none_is_told_with_how_to_make_it(tmp_path):
+def test_a_missing_library_is_reported_with_how_to_make_it(tmp_path):
     with pytest.raises(LibraryError, match="there is no library of textures yet. `palpate textures index` makes it"):
         read_library(tmp_path)
     assert earlier_in(tmp_path) is None
@@ -100,7 +100,7 @@ def test_one_that_contradicts_itself_is_refused(lab, parts, message):
         read_library(lab)
 
 
-def test_numbers_that_are_none_and_names_that_stand_twice_are_refused():
+def test_numbers_that_are_none_and_repeated_names_are_refused():
     with pytest.raises(ValidationError):
         rated(float("nan"), 1, 2, 3)
     with pytest.raises(ValidationError, match="appears twice"):
@@ -128,7 +128,7 @@ def test_what_cannot_be_written_leaves_the_earlier_one(tmp_path, monkeypatch):
     assert path.read_bytes() == b"one" and [file.name for file in tmp_path.iterdir()] == ["a.png"]
 
 
-def test_a_folder_that_is_not_there_is_told_and_not_made(tmp_path):
+def test_a_folder_that_is_not_there_is_reported_and_not_made(tmp_path):
     demand_folder(tmp_path / "a.png")
     with pytest.raises(LibraryError, match="there is no folder .*none; make it first"):
         demand_folder(tmp_path / "none" / "a.png")

@@ -42,7 +42,7 @@ def test_ratings_alone_make_a_library_with_the_standard_error_of_their_mean():
     assert first.made_from == ("0-0",) and library.simulated
 
 
-def test_where_no_sd_is_told_people_differ_as_much_as_those_who_rated_the_others():
+def test_where_no_sd_is_given_people_differ_as_much_as_those_who_rated_the_others():
     lonely = replace(MATERIAL.textures[0], rated=Rated(np.full(4, 30.0), np.full(4, np.nan), 1))
     library = library_of(with_textures(lonely, *MATERIAL.textures[1:])).library
     assert library.textures[0].rated.se == (8,) * 4 and library.textures[0].rated.sd == (None,) * 4
@@ -72,7 +72,7 @@ def test_a_prediction_off_the_scale_lies_at_its_end():
     assert library.textures[0].predicted.value == (0, 20, 30, 100)
 
 
-def test_what_nothing_is_known_of_is_left_out_and_told():
+def test_what_nothing_is_known_of_is_left_out_and_reported():
     silent = Texture("T09", "silent", "wood")
     indexed = library_of(with_textures(*MATERIAL.textures, silent), says([1, 2, 3, 4]))
     assert "T09" not in [texture.id for texture in indexed.library.textures]

@@ -59,7 +59,7 @@ def with_model(lab, kind="touch", folder=None, **card):
 
 
 def material_in(lab, kind):
-    """The textures with what was felt or seen of them, looked at in a hurry."""
+    """The textures with what was felt or seen of them, from a quick look."""
     return read_material(lab, quick=True, variants=0, workers=1, touch=kind == "touch", sight=kind == "sight")
 
 
@@ -204,7 +204,7 @@ def test_made_again_it_is_the_same_file(lab):
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")} == files
 
 
-def test_what_is_gone_is_told_and_its_picture_goes(lab):
+def test_what_is_gone_is_reported_and_its_picture_goes(lab):
     index(LibraryOptions(lab))
     for path in (lab / "sessions").glob("texture_ratings_*"):
         path.unlink()
@@ -245,8 +245,8 @@ def test_a_model_from_elsewhere_is_named_without_a_place_in_the_lab(felt_lab, tm
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
-def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt_lab):
-    """Those of pictures looked at in a hurry are kept; whole ones would be made anew."""
+def test_a_model_predicts_from_features_made_as_those_that_it_learned_from(felt_lab):
+    """Features of a quick look at pictures are cached; those of all pictures would be computed anew."""
     with_model(felt_lab, "sight")
     before, lines = set((felt_lab / "features").iterdir()), []
     library = index(LibraryOptions(felt_lab, workers=1), lines.append).indexed.library
@@ -280,7 +280,7 @@ def test_a_lab_with_a_model_can_be_indexed_without_it(felt_lab):
         index(LibraryOptions(felt_lab / "none", model=card))
 
 
-def test_where_there_is_nothing_it_is_told_what_to_do(tmp_path):
+def test_where_there_is_nothing_the_message_says_what_to_do(tmp_path):
     with pytest.raises(LibraryError, match="no texture was rated, and there is no model.*run texture_ratings"):
         index(LibraryOptions(tmp_path))
     assert not place_of(tmp_path).exists()
@@ -342,7 +342,7 @@ def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path, unseen):
     assert [(texture.label, texture.category, texture.rated.mean[0]) for texture in library.textures] == [
         ("grit", "paper", 10), ("felt", "cloth", 60),
     ]  # fmt: skip
-    assert library.textures[0].rated.se == pytest.approx((20 / np.sqrt(8),) * 4, abs=1e-3)  # no SD is told
+    assert library.textures[0].rated.se == pytest.approx((20 / np.sqrt(8),) * 4, abs=1e-3)  # no SD is given
     assert library.sources[0].sha256 == hashlib.sha256(table.read_bytes()).hexdigest()
 
 

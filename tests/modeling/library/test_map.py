@@ -78,7 +78,7 @@ def test_other_attributes_take_the_places_that_are_free():
         roles_of([("Dry", "Wet")])
 
 
-def test_what_lacks_an_attribute_is_not_drawn():
+def test_a_texture_without_an_attribute_is_not_drawn():
     incomplete = entry("T09", rated=rated(1, 2, 3, 4).model_copy(update={"mean": (None, 2.0, 3.0, 4.0)}))
     assert len(map_data([*LIBRARY.textures, incomplete], LIBRARY).rows) == 3
     with pytest.raises(LibraryError, match="nothing to draw"):

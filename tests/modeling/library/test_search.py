@@ -43,7 +43,7 @@ def test_the_fit_is_the_product_of_the_attributes_memberships():
     assert 0 < one < 1 and 0 < two < 1 and together == pytest.approx(one * two)
 
 
-def test_two_wishes_about_one_attribute_are_met_by_one_value():
+def test_two_wishes_about_one_attribute_are_fulfilled_by_one_value():
     library = small_library(entry("T01", rated=rated(50, 50, 50, 50, se=0)))
     assert fits_of("not rough, not smooth", library) == {"T01": 1.0} == fits_of("neither rough nor smooth", library)
 
@@ -72,7 +72,7 @@ def test_what_surely_fits_loses_by_being_known_less(value, se, more):
     assert fits[1] <= fits[0] + 1e-9
 
 
-def test_rated_comes_before_predicted_unless_another_is_asked_for():
+def test_rated_comes_before_predicted_unless_another_is_requested():
     both = named(LIBRARY, "T02")
     assert [value_of(both, 0, kind).value for kind in (None, "rated", "predicted")] == [20, 20, 35]
     assert value_of(both, 0, "predicted").sd == pytest.approx(15 / 1.6449, rel=1e-3)  # qnorm(0.95) in R
@@ -80,7 +80,7 @@ def test_rated_comes_before_predicted_unless_another_is_asked_for():
     assert set(fits_of("rough", kind="predicted")) == {"T02", "T06"}
 
 
-def test_equal_fits_stand_by_name_whatever_the_order_of_the_library():
+def test_equal_fits_are_in_the_order_of_names_whatever_the_order_of_the_library():
     twins = [entry(name, rated=rated(10, 40, 35, 15)) for name in ("T09", "T03", "T05")]
     assert list(fits_of("rough", small_library(*twins))) == ["T03", "T05", "T09"]
 
@@ -97,7 +97,7 @@ def test_classes_and_names_are_found_in_any_letters():
     assert named(LIBRARY, "t05") == named(LIBRARY, "Mesh 05")
 
 
-def test_a_class_or_a_name_that_there_is_not_is_told():
+def test_a_class_or_a_name_that_there_is_not_is_reported():
     with pytest.raises(LibraryError, match="no class 'sandpapers' in this library; did you mean 'sandpaper'"):
         chosen(LIBRARY, ["sandpapers"])
     with pytest.raises(LibraryError, match="no texture 'sandpaper 07' in this library; did you mean 'sandpaper 0"):
@@ -174,7 +174,7 @@ def test_what_helps_need_not_be_what_leaves_out_most():
     assert "by 'smooth' and 'hard' and 'flat': 4 of 5 each." in text and "Without 'flat', 1 would fit." in text
 
 
-def test_where_no_wish_alone_is_to_blame_that_is_said():
+def test_where_no_wish_alone_is_to_blame_the_text_says_so():
     """Three wishes that each fit by a tenth: together a thousandth."""
     entries, wishes = entries_and_wishes("smooth, bumpy, slippery", sure("T01", 56.5, 56.5, 56.5, 50))
     assert [exclusion.out for exclusion in excluded(entries, wishes)] == [0, 0, 0]
@@ -192,7 +192,7 @@ def test_a_single_wish_needs_no_blame():
     assert none_fits(entries, wishes) == "None of 7 textures fits."
 
 
-def test_what_was_said_in_one_breath_is_given_up_at_once():
+def test_wishes_of_one_phrase_are_given_up_together():
     entries, wishes = entries_and_wishes("neither rough nor soft, flat", *ROUGH_SOFT[:2], sure("T20", 50, 95, 50, 50))
     assert [(exclusion.said, exclusion.out, exclusion.without) for exclusion in excluded(entries, wishes)] == [
         ("neither rough nor soft", 2, 0), ("flat", 3, 1),

@@ -67,7 +67,7 @@ def test_a_library_with_its_own_attributes_knows_its_own_words():
         wishes_in(["coarse"], known)
 
 
-def test_all_that_is_known_is_told():
+def test_all_that_is_known_is_reported():
     text = known_words(vocabulary(PAIRS))
     assert text.startswith("Words: rough (coarse, scratchy") and "slightly (a bit, a little)" in text
 
@@ -160,7 +160,7 @@ def test_both_is_the_lesser_of_two_everywhere_also_where_their_edges_cross(one, 
     assert both(second, first).at(x) == pytest.approx(both(first, second).at(x), abs=1e-9)
 
 
-def test_the_best_of_a_range_and_where_it_is_met_by_half():
+def test_the_best_of_a_range_and_where_it_is_fulfilled_by_half():
     assert trapezoid((45, 55, 70, 80)).best == 1 and trapezoid((45, 55, 70, 80)).met == (50, 75)
     apart = both(trapezoid((None, None, 30, 45)), trapezoid((55, 70, None, None)))
     assert apart.best == 0 and apart.met is None

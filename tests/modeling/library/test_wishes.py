@@ -1,4 +1,4 @@
-"""The language of wishes: what is understood, as which values, and what is said of what is not."""
+"""The language of wishes: what is understood, as which values, and the messages about the rest."""
 
 import pytest
 from hypothesis import given
@@ -75,7 +75,7 @@ def degree_of(text):
         ("roughness 80, softness 20", [(ROUGH, (10, 30)), (SOFT, (10, 30))]),
     ],
 )  # fmt: skip
-def test_what_is_said_means_these_values(text, expected):
+def test_words_mean_these_values(text, expected):
     if expected is None:
         with pytest.raises(LibraryError):
             degree_of(text)
@@ -83,7 +83,7 @@ def test_what_is_said_means_these_values(text, expected):
         assert degree_of(text) == expected
 
 
-def test_a_wish_keeps_the_words_that_it_was_said_with():
+def test_a_wish_keeps_the_words_of_its_request():
     assert [wish.said for wish in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
         "rough", "a bit sticky", "soft = 20 - 40",
     ]  # fmt: skip
@@ -131,13 +131,13 @@ def test_a_wish_keeps_the_words_that_it_was_said_with():
         ("like T17", "palpate textures nearest ID"),
     ],
 )
-def test_what_is_not_understood_is_told_with_what_is(text, message):
+def test_what_is_not_understood_is_reported_with_what_would_be(text, message):
     with pytest.raises(LibraryError) as error:
         wishes_in([text], KNOWN)
     assert message in str(error.value)
 
 
-def test_a_word_that_was_nearly_right_is_told_without_the_list_of_all():
+def test_a_word_that_was_nearly_right_is_reported_without_the_list_of_all():
     with pytest.raises(LibraryError) as error:
         wishes_in(["ruogh"], KNOWN)
     assert str(error.value) == "'ruogh' is not known. Did you mean 'rough'?"
@@ -157,7 +157,7 @@ def test_a_word_that_is_known_is_not_offered_in_its_own_stead():
 @pytest.mark.parametrize(
     "text", ["rough and smooth", "very rough, a bit rough", "smooth 80, rough", "soft 20, soft 60", "rough, not rough"]
 )
-def test_wishes_that_no_value_meets_are_told_apart(text):
+def test_wishes_that_no_value_meets_are_distinguished(text):
     with pytest.raises(LibraryError, match="contradict each other: they are about one attribute"):
         wishes_in([text], KNOWN)
 

@@ -1,4 +1,4 @@
-"""Recordings and tables made up for tests: vibration that grows with the hand's speed, and a hand that strokes."""
+"""Simulated recordings and tables for tests: vibration that grows with the hand's speed, and a hand that strokes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def recording(n=20_000, seed=0, texture="made"):
 
 
 class MadeSimulator:
-    """A simulator whose captures are made up: streams of the rates and channels of a session."""
+    """A simulator of captures: streams of the rates and channels of a session."""
 
     def __init__(self):
         self.asked = 0

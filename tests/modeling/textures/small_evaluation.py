@@ -1,4 +1,4 @@
-"""Small things to judge: recordings of a resonance that follows the hand, methods without torch, made-up surfaces."""
+"""A small evaluation: recordings of a resonance that follows the hand, methods without torch, simulated surfaces."""
 
 from dataclasses import dataclass, replace
 
@@ -22,7 +22,7 @@ def recordings(seconds=8.0, names=("smooth", "rough")):
 
 @dataclass(frozen=True)
 class MadeUpSurfaces(SimulatedTextures):
-    """Explorations that are made up."""
+    """Simulated explorations."""
 
     def scene(self, texture, seconds, seed):
         return recording(seconds, 100 + seed, texture).signals

@@ -82,7 +82,7 @@ def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of
     assert source.digest != fed(windows_of_parts, Diet(), 1).digest
 
 
-def test_a_quick_training_takes_few_epochs_and_many_rows_at_a_time_unless_asked_otherwise():
+def test_a_quick_training_takes_few_epochs_and_many_rows_at_a_time_by_default():
     default = Settings(epochs=100, batch=16)
 
     def settings_of(**given):
@@ -115,7 +115,7 @@ def test_a_step_has_its_own_rate_and_leaves_the_trainers():
     assert moves[-1] < 0.01
 
 
-def test_a_training_that_was_cut_off_goes_on_to_the_same_bits(tmp_path):
+def test_a_training_that_was_cut_off_and_resumed_comes_to_the_same_bits(tmp_path):
     whole = recording(0.4)
 
     def fitted(epochs, checkpoint):

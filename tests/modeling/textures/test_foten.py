@@ -1,4 +1,4 @@
-"""FoTEN has the thesis' shapes, learns, is judged by the losses asked for, and becomes a file that answers the same."""
+"""FoTEN has the thesis' shapes, learns with either loss, and becomes a file that answers the same."""
 
 import numpy as np
 import pytest
@@ -131,7 +131,7 @@ def test_every_method_learns_and_answers_in_units(method):
     assert fitted.exported().steps
 
 
-def test_a_few_epochs_foretell_better_than_saying_nothing():
+def test_a_few_epochs_predict_better_than_zero():
     given = learning(1.6, window=10, epochs=3, batch=32)
     fitted = FOTEN_GENERATIVE.fit(given)
     whole = windows(given.recording, given.parts.test, 10)

@@ -51,7 +51,7 @@ def test_ten_times_too_loud_breaks_level_and_size_alone(drive):
     assert beyond(free_run_scores(10 * drive.truth, drive)) == ("level", "greatest")
 
 
-def test_no_more_is_asked_than_another_realisation_reaches():
+def test_the_limits_are_what_another_realisation_reaches():
     numbers = {"level": 1.0, "smoothed_gfc": 0.97, "envelope": 0.75}
     assert beyond(numbers) == ("smoothed_gfc", "envelope")
     assert beyond(numbers, {"smoothed_gfc": 0.999, "envelope": 0.95}) == ("smoothed_gfc", "envelope")

@@ -20,7 +20,7 @@ def hum(n, mains_hz, sizes=(0.5, 0.0, 0.3), wander_hz=0.01):
 
 @pytest.mark.parametrize("mains_hz", [49.9, 50.12, 60.05])
 @pytest.mark.parametrize("n", [1900, 20_000])
-def test_lines_of_mains_are_found_removed_and_told(mains_hz, n):
+def test_lines_of_mains_are_found_removed_and_reported(mains_hz, n):
     clean = 0.5 * texture(n, 1)
     cleaned, hum_removed = without_hum(clean + hum(n, mains_hz), 1000.0)
     assert hum_removed is not None

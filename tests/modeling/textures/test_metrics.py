@@ -53,7 +53,7 @@ def test_smoothed_spectra_compare_signals_of_different_lengths():
     assert smoothed_gfc(vibration(60_000, 1), vibration(9000, 2)) > 0.98
 
 
-def test_other_colours_are_told_from_each_other():
+def test_other_colours_are_distinguished():
     white = np.random.default_rng(0).standard_normal(20_000)
     assert smoothed_gfc(vibration(20_000), white) < 0.9
 

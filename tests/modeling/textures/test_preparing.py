@@ -1,4 +1,4 @@
-"""From sensors to a recording: what comes out of what went in, and what is refused or told."""
+"""From sensors to a recording: what comes out of what went in, and what is refused or noted."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def touched(acceleration=None, force=None, speed=None, **further):
     )  # fmt: skip
 
 
-def test_gravity_is_gone_energy_stays_and_the_upper_edge_is_told():
+def test_gravity_is_gone_energy_stays_and_the_upper_edge_is_reported():
     axes = np.stack([vibration(N, axis) for axis in range(3)], axis=1)
     recording = prepared("t", "T", [touched(axes + np.array([0, 0, 9.80665]))])
     assert recording.acceleration_m_s2.std() == pytest.approx(np.sqrt(3), rel=0.1)
@@ -34,13 +34,13 @@ def test_gravity_is_gone_energy_stays_and_the_upper_edge_is_told():
     np.testing.assert_allclose(recording.force_N, 1.0)
 
 
-def test_a_force_that_counts_down_is_turned_and_told():
+def test_a_force_that_counts_down_is_turned_and_reported():
     recording = prepared("t", "T", [touched(force=np.full(N, -0.8) + 0.1 * np.sin(np.arange(N) / 50))])
     assert recording.force_N.mean() == pytest.approx(0.8, abs=0.02)
     assert any("sign is changed" in note for note in recording.notes)
 
 
-def test_what_never_varies_is_told():
+def test_what_never_varies_is_reported():
     recording = prepared("t", "T", [touched(speed=np.full(N, 45.0), force=np.full(N, 0.8))])
     assert [note for note in recording.notes if "never varies" in note] == [
         "speed never varies (45 mm/s): what it does cannot be learned",
@@ -60,7 +60,7 @@ def test_a_hole_cuts_the_recording_and_two_explorations_join():
     assert any("2 stretches between holes, 2.80 of 3.00 s" in note for note in recording.notes)
 
 
-def test_what_ends_early_or_is_not_known_to_the_end_is_told():
+def test_what_ends_early_or_is_not_known_to_the_end_is_reported():
     whole, half = touched(), np.linspace(20, 90, N)
     half[N // 2 :] = np.nan
     for speed, lasts in ((half[: N // 2], 1500), (half, 1500), (np.linspace(20, 90, N - 300), 2700)):
@@ -77,7 +77,7 @@ def test_what_ends_early_or_is_not_known_to_the_end_is_told():
         assert len(notes) == (len(speed) == N - 1)
 
 
-def test_a_hole_beside_an_end_that_lacks_is_counted_against_all_that_was_recorded():
+def test_a_hole_beside_a_missing_end_is_counted_against_all_that_was_recorded():
     speed = np.linspace(20, 90, N - 500)
     speed[1000:1200] = np.nan
     assert any(
@@ -105,7 +105,7 @@ def test_an_axis_that_stands_still_is_refused_as_that(still, message):
         prepared("t", "T", [touched(axes)])
 
 
-def test_clipping_is_told_or_refused_and_a_sine_is_not_clipped():
+def test_clipping_is_reported_or_refused_and_a_sine_is_not_clipped():
     felt = 9 * vibration(N)
     recording = prepared("t", "T", [touched(np.clip(felt, -22, 22))])
     assert any("clipped" in note for note in recording.notes)

@@ -48,7 +48,7 @@ def test_times_rounded_to_the_millisecond_are_taken_for_the_even_ones_they_were(
     assert rms((resampled[:n] - expected[:n])[200:-200]) < 0.01
 
 
-def test_uneven_times_are_interpolated_and_said():
+def test_uneven_times_are_interpolated_and_reported():
     chance = np.random.default_rng(0)
     t = np.cumsum(chance.uniform(0.5, 1.5, 8000)) / 4000
     sampled = Sampled("acceleration", t, np.sin(2 * np.pi * 100 * t)[:, None], 4000.0, "t")
@@ -58,7 +58,7 @@ def test_uneven_times_are_interpolated_and_said():
     assert rms((resampled[:, 0] - np.sin(2 * np.pi * 100 * grid))[known][200:-200]) < 0.01
 
 
-def test_long_holes_stay_unknown_and_short_ones_are_told():
+def test_long_holes_stay_unknown_and_short_ones_are_reported():
     sampled = evenly("force", wave(2, 1000.0), 1000.0, "t")
     lost = np.ones(2000, dtype=bool)
     lost[500:510] = lost[1200:1300] = False

@@ -1,4 +1,4 @@
-"""The Cluster Haptic Texture Dataset in the layout of its documents/dataset_details.md; each mistake is told.
+"""The Cluster Haptic Texture Dataset in the layout of its documents/dataset_details.md; each mistake is reported.
 
 The times jitter as in that page's example: steps of 0.21 and 0.13 ms, 6 kHz on average.
 """
@@ -57,7 +57,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_units_and_rates_are_told(tmp_path, case):
+def test_wrong_units_and_rates_are_reported(tmp_path, case):
     changed, message = WRONG[case]
     slide(tmp_path, **changed)
     with pytest.raises(TextureDataError, match=message):
@@ -82,7 +82,7 @@ EDITED = {
 
 
 @pytest.mark.parametrize("case", EDITED)
-def test_damaged_tables_are_told_with_their_file(tmp_path, case):
+def test_damaged_tables_are_reported_with_their_file(tmp_path, case):
     folder, change, message = EDITED[case]
     slide(tmp_path)
     edit(tmp_path / "sensor_data" / folder / "0_135_40_500_0.csv", change)
@@ -90,7 +90,7 @@ def test_damaged_tables_are_told_with_their_file(tmp_path, case):
         read_cluster(tmp_path)
 
 
-def test_what_is_not_there_is_told(tmp_path):
+def test_what_is_not_there_is_reported(tmp_path):
     with pytest.raises(TextureDataError, match="no folder sensor_data/accel"):
         read_cluster(tmp_path)
     slide(tmp_path)

@@ -1,4 +1,4 @@
-"""Recordings in the layouts of the Penn Haptic Texture Toolkit; each mistake is told with its file.
+"""Recordings in the layouts of the Penn Haptic Texture Toolkit; each mistake is reported with its file.
 
 The files are made here, in the toolkit's own way of writing numbers (its models: <ARlsf type="array"><value>...).
 """
@@ -78,7 +78,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_wrong_is_told(tmp_path, case):
+def test_what_is_wrong_is_reported(tmp_path, case):
     text, message = REFUSED[case]
     (tmp_path / "Felt.xml").write_text(text, "utf-8")
     with pytest.raises(TextureDataError, match=message):

@@ -1,4 +1,4 @@
-"""Tables of any rate, unit and separator; each mistake is told with its file and line."""
+"""Tables of any rate, unit and separator; each mistake is reported with its file and line."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_units_axes_positions_and_empty_cells(tmp_path):
     assert recording.acceleration_m_s2.std() == pytest.approx(0.980665 * np.sqrt(3 * 455 / 1500), rel=0.05)
 
 
-def test_what_was_not_recorded_can_be_said(tmp_path):
+def test_what_was_not_recorded_can_be_given(tmp_path):
     file = table(tmp_path / "one.txt", "acceleration", [columns()[1]])
     with pytest.raises(TextureDataError, match="no column of times"):
         read_tables(file)
@@ -80,7 +80,7 @@ def test_times_that_are_written_coarsely_are_read(tmp_path):
         "t,a_x [ms⁻²],vel,force",
     ],
 )  # fmt: skip
-def test_headers_of_one_channel_are_understood_as_they_are_met(tmp_path, header):
+def test_common_headers_of_one_channel_are_understood(tmp_path, header):
     t, felt, speed, force = columns(3000, 3000.0)
     one = read_tables(table(tmp_path / "one.csv", header, [t, felt, speed, force]))[0]
     other = read_tables(table(tmp_path / "other.csv", HEAD, [t, felt, speed, force]))[0]
@@ -98,7 +98,7 @@ def test_spaces_comments_decimal_commas_and_times_since_1970_are_read(tmp_path):
         np.testing.assert_allclose(read_tables(tmp_path / name)[0].signals, expected, atol=1e-3)
 
 
-def test_samples_that_lack_do_not_slow_the_clock(tmp_path):
+def test_missing_samples_do_not_slow_the_clock(tmp_path):
     t, felt, speed, force = columns(19_000)
     rows = [f"{a:.4f},{b:.6f},{c:.4f},{d:.4f}" for a, b, c, d in zip(t, felt, speed, force, strict=True)]
     (tmp_path / "t.csv").write_text("\n".join(["time,acceleration,speed,force", *rows[:9000], *rows[9300:]]))

@@ -178,7 +178,7 @@ def test_a_recurrence_without_steps_is_refused():
 
 
 @pytest.mark.parametrize(("name", "window", "epochs"), [("fnn", None, 8), ("dstn", 12, 2), ("hapinf", None, 1)])
-def test_a_few_epochs_foretell_better_than_saying_nothing(name, window, epochs):
+def test_a_few_epochs_predict_better_than_zero(name, window, epochs):
     given = learning(2.0, window=window, epochs=epochs, batch=16)
     fitted = METHODS[name].fit(given)
     whole = windows(given.recording, given.parts.test, fitted.window)

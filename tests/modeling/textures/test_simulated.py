@@ -66,7 +66,7 @@ def test_a_joined_recording_keeps_its_borders_in_the_cache(tmp_path, monkeypatch
     assert len(list(tmp_path.glob("*.npz"))) == 1
 
 
-def test_a_stream_that_lacks_is_named():
+def test_a_missing_stream_is_named():
     simulator = MadeSimulator()
     whole = simulator.captured
     simulator.captured = lambda *arguments: {

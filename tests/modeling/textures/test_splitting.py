@@ -23,7 +23,7 @@ def test_twenty_frames_are_shared_out_and_cover_everything_once():
     assert split_notes(recording(), parts) == ()
 
 
-def test_the_same_recording_gives_the_same_parts_whatever_was_asked_before():
+def test_the_same_recording_gives_the_same_parts_whatever_was_split_before():
     assert split(recording(seed=3)) == split(recording(seed=3))
 
 

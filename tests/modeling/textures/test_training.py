@@ -42,14 +42,14 @@ def test_one_model_for_each_texture_with_what_was_found_in_its_card(tmp_path):
         assert all(path.is_file() for path in model.files)
 
 
-def test_what_is_written_plays_as_what_was_judged(tmp_path):
+def test_what_is_written_plays_as_what_was_evaluated(tmp_path):
     written = trained(tmp_path, small.recordings(4.0, ("smooth",)))
     evaluation = next((tmp_path / "work" / "models").glob("*/*.json"))
     speed, force = np.full(500, 80.0), np.full(500, 1.0)
     np.testing.assert_array_equal(play(written[0].card, speed, force, 3), play(evaluation, speed, force, 3))
 
 
-def test_the_same_command_goes_on_and_writes_the_same_bytes(tmp_path):
+def test_the_same_command_resumes_and_writes_the_same_bytes(tmp_path):
     recordings = small.recordings(4.0, ("smooth",))
     before = [path.read_bytes() for path in trained(tmp_path, recordings)[0].files]
     assert [path.read_bytes() for path in trained(tmp_path, recordings)[0].files] == before

@@ -74,7 +74,7 @@ def test_a_cluster_gives_the_same_also_when_one_of_its_workers_is_killed(alone, 
     assert [result.tobytes() for result in results] == [result.tobytes() for result in alone]
     with pytest.raises(JobError, match=r"^job 2 \(-1\): -1 is below zero"):
         run_jobs(working.root, [4.0, -1], cluster=cluster)
-    jobs.demand_cluster(cluster)  # fit, so nothing is said
+    jobs.demand_cluster(cluster)  # fit, so no message is printed
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -1,4 +1,4 @@
-"""A worker that was told to give memory back at once keeps it for the next step."""
+"""A worker whose environment gives memory back at once keeps it for the next step."""
 
 import os
 import subprocess

@@ -89,7 +89,7 @@ def test_killed_and_continued_is_the_same_to_the_bit(where, killed):
     assert len(list(folder.iterdir())) == 4  # two checkpoints, nothing unfinished
 
 
-def test_a_finished_training_goes_on_for_more_epochs_as_if_it_had_been_asked_for_them_at_once(tmp_path):
+def test_a_finished_training_continued_for_more_epochs_equals_one_that_ran_them_at_once(tmp_path):
     trained(checkpoint=tmp_path, epochs=5, every_epochs=4)
     assert sorted(path.stem for path in tmp_path.glob("*.json")) == ["epoch-000004", "epoch-000005"]
     assert the_same(trained(checkpoint=tmp_path, epochs=12), trained())
@@ -117,7 +117,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_a_damaged_checkpoint_is_told_of_and_the_one_before_it_is_used(damage, tmp_path):
+def test_a_damaged_checkpoint_is_reported_and_the_one_before_it_is_used(damage, tmp_path):
     trained(checkpoint=tmp_path)
     DAMAGE[damage](tmp_path)
     with pytest.raises(CheckpointError, match="is damaged"):
@@ -143,7 +143,7 @@ def test_where_all_are_damaged_the_training_begins_anew_and_says_so_and_is_kept_
 
 
 @pytest.mark.parametrize("ends", [{"epochs": 5}, {"stop_patience": 2}])
-def test_one_that_went_on_after_what_is_asked_for_is_refused(ends, tmp_path):
+def test_a_checkpoint_beyond_the_requested_epochs_is_refused(ends, tmp_path):
     given = {"plateau_patience": None, "learning_rate": 0.05}
     trained(checkpoint=tmp_path, **given)
     after = len(trained(**given, **ends)[1].history)

@@ -182,7 +182,7 @@ def test_rows_made_on_demand_are_augmented_the_same_way_again():
     assert the_same(once(), once())
 
 
-def test_the_time_left_is_told():
+def test_the_time_left_is_reported():
     lines, ticks = [], itertools.count()
     trained(epochs=4, clock=lambda: 7.0 * next(ticks), report=lines.append)
     assert lines[0].startswith("epoch 1 of 4: loss ") and "held out" in lines[0] and "at most " in lines[0]

@@ -31,7 +31,7 @@ def evaluation(tmp_path_factory):
     return small.evaluation(tmp_path_factory.mktemp("work"), times={"mfcc": 0.1, "hand": 0.2, "glcm": 0.3})
 
 
-def test_every_method_is_asked_about_every_texture_that_it_had_not_seen(evaluation):
+def test_every_method_predicts_every_texture_without_having_seen_it(evaluation):
     assert [entry.method for entry in evaluation.entries] == list(small.METHODS)
     assert evaluation.tested == small.material().ids
     assert evaluation.predicted(evaluation.main("mean")).shape == evaluation.rated().shape == (12, 4)
@@ -58,7 +58,7 @@ def test_all_methods_have_the_same_folds_and_one_that_watches_learns_from_fewer(
         assert (len(held), none, seed) == (1, (), 3)
 
 
-def test_a_method_that_may_watch_does_so_where_it_is_asked_for(tmp_path):
+def test_a_method_that_may_watch_does_so_on_request(tmp_path):
     seen = []
 
     def fit(learning):
@@ -170,7 +170,7 @@ def test_an_unknown_method_is_refused_with_the_nearest(tmp_path):
         evaluate_methods(small.material(), small.options(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
 
 
-def test_textures_that_lack_what_others_have_are_not_used_and_told(tmp_path):
+def test_textures_without_what_others_have_are_not_used_and_reported(tmp_path):
     material = small.changed(small.material(), "T02", touch={})
     material = small.changed(material, "T03", rated=None)
     material = small.changed(
@@ -245,7 +245,7 @@ def test_an_answer_is_the_rows_mean_within_the_scale(evaluation):
             predict_texture(Rows(wrong), texture, 2)
 
 
-def test_entries_stand_in_the_tables_that_they_belong_to():
+def test_entries_are_in_the_tables_that_they_belong_to():
     every = entries(small.METHODS, small.METHODS, {"hv_net": ((), ("glcm",))})
     tables_of = {entry.name: entry.tables for entry in every}
     assert tables_of["hv_net: glcm"] == {MAIN, KINDS}
@@ -274,7 +274,7 @@ def test_a_context_can_be_made_without_any_chance_of_a_leak(tmp_path):
     assert domain.key(LeaveOut(ENTRY, "TWIN")) != domain.key(LeaveOut(ENTRY, "T01"))
 
 
-def test_too_few_textures_that_have_everything_are_refused_with_what_lacks(tmp_path):
+def test_too_few_complete_textures_are_refused_with_what_is_missing(tmp_path):
     material = small.material()
     textures = [
         texture if place < 2 else dataclasses.replace(texture, touch={})
@@ -327,7 +327,7 @@ def test_where_it_is_the_best_its_lead_is_weighed():
     assert choice([row("visuo_tactile", 5.0), row("mean", 20.0)]).of_ours[1] == "No interval of its leads holds 0."
 
 
-def test_fusion_is_told_as_reached_or_not():
+def test_fusion_is_reported_as_reached_or_not():
     both = [row("visuo_tactile", 5.0), row("hv_net", 8.0), row("ht_net", 6.0, ours_chance=True)]
     label, sentence = fusion(both)
     assert label == "Fusion"

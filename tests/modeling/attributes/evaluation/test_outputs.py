@@ -47,7 +47,7 @@ def test_errors_stand_beside_times_and_differences(evaluation, rows):
     assert rows["ridge"]["features_s"] == 7.75  # the recording is prepared once for both of its kinds
     assert rows["mean"]["features_s"] == 0.0
     assert rows["ridge"]["train_s"] == rows["ridge"]["answer_s"] == 1.0
-    assert rows["visuo_tactile"]["features_s"] is None  # nobody timed resnet
+    assert rows["visuo_tactile"]["features_s"] is None  # resnet was not timed
     assert rows["ann"]["mae"] is rows["ann"]["best_less"] is None
     assert rows["ann"]["refused"] == "this method has had enough."
     best = min((row for row in rows.values() if row["mae"] is not None), key=lambda row: row["mae"])
@@ -165,7 +165,7 @@ def test_a_class_is_shown_in_words_and_its_id_is_left_to_the_tables(folder):
     assert "b &lt;i&gt;y" in chart and "b_&lt;i" not in chart
 
 
-def test_classes_are_told_with_a_row_over_all_attributes(evaluation):
+def test_classes_are_reported_with_a_row_over_all_attributes(evaluation):
     rows = [row for row in tables(evaluation)["classes"] if row["method"] == "ridge"]
     assert {row["class"] for row in rows} == {"wood", "foam", "mesh", "b_<i>y</i>"}
     whole = [row for row in rows if row["attribute"] == "all"]
@@ -195,7 +195,7 @@ def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
     assert any("at most 3 epochs" in line for line in banners(short))
 
 
-def test_early_stopping_is_told_and_who_was_watched(tmp_path):
+def test_early_stopping_and_the_held_out_textures_are_reported(tmp_path):
     watched = [row["held"] for row in fold_rows(small.evaluation(tmp_path / "own"))]
     assert watched == [""] * len(watched)
     stopped = small.evaluation(tmp_path / "asked", early_stopping=True)

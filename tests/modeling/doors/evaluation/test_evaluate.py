@@ -78,7 +78,7 @@ def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_b
     assert Path(places["below"]).parent.name == "checkpoints"
 
 
-def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_was_asked_for(tmp_path):
+def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_was_requested(tmp_path):
     methods = {way: dict(known) for way, known in METHODS.items()}
     methods["forward"]["below"] = replace(METHODS["forward"]["below"], fit=with_checkpoint)
     choice = options("", "above", work=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
@@ -126,13 +126,13 @@ def test_a_whole_evaluation_as_tables_and_as_json_without_nan():
     assert method["file_bytes"] > 500
 
 
-def test_real_peoples_ratings_are_judged_by_the_forward_model_alone():
+def test_real_peoples_ratings_are_evaluated_by_the_forward_model_alone():
     row = evaluate_small(small_data(simulated=False)).inverse[0]
     assert row["loop_fresh"] is None
     assert row["loop_judge"] > 0
 
 
-def test_the_measured_door_is_predicted_by_models_that_never_met_it():
+def test_the_measured_door_is_predicted_by_models_that_never_saw_it():
     evaluation = evaluate_small(small_data())
     names = [measured.name for measured in evaluation.measured]
     assert names == ["actual", "edited_v1", "edited_v2", "edited_v3", "edited_v4"]
@@ -165,7 +165,7 @@ def test_two_stimuli_and_ratings_that_are_all_equal_are_refused():
         domain_for(replace(data, rating=np.ones_like(data.rating)), options("ridge"), METHODS)
 
 
-def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_it_is_asked():
+def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_requested():
     choice = DoorOptions(methods={"forward": ("ridge", "network"), "inverse": ()})
     domain = domain_for(small_data(), choice)
     splits = {

@@ -26,7 +26,7 @@ def test_a_baseline_that_wins_is_named_as_such():
     assert not any("baseline wins" in line for line in choice([row("foten_generative", 6, 0.5)], []).of_ours)
 
 
-def test_where_the_shipped_default_was_not_evaluated_it_stays_and_that_is_said():
+def test_where_the_shipped_default_was_not_evaluated_it_stays_and_that_is_reported():
     assert "foten_generative, was not evaluated" in choice([row("ar", 6, 0.5)], []).of_ours[-1]
     assert not any(
         "not evaluated" in line for line in choice([row("ar", 6, 0.5), row("foten_generative", 1, 1)], []).of_ours

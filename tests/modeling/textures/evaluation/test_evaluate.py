@@ -22,7 +22,7 @@ def evaluation(tmp_path_factory):
     return evaluate_methods(domain, options)
 
 
-def test_every_method_is_fitted_judged_and_run_free_on_every_texture(evaluation):
+def test_every_method_is_fitted_scored_and_run_free_on_every_texture(evaluation):
     assert [(fit.texture, fit.method) for fit in evaluation.fits] == [
         (texture, method) for texture in ("smooth", "rough") for method in ("foten", "foten_generative")
     ]
@@ -127,7 +127,7 @@ def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validat
     assert len(figure_4_5(evaluation)) == 25
 
 
-def test_a_recording_too_short_to_split_is_left_out_and_said(tmp_path):
+def test_a_recording_too_short_to_split_is_left_out_and_reported(tmp_path):
     short = recording(0.3, 1, "blink")
     domain, _ = small.domain(tmp_path, recorded=(short, *small.recordings(4.0, ("smooth",))))
     assert list(domain.recordings) == ["smooth"]

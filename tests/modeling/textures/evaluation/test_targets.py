@@ -55,5 +55,5 @@ def test_where_ours_did_not_run_the_baseline_has_won(verdicts):
     assert sentences["Against AR"] == "Nearer on 1 of 2 textures (aim: 2): not reached."
 
 
-def test_nothing_is_said_of_a_network_that_never_ran(verdicts):
+def test_nothing_is_reported_of_a_network_that_never_ran(verdicts):
     assert verdicts(rows("foten_generative", REFUSED)) == {}
