@@ -1,4 +1,4 @@
-"""Drive commands with faults and compare what they leave; as a program, write docs/reference/faults.md anew."""
+"""Drive commands with faults and compare what they leave; as a program, write the page of disk faults."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tests.faults.commands import (
 )
 from tests.faults.machine import FAULTS, FILLER, FULL, INTERRUPT, MEMORY, SIZE, Ended, in_full_tmpfs, run_with
 
-PAGE = ROOT / "docs" / "reference" / "faults.md"
+PAGE = ROOT / "docs" / "reference" / "disk-faults-and-interrupts.md"
 COLUMNS = (*FAULTS, SIZE, FULL, INTERRUPT)
 SAME_PATH = ("write error",)
 """What only has another number than a full disk: driven when the page is written."""
