@@ -14,8 +14,8 @@ from palpate.modeling.commands_library import textures
 from palpate.modeling.training import jobs
 from palpate.modeling.training.refusals import JobError
 from tests.analysis.commands_for_tests import run_verb
-from tests.modeling.attributes.made_material import simulated_material
-from tests.modeling.attributes.made_recordings import rated, table
+from tests.modeling.attributes.material_for_tests import simulated_material
+from tests.modeling.attributes.recordings_for_tests import rated, table
 
 pytestmark = pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 

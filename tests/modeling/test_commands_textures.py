@@ -9,7 +9,7 @@ from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.models.file import read_model
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
 from tests.analysis.commands_for_tests import run_verb
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 
 pytestmark = pytest.mark.needs("torch")
 

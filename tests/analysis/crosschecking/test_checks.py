@@ -9,7 +9,7 @@ from palpate.analysis.crosschecking import conditions as comparing
 from palpate.analysis.crosschecking import packages
 from palpate.analysis.crosschecking.checks import LIMIT, cross_check, difference, line_of, sentence
 from palpate.analysis.crosschecking.conditions import Pair
-from tests.analysis.crosschecking.made_answers import answered, long, rated
+from tests.analysis.crosschecking.answers_for_tests import answered, long, rated
 
 
 def nested():

@@ -11,7 +11,7 @@ import pytest
 
 from palpate.analysis.crosschecking import conditions, packages
 from palpate.analysis.crosschecking.checks import cross_check
-from tests.analysis.crosschecking.made_answers import answered, long, rated
+from tests.analysis.crosschecking.answers_for_tests import answered, long, rated
 
 RNG = np.random.Generator(np.random.PCG64(7))
 CELLS = np.round(RNG.normal(50, 5, (8, 1)) + RNG.normal(0, 3, (8, 4)), 1)

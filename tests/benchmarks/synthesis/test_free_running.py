@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.synthesis import free_running
 from benchmarks.synthesis.free_running import AGAIN, LOOKS, METHODS, cases
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 
 CARDS = {"rough": {"ar": Path("rough-ar.json"), "foten_generative": Path("rough-foten.json"), "gan": Path("gan.json")}}
 

@@ -8,7 +8,7 @@ import torch
 from benchmarks.synthesis.stock_foten import StockFoten
 from benchmarks.synthesis.training import WAYS, cases
 from palpate.modeling.textures.foten_network import Foten
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 
 pytestmark = pytest.mark.needs("torch")
 

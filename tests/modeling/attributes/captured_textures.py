@@ -5,7 +5,7 @@ import numpy as np
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 from tests.analysis.streams.ledgers import DOOR, Written, block, block_description
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 WRENCH = {"channels": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), "units": ("N",) * 3 + ("N m",) * 3}
 AXES = {"channels": ("ax", "ay", "az"), "units": ("m/s^2",) * 3}

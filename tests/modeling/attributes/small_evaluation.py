@@ -7,7 +7,7 @@ import numpy as np
 from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.material import Material, MaterialError
 from palpate.modeling.attributes.methods import Method
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.material_for_tests import simulated_material
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import pytest
 from palpate.modeling.attributes.material import MaterialError, Rated, ratings_of
 from palpate.modeling.attributes.model_file import read_model, write_model
 from palpate.modeling.attributes.registry import METHODS
-from tests.modeling.attributes.learned import answers, learning, tested_textures
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.learning_for_tests import answers, learning, tested_textures
+from tests.modeling.attributes.material_for_tests import simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 

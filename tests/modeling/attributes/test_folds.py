@@ -5,7 +5,7 @@ import pytest
 
 from palpate.modeling.attributes.folds import all_of_them, groups_of, leave_one_texture_out, some_of
 from palpate.modeling.attributes.material import Material, MaterialError
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.material_for_tests import simulated_material
 from tests.modeling.attributes.small_evaluation import changed
 
 M = simulated_material(24)

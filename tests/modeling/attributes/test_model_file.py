@@ -10,7 +10,7 @@ from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
 from palpate.protocols.canonical import digest
 from tests.modeling.attributes import small_evaluation as small
-from tests.modeling.attributes.made_material import PAIRS, simulated_material
+from tests.modeling.attributes.material_for_tests import PAIRS, simulated_material
 from tests.modeling.files.lost_power import only_numbers_are_placed
 
 T01 = simulated_material(1).textures[0]

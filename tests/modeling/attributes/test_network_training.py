@@ -16,7 +16,7 @@ from palpate.modeling.attributes.network_methods import (
 )
 from palpate.modeling.attributes.network_training import LITERAL_SETTINGS, SETTINGS
 from palpate.modeling.attributes.registry import METHODS
-from tests.modeling.attributes.made_material import PAIRS, simulated_material
+from tests.modeling.attributes.material_for_tests import PAIRS, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -193,7 +193,7 @@ def test_where_nothing_is_watched_the_course_goes_to_its_end(textures):
 
 
 def test_a_tiny_training_beats_the_mean_and_both_senses_beat_either_on_unseen_textures():
-    """Sight knows bumps; touch roughness, friction and compliance (`made_material`)."""
+    """Sight knows bumps; touch roughness, friction and compliance (`simulated_material`)."""
     textures = simulated_material(textures=34, segments=12, pictures=4, noise=0.5).textures
     train, test = textures[:26], textures[26:]
     mean = np.abs(ratings_of(train).mean(axis=0) - ratings_of(test))

@@ -14,7 +14,7 @@ from palpate.modeling.attributes.network_training import (
     spread_out,
     target_of,
 )
-from tests.modeling.attributes.made_material import SIZES, simulated_material
+from tests.modeling.attributes.material_for_tests import SIZES, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 

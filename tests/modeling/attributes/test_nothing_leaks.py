@@ -10,7 +10,7 @@ from palpate.modeling.attributes.entries import Entry
 from palpate.modeling.attributes.evaluation.evaluate import AttributeOptions, domain_for
 from palpate.modeling.attributes.material import load_material
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.material_for_tests import simulated_material
 from tests.modeling.attributes.small_evaluation import changed
 
 pytestmark = pytest.mark.needs("torch")

@@ -9,9 +9,9 @@ from palpate.modeling.attributes.reading_recordings import Recordings, filed
 from palpate.modeling.textures.reading_tables import Held
 from palpate.modeling.textures.recording import TextureDataError
 from tests.analysis.features.picture_specimens import write_picture
-from tests.modeling.attributes.made_recordings import rated, table
-from tests.modeling.textures.made_cluster import slide
-from tests.modeling.textures.made_hatt import whole
+from tests.modeling.attributes.recordings_for_tests import rated, table
+from tests.modeling.textures.cluster_for_tests import slide
+from tests.modeling.textures.hatt_for_tests import whole
 
 
 def read(place, recordings, **options):

@@ -16,7 +16,7 @@ from palpate.modeling.attributes.resnet import (
     random_state,
 )
 from palpate.modeling.training.threads import limited
-from tests.modeling.attributes.made_weights import drawn_input, drawn_state
+from tests.modeling.attributes.weights_for_tests import drawn_input, drawn_state
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -10,7 +10,7 @@ from safetensors.torch import save_file
 
 from palpate.modeling.attributes.material import MaterialError
 from palpate.modeling.attributes.resnet_weights import COUNTED, Weights, read_weights, weights_from
-from tests.modeling.attributes.made_weights import drawn_state
+from tests.modeling.attributes.weights_for_tests import drawn_state
 
 pytestmark = pytest.mark.needs("torch")
 

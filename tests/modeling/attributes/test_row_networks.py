@@ -21,7 +21,7 @@ from palpate.modeling.attributes.row_networks import (
     restore_rows,
     stack_of,
 )
-from tests.modeling.attributes.learned import learning, tested_textures
+from tests.modeling.attributes.learning_for_tests import learning, tested_textures
 
 pytestmark = pytest.mark.needs("torch")
 

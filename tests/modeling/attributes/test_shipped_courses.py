@@ -13,7 +13,7 @@ from palpate.modeling.attributes.methods import Learning
 from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 from palpate.modeling.training.loop import adam
 from palpate.modeling.training.optimisers import share_of
-from tests.modeling.attributes.made_material import PAIRS, simulated_material
+from tests.modeling.attributes.material_for_tests import PAIRS, simulated_material
 
 pytestmark = pytest.mark.needs("torch")
 

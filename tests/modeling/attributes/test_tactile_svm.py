@@ -11,8 +11,8 @@ from sklearn.svm import SVR
 from palpate.modeling.attributes import tactile_svm
 from palpate.modeling.attributes.material import ratings_of
 from palpate.modeling.attributes.tactile_svm import TACTILE_SVM
-from tests.modeling.attributes.learned import learning, tested_textures
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.learning_for_tests import learning, tested_textures
+from tests.modeling.attributes.material_for_tests import simulated_material
 
 
 def test_it_chooses_and_answers_as_sklearn_does_over_the_whole_grid():

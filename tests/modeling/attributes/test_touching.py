@@ -11,7 +11,7 @@ from palpate.modeling.attributes.reading_touch import felt_of, filtering, touch_
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import evenly
 from palpate.modeling.textures.recording import TextureDataError
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 N = 8000
 AXES = np.stack([vibration(N, axis) for axis in range(3)], axis=1)

@@ -10,7 +10,7 @@ from palpate.modeling.attributes.model_file import ModelFileError, read_model
 from palpate.modeling.attributes.training import train_attributes
 from palpate.modeling.training.history import Epoch
 from tests.modeling.attributes import small_evaluation as small
-from tests.modeling.attributes.made_material import PAIRS
+from tests.modeling.attributes.material_for_tests import PAIRS
 
 
 def trained(lab, method="ridge", material=None, methods=small.METHODS, **more):

@@ -15,8 +15,8 @@ from palpate.modeling.attributes.learnable import inner_folds
 from palpate.modeling.attributes.material import MaterialError, ratings_of
 from palpate.modeling.attributes.whole_textures import BOOSTING, LIMIT, RIDGE, SHARES, boosted, whole_of
 from palpate.modeling.regression import PENALTIES, inner_errors, path_of
-from tests.modeling.attributes.learned import learning, tested_textures
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.learning_for_tests import learning, tested_textures
+from tests.modeling.attributes.material_for_tests import simulated_material
 
 
 def weighed(textures, given, share):

@@ -11,7 +11,7 @@ import pytest
 from palpate.modeling.doors.ceiling import noise_ceiling
 from palpate.modeling.doors.data import ModelDataError, Scaling
 from palpate.modeling.doors.rated import Individual, Questions, Rated, StimulusProfile, rated_of
-from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES, crossed
+from tests.modeling.doors.data_for_tests import ANTONYMS, ATTRIBUTES, crossed
 
 PLAIN = Scaling((0.0, 1.0), (0.0, 100.0))
 """Ratings as they are: 0..100."""

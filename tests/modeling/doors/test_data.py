@@ -14,7 +14,7 @@ import pytest
 from palpate.modeling.doors.data import ModelDataError, scaling_of
 from palpate.modeling.doors.measured_door import measured_doors
 from palpate.signals.doors.profiles import normalise
-from tests.modeling.doors.made_up import crossed
+from tests.modeling.doors.data_for_tests import crossed
 
 SMALL = Path(__file__).parents[2] / "recorded" / "doors_small" / "study.yaml"
 MEASURED = Path(__file__).parents[3] / "studies" / "door_ratings" / "measured"

@@ -14,7 +14,7 @@ from palpate.modeling.doors.data import SAME_N, ModelDataError
 from palpate.modeling.doors.folding import Fold, folds, held_share
 from palpate.modeling.doors.training_variants import with_variants
 from tests.examples import examples
-from tests.modeling.doors.made_up import crossed, made_up
+from tests.modeling.doors.data_for_tests import crossed, random_doors
 
 PAIRS = tuple((15 * door, 15 * door + 10) for door in range(6))
 """g0 and g10 of each door, as in the study: one profile."""
@@ -49,7 +49,7 @@ def any_data(draw):
     """Any doors and variants, unbalanced; some profiles equal, some declared to be of one source."""
     count = draw(st.integers(6, 24))
     places = draw(st.lists(st.tuples(st.sampled_from("ABCD"), st.sampled_from("wxyz")), min_size=count, max_size=count))
-    data = made_up(places, seed=draw(st.integers(0, 5)))
+    data = random_doors(places, seed=draw(st.integers(0, 5)))
     alike = draw(st.lists(st.tuples(st.integers(0, count - 1), st.integers(0, count - 1)), max_size=4))
     force, source = data.force_N.copy(), list(data.source)
     for nth, (one, other) in enumerate(alike):
@@ -89,7 +89,7 @@ def test_no_source_and_no_profile_is_ever_on_both_sides(data, k, seed, by_door):
 )
 def test_where_every_profile_is_its_own_source_the_balance_is_perfect(places, k):
     """A bipartite multigraph always has an equitable colouring (de Werra 1971), so the best is known: it is reached."""
-    data = made_up(places)
+    data = random_doors(places)
     divided = folds(data, k)
     for labels in ("doors", "variants"):
         for name, total in Counter(getattr(data, labels)).items():

@@ -27,8 +27,8 @@ from palpate.studies.participants.withdrawal import withdraw
 from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated
 from tests.analysis.exporting.labs import rewritten
+from tests.modeling.doors.data_for_tests import ANTONYMS, ATTRIBUTES
 from tests.modeling.doors.labs_for_doors import RECORDED, doors_small
-from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES
 
 SMALL = ("Easy-to-pull", "Damped", "Luxurious")
 

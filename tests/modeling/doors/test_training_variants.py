@@ -10,7 +10,7 @@ import pytest
 from palpate.modeling.doors import training_variants
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.training_variants import KINDS, is_variant, with_variants
-from tests.modeling.doors.made_up import crossed
+from tests.modeling.doors.data_for_tests import crossed
 
 NAMES = ("noise", "shift", "smoothing", "amplitude", "spike")
 ANGLE = np.arange(621) / 10

@@ -28,7 +28,7 @@ from palpate.modeling.library.contact_sheet import (
 )
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.search import wishes_of
-from tests.modeling.library.made_library import entry, rated, small_library
+from tests.modeling.library.library_for_tests import entry, rated, small_library
 
 LIBRARY = small_library()
 RED = (200, 30, 40)

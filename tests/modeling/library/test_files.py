@@ -17,7 +17,7 @@ from palpate.modeling.library.files import (
     write_whole,
 )
 from palpate.protocols.canonical import digest
-from tests.modeling.library.made_library import entry, rated, small_library
+from tests.modeling.library.library_for_tests import entry, rated, small_library
 
 
 @pytest.fixture

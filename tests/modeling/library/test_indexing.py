@@ -8,7 +8,7 @@ import pytest
 from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
 from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
-from tests.modeling.attributes.made_material import PAIRS, simulated_material
+from tests.modeling.attributes.material_for_tests import PAIRS, simulated_material
 
 MATERIAL = simulated_material(textures=6, segments=3, pictures=2)
 

@@ -7,7 +7,7 @@ from palpate.analysis.figures.bubbles import RADII
 from palpate.analysis.figures.style import drawing
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.map import FADED, FOUND, draw_map, map_data, roles_of, write_map
-from tests.modeling.library.made_library import PAIRS, entry, rated, small_library
+from tests.modeling.library.library_for_tests import PAIRS, entry, rated, small_library
 
 LIBRARY = small_library(
     entry("T01", rated=rated(0, 0, 0, 0)), entry("T02", rated=rated(100, 100, 100, 100)),

@@ -22,7 +22,7 @@ from palpate.modeling.library.search import (
     none_fits,
     wishes_of,
 )
-from tests.modeling.library.made_library import entry, predicted, rated, small_library
+from tests.modeling.library.library_for_tests import entry, predicted, rated, small_library
 
 LIBRARY = small_library()
 

@@ -14,7 +14,7 @@ from scipy.stats import norm
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.terms import FILE, Soft, Word, both, in_words, known_words, trapezoid, turned, vocabulary
 from palpate.modeling.library.wishes import wishes_in
-from tests.modeling.library.made_library import PAIRS
+from tests.modeling.library.library_for_tests import PAIRS
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.terms import vocabulary
 from palpate.modeling.library.wishes import combined, wishes_in
-from tests.modeling.library.made_library import PAIRS
+from tests.modeling.library.library_for_tests import PAIRS
 
 KNOWN = vocabulary(PAIRS, ("wood", "foam"))
 ROUGH, BUMPY, STICKY, SOFT = range(4)

@@ -11,7 +11,7 @@ from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
 from palpate.signals.models.card import Dense
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 
 ORDER = 12
 
@@ -21,7 +21,7 @@ def recordings(seconds=8.0, names=("smooth", "rough")):
 
 
 @dataclass(frozen=True)
-class MadeUpSurfaces(SimulatedTextures):
+class ResonantSurfaces(SimulatedTextures):
     """Simulated explorations."""
 
     def scene(self, texture, seconds, seed):
@@ -91,7 +91,7 @@ def options(work, methods=("foten", "foten_generative"), explore=True, **more):
 def domain(work, recorded=None, simulator=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
     choice = options(work, methods_of, **more)
     clock = iter(range(10**6)).__next__
-    return domain_for(recorded or recordings(), simulator or MadeUpSurfaces(), choice, known, clock=clock), choice
+    return domain_for(recorded or recordings(), simulator or ResonantSurfaces(), choice, known, clock=clock), choice
 
 
 def windows_of(evaluation, texture):

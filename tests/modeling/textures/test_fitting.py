@@ -10,7 +10,7 @@ from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, TextureDataError
 from palpate.modeling.training.optimisers import Cosine, cosine, share_of
 from palpate.modeling.training.settings import Settings
-from tests.modeling.textures.made_up_recording import parts, recording
+from tests.modeling.textures.recording_for_tests import parts, recording
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -6,13 +6,13 @@ import pytest
 from palpate.modeling.textures.drive import explored, from_recording
 from palpate.modeling.textures.free_run import LIMITS, beyond, ceiling, free_run_scores, truth_of
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
-from tests.modeling.textures.made_up_recording import parts, recording
-from tests.modeling.textures.small_evaluation import MadeUpSurfaces
+from tests.modeling.textures.recording_for_tests import parts, recording
+from tests.modeling.textures.small_evaluation import ResonantSurfaces
 
 
 @pytest.fixture(scope="module")
 def drive():
-    return explored(MadeUpSurfaces(), "cloth", 20.0, 1)
+    return explored(ResonantSurfaces(), "cloth", 20.0, 1)
 
 
 def test_the_truth_itself_is_without_fault(drive):
@@ -104,7 +104,7 @@ def test_a_hand_that_rests_cannot_drive_anything():
 
 
 def test_an_exploration_that_is_none_is_refused():
-    simulator = MadeUpSurfaces()
+    simulator = ResonantSurfaces()
     object.__setattr__(simulator, "scene", lambda *_: np.full((3, 100), np.nan))
     with pytest.raises(TextureDataError, match="finite"):
         explored(simulator, "cloth", 1.0, 0)

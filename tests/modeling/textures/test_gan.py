@@ -13,7 +13,7 @@ from palpate.modeling.training.seeding import seeded
 from palpate.signals.models.file import read_model
 from palpate.signals.textures import block_voice
 from palpate.signals.textures.voice import play
-from tests.modeling.textures.made_up_recording import parts, recording
+from tests.modeling.textures.recording_for_tests import parts, recording
 
 pytestmark = pytest.mark.needs("torch")
 

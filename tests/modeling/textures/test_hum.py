@@ -5,7 +5,7 @@ import pytest
 
 from palpate.modeling.textures.hum import before_filter, notched, without_hum
 from palpate.signals.filters import band_pass
-from tests.modeling.textures.made_textures import hand, vibration
+from tests.modeling.textures.textures_for_tests import hand, vibration
 
 
 def texture(n, seed):

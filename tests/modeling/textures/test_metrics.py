@@ -26,7 +26,7 @@ from palpate.modeling.textures.metrics import (
     threshold_m_s2,
 )
 from palpate.modeling.textures.recording import TextureDataError
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 
 def test_the_criterion_is_equation_4_11_of_the_thesis():

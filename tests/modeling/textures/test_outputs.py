@@ -9,7 +9,7 @@ from palpate.modeling.textures.recording import Parts, TextureDataError
 from palpate.signals.models.file import read_model
 from palpate.signals.textures.voice import open_voice
 from tests.modeling.textures import small_evaluation as small
-from tests.modeling.textures.made_up_recording import parts, recording
+from tests.modeling.textures.recording_for_tests import parts, recording
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from palpate.modeling.textures.plausible import clipped_share
 from palpate.modeling.textures.preparing import Touched, prepared
 from palpate.modeling.textures.rates import evenly
 from palpate.modeling.textures.recording import Joined, TextureDataError
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 N = 3000
 

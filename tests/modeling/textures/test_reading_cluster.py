@@ -8,7 +8,7 @@ import pytest
 
 from palpate.modeling.textures.reading_cluster import read_cluster, slides, touched
 from palpate.modeling.textures.recording import TextureDataError
-from tests.modeling.textures.made_cluster import slide
+from tests.modeling.textures.cluster_for_tests import slide
 
 
 def test_slides_become_pieces_of_their_texture_s_recording(tmp_path):

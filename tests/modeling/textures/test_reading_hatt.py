@@ -8,7 +8,7 @@ import pytest
 
 from palpate.modeling.textures.reading_hatt import read_hatt, sources, touched
 from palpate.modeling.textures.recording import TextureDataError
-from tests.modeling.textures.made_hatt import UNITS, array, signals, whole
+from tests.modeling.textures.hatt_for_tests import UNITS, array, signals, whole
 
 
 def test_a_file_with_everything_in_it(tmp_path):

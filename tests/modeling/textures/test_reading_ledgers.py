@@ -13,7 +13,7 @@ from palpate.studies.participants.registry import open_registry
 from palpate.studies.participants.withdrawal import withdraw
 from tests.analysis.streams.ledgers import Written, block, block_description
 from tests.modeling.attributes.captured_textures import session as captures_of
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 SECONDS = 2.0
 AXES = {"channels": ("ax", "ay", "az"), "units": ("m/s^2",) * 3}

@@ -6,7 +6,7 @@ import pytest
 from palpate.modeling.textures.reading_tables import Held, read_tables
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.splitting import split
-from tests.modeling.textures.made_textures import hand, vibration
+from tests.modeling.textures.textures_for_tests import hand, vibration
 
 
 def table(path, header, columns, separator=",", form="%.7g"):

@@ -18,7 +18,7 @@ from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
 from palpate.signals.models.card import Port
 from palpate.signals.models.file import read_model
-from tests.modeling.textures.made_up_recording import parts, recording
+from tests.modeling.textures.recording_for_tests import parts, recording
 
 pytestmark = pytest.mark.needs("torch")
 

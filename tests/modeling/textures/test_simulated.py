@@ -5,7 +5,7 @@ import pytest
 
 from palpate.modeling.textures.recording import TextureDataError, joined
 from palpate.modeling.textures.simulated import SIX, simulated
-from tests.modeling.textures.made_textures import MadeSimulator, recording
+from tests.modeling.textures.textures_for_tests import FixedSimulator, recording
 
 
 def same(one, other):
@@ -13,7 +13,7 @@ def same(one, other):
 
 
 def test_six_textures_by_default_and_each_says_how_it_was_made():
-    simulator = MadeSimulator()
+    simulator = FixedSimulator()
     recordings = simulated(simulator, seconds=1.0)
     assert tuple(recording.texture for recording in recordings) == SIX
     assert all(recording.seconds == pytest.approx(1.0, abs=0.07) for recording in recordings)
@@ -22,7 +22,7 @@ def test_six_textures_by_default_and_each_says_how_it_was_made():
 
 
 def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
-    simulator, lines, ticks = MadeSimulator(), [], iter(range(100))
+    simulator, lines, ticks = FixedSimulator(), [], iter(range(100))
     ask = {"textures": ("cloth",), "seconds": 1.0, "cache": tmp_path, "report": lines.append}
     (first,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
     (again,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
@@ -37,7 +37,7 @@ def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
 
 @pytest.mark.parametrize("harm", ["numbers", "cut", "words", "gone"])
 def test_a_damaged_cache_is_made_again(tmp_path, harm):
-    simulator = MadeSimulator()
+    simulator = FixedSimulator()
     (first,) = simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
     numbers, about = next(tmp_path.glob("*.npz")), next(tmp_path.glob("*.json"))
     data = numbers.read_bytes()
@@ -60,14 +60,14 @@ def test_a_joined_recording_keeps_its_borders_in_the_cache(tmp_path, monkeypatch
     whole = joined("t", "T", [recording(100).signals, recording(50).signals], ("a",), ("b", "c"))
     monkeypatch.setattr("palpate.modeling.textures.simulated.captured", lambda *_arguments: whole)
     for _ in range(2):
-        (cached,) = simulated(MadeSimulator(), ("cloth",), 1.0, cache=tmp_path)
+        (cached,) = simulated(FixedSimulator(), ("cloth",), 1.0, cache=tmp_path)
         assert (cached.borders, cached.made_from, cached.notes) == ((100,), ("a",), ("b", "c"))
         np.testing.assert_array_equal(cached.signals, whole.signals)
     assert len(list(tmp_path.glob("*.npz"))) == 1
 
 
 def test_a_missing_stream_is_named():
-    simulator = MadeSimulator()
+    simulator = FixedSimulator()
     whole = simulator.captured
     simulator.captured = lambda *arguments: {
         name: stream for name, stream in whole(*arguments).items() if name != "tool_force"

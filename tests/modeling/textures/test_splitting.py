@@ -5,7 +5,7 @@ import pytest
 
 from palpate.modeling.textures.recording import Joined, Recording, TextureDataError, joined, pieces_of
 from palpate.modeling.textures.splitting import NAMES, fit_of, frames_of, split, split_notes
-from tests.modeling.textures.made_textures import recording
+from tests.modeling.textures.textures_for_tests import recording
 
 
 def sizes(parts):

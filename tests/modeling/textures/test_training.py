@@ -10,7 +10,7 @@ from palpate.signals.models.file import read_model
 from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.signals.textures.voice import opened_voice, play
 from tests.modeling.textures import small_evaluation as small
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 from tools.half_precision import halve
 
 pytestmark = pytest.mark.needs("torch")
@@ -19,7 +19,11 @@ pytestmark = pytest.mark.needs("torch")
 def trained(tmp_path, recordings=None, methods=("foten_generative",), **more):
     options = small.options(tmp_path / "work", methods, **more)
     return train_textures(
-        recordings or small.recordings(4.0), small.MadeUpSurfaces(), options, tmp_path / "models", methods=small.METHODS
+        recordings or small.recordings(4.0),
+        small.ResonantSurfaces(),
+        options,
+        tmp_path / "models",
+        methods=small.METHODS,
     )
 
 

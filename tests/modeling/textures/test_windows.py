@@ -6,7 +6,7 @@ import pytest
 from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from palpate.modeling.textures.splitting import split
 from palpate.modeling.textures.windows import LENGTHS, scale_of, windows
-from tests.modeling.textures.made_textures import recording
+from tests.modeling.textures.textures_for_tests import recording
 
 
 @pytest.mark.parametrize("m", [1, *LENGTHS])

@@ -11,7 +11,7 @@ from palpate.modeling.textures.evaluation.tables import figure_4_5, grid_rows
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.training.refusals import JobBroken
 from tests.modeling.textures import small_evaluation as small
-from tests.modeling.textures.made_up_recording import recording
+from tests.modeling.textures.recording_for_tests import recording
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -140,7 +140,7 @@ def test_two_recordings_of_one_name_and_unknown_methods_are_refused(tmp_path):
     with pytest.raises(TextureDataError, match="one of each"):
         small.domain(tmp_path, recorded=(recording(4.0, 1, "same"), recording(4.0, 2, "same")))
     with pytest.raises(TextureDataError, match="foten"):
-        domain_for(small.recordings(), small.MadeUpSurfaces(), small.options(tmp_path, methods=("fotan",)))
+        domain_for(small.recordings(), small.ResonantSurfaces(), small.options(tmp_path, methods=("fotan",)))
 
 
 def test_a_short_recording_without_more_surface_is_driven_by_itself(tmp_path):

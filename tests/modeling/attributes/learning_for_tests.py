@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.modeling.attributes.methods import Learning
-from tests.modeling.attributes.made_material import simulated_material
+from tests.modeling.attributes.material_for_tests import simulated_material
 
 TOUCH, SIGHT = ("mfcc", "hand"), ("glcm",)
 TRAIN, HELD, TESTED = slice(0, 30), slice(30, 34), slice(34, 46)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.modeling.textures.made_textures import hand, vibration
+from tests.modeling.textures.textures_for_tests import hand, vibration
 
 RATE = 10_000
 N = 8_000

@@ -29,7 +29,7 @@ def recording(n=20_000, seed=0, texture="made"):
     return Recording(texture, texture, np.stack([vibration(n, seed) * speed / 80, speed, force]))
 
 
-class MadeSimulator:
+class FixedSimulator:
     """A simulator of captures: streams of the rates and channels of a session."""
 
     def __init__(self):

@@ -1,4 +1,4 @@
-"""Door data of made-up numbers, for tests that need no lab."""
+"""Door data of random numbers, for tests that need no lab."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfor
 ANTONYMS = ("Hard-to-pull", "Recoiling", "Stepwise", "Unpleasant", "Old", "Discomfort", "Cheap")
 
 
-def made_up(places, *, same=(), seed=1):
+def random_doors(places, *, same=(), seed=1):
     """A stimulus for each (door, variant); in each set of rows in `same` all have one profile. Forces of 0 to 60 N."""
     draw = np.random.default_rng(seed)
     ids = tuple(f"{door}_{variant}#{n}" for n, (door, variant) in enumerate(places))
@@ -30,4 +30,4 @@ def made_up(places, *, same=(), seed=1):
 
 def crossed(doors, variants, **how):
     """Every door in every variant."""
-    return made_up([(f"D{d}", f"g{v}") for d in range(doors) for v in range(variants)], **how)
+    return random_doors([(f"D{d}", f"g{v}") for d in range(doors) for v in range(variants)], **how)

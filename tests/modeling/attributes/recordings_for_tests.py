@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.modeling.textures.made_textures import hand, vibration
+from tests.modeling.textures.textures_for_tests import hand, vibration
 
 HEADER = "id,label,category,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft"
 

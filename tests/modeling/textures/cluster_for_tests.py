@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.modeling.textures.made_textures import vibration
+from tests.modeling.textures.textures_for_tests import vibration
 
 SECONDS = 1.5
 
