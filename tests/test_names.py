@@ -66,7 +66,7 @@ def test_the_modules_started_by_name_are_known_here(product):
 
 
 @pytest.mark.parametrize("name", PICKLED)
-def test_a_class_that_is_pickled_is_found_again_by_its_name(name):
+def test_a_class_that_is_pickled_can_be_imported_by_its_name(name):
     module, _, attribute = name.partition(":")
     kind = getattr(import_module(module), attribute)
     assert (kind.__module__, kind.__qualname__) == (module, attribute)

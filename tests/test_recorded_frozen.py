@@ -163,7 +163,7 @@ def ratings(database, columns="*"):
         return ", ".join(column[0] for column in rows.description), rows.fetchall()
 
 
-def test_the_collected_database_is_taken_up_or_rebuilt_with_the_same_ratings(lab, tmp_path):
+def test_the_collected_database_is_updated_or_rebuilt_with_the_same_ratings(lab, tmp_path):
     columns, before = ratings(lab / "lab.sqlite")
     assert len(before) == 1971
     assert ratings(collected(shutil.copytree(lab, tmp_path / "lab")), columns) == (columns, before)

@@ -80,7 +80,7 @@ def test_pink_noise_taken_for_white_is_wrong_by_decibels():
     assert sound.spectrum_error_db("white", sound.play_once("pink")) > 10
 
 
-def test_pictures_are_judged_as_they_are():
+def test_pictures_are_evaluated_as_they_are():
     assert of(camera, "exposure", "palpate", "png") < 1e-5
     assert of(camera, "sharpness", "palpate", "png") < 0.01
 

@@ -47,7 +47,7 @@ def test_a_rest_of_the_participants_is_on_record_and_replays():
             replayed(log.events[:end])
 
 
-def test_a_note_is_kept_before_the_answer_comes():
+def test_a_note_is_recorded_before_the_answer():
     log, desk = MemoryLog(), desk_with(n2=[NOTE])
     seen = []
     log.on_append = lambda event: seen.append((event.kind, len(desk.script[2])))

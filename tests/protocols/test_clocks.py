@@ -37,7 +37,7 @@ def test_arrivals_that_are_all_equally_late_give_the_clock_exactly(drift_ppm, ra
     ("rate_hz", "block", "seconds"), [(8000, 80, 60), (3000, 30, 10), (120, 1, 60), (80, 1, 20), (1000, 500, 60)]
 )
 @pytest.mark.parametrize("shape", ["exponential", "uniform", "bursts"])
-def test_the_error_it_tells_is_the_error_it_has(rate_hz, block, seconds, shape):
+def test_the_stated_error_is_the_actual_error(rate_hz, block, seconds, shape):
     """Over 40 recordings: RMS of error over told error about 1 at most; no time is off by more than 5 told errors."""
     rng = random.Random(f"{rate_hz}{shape}")
     delay = {
@@ -65,7 +65,7 @@ def test_a_stall_of_seconds_and_a_slow_start_do_not_move_the_clock():
     assert clock.drift_error_ppm < 0.5
 
 
-def test_a_rate_that_is_not_told_surely_stays_nominal_unless_it_is_plainly_another():
+def test_an_uncertain_rate_stays_nominal_unless_it_is_plainly_another():
     """Ten arrivals in a second, 20 ms late by chance, cannot show 50 ppm; they do show 100 Hz in place of 120."""
     rng = random.Random(5)
     few = arrivals(120, 50, 1, 12, lambda: rng.expovariate(50))
@@ -75,7 +75,7 @@ def test_a_rate_that_is_not_told_surely_stays_nominal_unless_it_is_plainly_anoth
     assert fit_clock(arrivals(100, 0, 60, 12, lambda: rng.expovariate(50)), 120).rate_hz == pytest.approx(100, rel=1e-3)
 
 
-def test_a_clock_that_changes_its_pace_is_told_as_wandering():
+def test_a_clock_that_changes_its_pace_is_reported_as_wandering():
     rng = random.Random(6)
     even = fit_clock(arrivals(1000, 0, 60, 10, lambda: rng.expovariate(1000)), 1000)
     bent = [(n, t + 40e-6 * max(0.0, t - 35)) for n, t in arrivals(1000, 0, 60, 10, lambda: rng.expovariate(1000))]
@@ -83,7 +83,7 @@ def test_a_clock_that_changes_its_pace_is_told_as_wandering():
     assert fit_clock(bent, 1000).wander_s > 200e-6
 
 
-def test_one_arrival_places_the_nominal_clock_and_tells_no_error():
+def test_one_arrival_places_the_nominal_clock_without_an_error():
     clock = fit_clock([(79, 6.0)], 80)
     assert clock.time_s(79) == 6.0 and not clock.measured and clock.drift_error_ppm is None
     assert nominal_clock(80, 40, 2.0).time_s(0) == 1.5

@@ -62,7 +62,7 @@ DEVICES = {"authoring": ["door_generator"], "capture": ["tool"]}
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_the_study_of_a_task_is_consistent_and_lacks_nothing(task):
+def test_the_study_of_a_task_is_consistent_and_complete(task):
     assert list(inconsistencies(study_of(task, needs=DEVICES.get(task, [])))) == []
 
 
@@ -173,7 +173,7 @@ def test_who_has_few_words_still_writes_enough():
 @pytest.mark.parametrize(
     ("low", "high"), [(None, None), (65, 99), (65, None), (-10, -1), (0.2, 0.4), (None, 10), (0, 120), (None, -3)]
 )
-def test_a_number_asked_for_is_one_that_the_question_allows(low, high):
+def test_a_simulated_number_is_one_that_the_question_allows(low, high):
     question = Question("number", "How many?", "number", low=low, high=high, optional=False)
     plan = plan_of("matching")
     lab = LabForms("Do you agree?", (question,))

@@ -43,7 +43,7 @@ def test_chunks_stand_between_a_request_and_its_reply():
     replayed(log.events)
 
 
-def test_a_fault_marks_the_trial_and_it_is_met_again():
+def test_a_fault_marks_the_trial_which_is_repeated():
     log, lab = ran(n1=[chunk(0), GONE])
     met = [(event.kind, event.attempt) for event in log.events if event.kind.startswith("trial_")][:4]
     assert met == [("trial_started", 1), ("trial_ended", 1), ("trial_started", 2), ("trial_ended", 2)]
@@ -53,7 +53,7 @@ def test_a_fault_marks_the_trial_and_it_is_met_again():
     replayed(log.events)
 
 
-def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
+def test_a_fault_outside_a_trial_ends_the_run_and_is_not_recorded():
     plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), MemoryLog(), Interrupting(n1=[GONE])
     with pytest.raises(ReplyError, match="outside a trial: the cable is out"):
         run(plan, lab, log, {})

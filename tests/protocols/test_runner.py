@@ -18,7 +18,7 @@ def ran(*replies, **changes):
     return log, world
 
 
-def test_a_session_is_told_in_order():
+def test_the_events_of_a_session_are_in_order():
     log, _ = ran(rated(1, 2), rated(3, 4), rated(5, 6), rated(7, 8))
     trial = "present . ask answer )answered"
     assert " ".join(log.words()) == (
@@ -174,7 +174,7 @@ def test_a_changed_session_diverges_at_a_named_event(changes, message):
         run(toy_plan(**{**LISTED, **changes}), tape, tape, {"study": "toy"})
 
 
-def test_a_record_that_lacks_a_reply_diverges():
+def test_a_record_without_a_reply_diverges():
     events = recorded(*FOUR)
     tape = Recorded(events[:3] + events[4:])
     with pytest.raises(Divergence, match=r"event 4 \(request, trial 1\): a reply to 'present' is expected there"):

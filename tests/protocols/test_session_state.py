@@ -91,7 +91,7 @@ def test_which_attempt_of_a_trial_counts(case):
 
 
 @pytest.mark.parametrize(("which", "expected"), [(THIS, [1]), (LAST, [])])
-def test_what_is_to_be_repeated_does_not_count_before_it_is_met_again(which, expected):
+def test_what_is_to_be_repeated_does_not_count_before_it_is_repeated(which, expected):
     """The session is aborted in the rest, or killed, before the trial is met again: what was wished is on record."""
     plan = plan_for("matching", 0, **PLAIN)
     events = go_on(plan, [], lambda log: Turns(plan, log, [OK, which, END]))

@@ -93,7 +93,7 @@ def test_sample_minutes_and_questions_change_no_digest_and_a_rule_over_sessions_
     assert compile_plan(declared("same"), plain.who).digest == plain.digest
 
 
-def test_a_sample_is_told_in_words():
+def test_a_sample_of_participants_is_described_in_words():
     assert describe_sample(toy()) == "" and sample_of(toy()) == {}
     groups = {"x": {"kind": ["x"]}, "y": {"kind": ["y"]}}
     study = toy(participants={"per_group": 20, "sessions": 2, "apart_days": [1, 14]}, minutes=90, groups=groups)

@@ -65,7 +65,7 @@ def test_gaps_are_nan_and_every_row_has_its_line(table):
     assert opened.lines.tolist() == [2, 4, 5, 6]
 
 
-def test_a_mistake_far_down_is_told_with_its_line_and_column(table):
+def test_a_mistake_far_down_is_reported_with_its_line_and_column(table):
     lines = [f"{number},{number}" for number in range(5000)]
     lines[3000] = "1,inf"
     content = "\n".join(["t,x", *lines]) + "\n"

@@ -23,7 +23,7 @@ def test_the_spectrum_has_the_size_of_all_axes_and_the_phase_of_their_sum(n):
 
 @pytest.mark.parametrize("mapped", [dft321, lambda axes: one_axis(axes, 1000.0)], ids=["whole", "frames"])
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e200])
-def test_energy_is_kept_at_any_size(mapped, scale):
+def test_energy_is_preserved_at_any_size(mapped, scale):
     axes = noise(5000)
     one = mapped(axes * scale) / scale
     assert abs((one**2).sum() / (axes**2).sum() - 1) < 1e-10

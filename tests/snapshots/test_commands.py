@@ -251,7 +251,7 @@ def test_long_commands_print_what_they_printed(name, tmp_path, monkeypatch, caps
     compare(f"commands/{name}", without_numbers(run(LONG_RUNS[name], tmp_path, capsys)))
 
 
-def test_the_monitor_s_page_says_what_it_said(tmp_path, monkeypatch, capsys):
+def test_the_monitor_s_page_is_unchanged(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     make_lab(tmp_path)
     printed = run(["monitor --once page.html --lab LAB", "monitor --json --lab LAB"], tmp_path, capsys)

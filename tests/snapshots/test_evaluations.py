@@ -59,7 +59,7 @@ SENSITIVE = {"mlp", "network", "generator", "ar", "dstn"}
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_evaluations_say_and_write_what_they_did(name, tmp_path, monkeypatch, capsys):
+def test_outputs_of_evaluations_are_unchanged(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     if name == "attributes":
         simulate = "textures simulate --textures T01,T15,T33 --seconds 6 --pictures 1 --raters 1 --lab LAB"

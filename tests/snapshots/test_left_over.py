@@ -5,7 +5,7 @@ from tests.snapshots.test_reports import LONG_SCENES, SCENES
 from tests.snapshots.texts import EXPECTED, command_line
 
 
-def test_every_kept_text_is_compared_with_something():
+def test_every_stored_text_is_compared_with_something():
     compared = {
         *(f"help/{name}" for name in ("palpate", *command_line.VERBS)),
         *(f"commands/{name}" for name in (*RUNS, *LONG_RUNS, "monitor")),

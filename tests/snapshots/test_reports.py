@@ -85,7 +85,7 @@ def described(path: Path) -> str:
     ("name", "commands"),
     [*SCENES.items(), *(pytest.param(*scene, marks=pytest.mark.long) for scene in LONG_SCENES.items())],
 )
-def test_reports_say_what_they_said(name, commands, tmp_path, monkeypatch, capsys):
+def test_reports_are_unchanged(name, commands, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(PLANS, tmp_path / "PLANS")
     make_lab(tmp_path)

@@ -21,7 +21,7 @@ def test_a_durable_session_loses_nothing_and_one_in_memory_everything():
     }
 
 
-def test_starting_up_is_judged_by_what_is_imported():
+def test_starting_up_is_measured_by_what_is_imported():
     cases = {case.method: case for case in startup(quick=True)}
     assert cases["palpate --help"].error(None) == 0
     assert cases["python -c pass"].error(None) == 0

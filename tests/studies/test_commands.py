@@ -101,7 +101,7 @@ def test_a_life_of_a_lab(run, tmp_path):
     assert len(json.loads(run("replay", "--json"))) == 4
 
 
-def test_an_interrupted_session_is_told_and_resumed(run, tmp_path, monkeypatch):
+def test_an_interrupted_session_is_reported_and_resumed(run, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
     monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
     text = run("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
@@ -285,7 +285,7 @@ def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_i
     assert "accepted_change" not in read(tmp_path / "sessions" / "toy_P005_s1.sqlite").header
 
 
-def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(run, tmp_path):
+def test_a_crashed_session_without_its_wal_is_not_silently_resumed(run, tmp_path):
     from palpate.studies.sessions.ledger import open_for_append
     from palpate.studies.sessions.session import create, header_of
 
@@ -306,7 +306,7 @@ def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(run, tmp
     )
 
 
-def test_a_study_that_cannot_be_presented_is_found_by_check_and_leaves_no_session(run, tmp_path):
+def test_a_study_that_cannot_be_presented_is_reported_by_check_and_leaves_no_session(run, tmp_path):
     folder = tmp_path / "studies" / "toy"
     (folder / "study.yaml").write_text(TOY.replace("[A, B, C, D]", "stimuli.csv") + "needs: [door]\n")
     (folder / "stimuli.csv").write_text("id,file\na,a.csv\nb,b.csv\n")

@@ -114,7 +114,7 @@ def test_orders_are_exported_with_what_their_columns_mean(run, tmp_path, form):
     assert "The place in the order: 1 at the low end of the attribute." in metadata
 
 
-def test_no_ratings_are_made_of_orders(run):
+def test_orders_are_not_counted_as_ratings(run):
     for verb in ("analyse", "report"):
         status, text = run(verb, "in_order")
         assert status != 0 and "gives no ratings; its answers are in the table rankings" in text

@@ -64,7 +64,7 @@ def ledgers(lab):
     return sorted(path.name for path in (lab / "sessions").glob("*.sqlite"))
 
 
-def test_a_recording_at_the_rig_is_told_stream_by_stream(run, lab):
+def test_a_recording_at_the_rig_is_reported_stream_by_stream(run, lab):
     text = run("quick", "--participant", "P001")
     for stream in STREAMS:
         [line] = [line for line in text.splitlines() if line.startswith(f"trial 1, {stream}: ")]
@@ -72,7 +72,7 @@ def test_a_recording_at_the_rig_is_told_stream_by_stream(run, lab):
     assert "complete: " in text.splitlines()[-1] and ledgers(lab) == ["quick_P001_s1.sqlite"]
 
 
-def test_a_simulated_recording_is_told_as_such_and_takes_no_rig(run, lab):
+def test_a_simulated_recording_is_reported_as_simulated_and_needs_no_rig(run, lab):
     rig_path(lab).unlink()
     text = run("quick", "--participant", "P001", "--simulate")
     assert "trial 1, tool_acceleration: 900 samples, 3000.00 Hz, simulated" in text
@@ -85,7 +85,7 @@ def test_as_json_the_answer_stands_alone(run, lab):
 
 
 @pytest.mark.long
-def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(run, lab):
+def test_pictures_are_reported_and_lie_in_the_lab_wherever_the_rig_file_lies(run, lab):
     elsewhere = lab / "rigs" / "booth.yaml"
     elsewhere.parent.mkdir()
     rig_path(lab).rename(elsewhere)
@@ -108,7 +108,7 @@ def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(run, la
         (("quick", "--participant", "P001", "--simulate", "--rig", "a.yaml"), "--simulate needs no window and no rig"),
     ],
 )
-def test_a_mistake_is_told_and_nothing_is_recorded(run, lab, words, message):
+def test_a_mistake_is_reported_and_nothing_is_recorded(run, lab, words, message):
     assert message in run(*words, status=2)
     assert not ledgers(lab)
 
@@ -130,7 +130,7 @@ def test_a_mistake_is_told_and_nothing_is_recorded(run, lab, words, message):
     ],
     ids=["no file", "no need", "mistake in it", "no calibration", "cannot be opened"],
 )
-def test_a_rig_that_cannot_be_had_is_told_and_nothing_is_recorded(run, lab, change, message):
+def test_an_unusable_rig_is_reported_and_nothing_is_recorded(run, lab, change, message):
     text = change(RIG)
     rig_path(lab).unlink() if text is None else rig_path(lab).write_text(text, encoding="utf-8")
     assert message in run("quick", "--participant", "P001", status=2)
@@ -151,7 +151,7 @@ def stream(samples, lost=0, **more):
     return {"samples": samples, "lost": lost, "gaps": int(lost > 0), "rate_hz": 3000.0, **more}
 
 
-def test_a_recording_that_was_repeated_or_faulted_is_not_told(tmp_path):
+def test_a_recording_that_was_repeated_or_faulted_is_not_reported(tmp_path):
     written = Written(tmp_path / "session.sqlite")
     written.begin(1, 1)
     written.done(a=stream(10))

@@ -109,7 +109,7 @@ def test_a_session_interrupted_anywhere_goes_on_to_the_same_end(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", TEN)
-def test_every_reply_answers_what_was_asked(name):
+def test_every_reply_answers_its_request(name):
     plan, requested = plan_for(name), 0
     forms = {form.name: form for form in (*plan.opening, *plan.closing)}
     request = None

@@ -57,7 +57,7 @@ def test_what_a_worker_raises_comes_in_its_place():
         next(results)
 
 
-def test_a_worker_that_dies_is_told_in_a_sentence():
+def test_a_worker_that_dies_is_reported_in_a_sentence():
     with pytest.raises(WorkerDied, match="continue with --workers 1"):
         list(map_in_order(die, [1, 2], 2))
 

@@ -116,7 +116,7 @@ def first_is_nan(felt):
         (lambda felt: felt + np.random.default_rng(1).normal(size=len(felt)) * 20, "coherence below 0.8"),
     ],
 )
-def test_a_recording_that_says_nothing_is_refused_by_what_it_lacks(spoilt, message):
+def test_an_uninformative_recording_is_refused_with_the_reason(spoilt, message):
     with pytest.raises(ResponseError, match=message):
         identify(twin(spoilt=spoilt))
 
@@ -137,7 +137,7 @@ def test_distortion_shows_as_a_loss_of_coherence():
 
 
 @pytest.mark.long
-def test_through_the_device_and_a_sensor_at_its_own_rate_the_same_response_is_found(tmp_path):
+def test_the_response_is_the_same_through_the_device_and_a_sensor_at_its_own_rate(tmp_path):
     clock = Clock()
     shaken = coil(clock, ahead_ms=50)
     sensor = Accelerometer(shaken, clock)
@@ -190,7 +190,7 @@ def test_an_excitation_that_was_not_played_as_it_was_meant_identifies_nothing(ch
 
 
 @pytest.mark.long
-def test_a_clipped_axis_is_found_before_the_axes_are_made_one():
+def test_a_clipped_axis_is_detected_before_the_axes_are_combined():
     clock = Clock()
     shaken = coil(clock, ahead_ms=50)
     sensor = Accelerometer(shaken, clock, spoilt=lambda rows: np.clip(rows, -1.0, 11.0))

@@ -31,7 +31,7 @@ def save_as(room, name):
     keys(room, "enter")
 
 
-def test_each_slider_sets_its_own_wish_and_the_door_is_made_anew(tmp_path):
+def test_each_slider_sets_its_own_wish_and_the_door_is_designed_again(tmp_path):
     room = open_author(tmp_path)
     for number in range(7):
         wish(room, number, 10 * number + 5)
@@ -91,7 +91,7 @@ def test_two_are_compared_and_only_the_one_that_is_on_changes(tmp_path):
 
 
 @pytest.mark.needs("fonts")
-def test_what_cannot_be_had_is_said_and_what_can_is_not(tmp_path):
+def test_an_impossible_wish_is_reported_and_a_possible_one_is_not(tmp_path):
     room = open_author(tmp_path)
     assert words(room).startswith("The door should feel as wished")
     wish(room, 0, 100)
@@ -118,7 +118,7 @@ def test_a_saved_design_holds_wish_models_and_profile_and_opens_again(tmp_path):
     assert wishes(room) == neutral(7).wish
 
 
-def test_a_design_of_other_models_is_opened_and_said_to_be_made_anew(tmp_path):
+def test_a_design_of_other_models_is_computed_again_and_the_window_says_so(tmp_path):
     room = open_author(tmp_path)
     wish(room, 3, 35)
     save_as(room, "old")
@@ -137,7 +137,7 @@ def test_a_design_of_other_models_is_opened_and_said_to_be_made_anew(tmp_path):
     assert (tmp_path / "designs" / "old.json").read_bytes() == before
 
 
-def test_a_name_that_is_taken_has_to_be_said_twice_and_a_bad_one_is_refused(tmp_path):
+def test_a_name_in_use_must_be_confirmed_and_a_bad_one_is_refused(tmp_path):
     room = open_author(tmp_path)
     save_as(room, "one")
     wish(room, 0, 10)
@@ -175,7 +175,7 @@ def test_the_exported_profile_is_one_that_the_door_studies_read_and_the_twin_pla
     assert isinstance(on(room), NameScreen), "a changed design is not exported under the old one's name"
 
 
-def test_every_move_is_kept_and_offered_after_the_window_has_gone(tmp_path):
+def test_every_move_is_saved_and_offered_after_the_window_has_gone(tmp_path):
     room = open_author(tmp_path)
     wish(room, 5, 61)
     assert saved_work(tmp_path)["a"]["wish"][5] == 61
@@ -201,7 +201,7 @@ def test_nothing_is_offered_where_everything_was_saved(tmp_path):
     assert on(open_author(tmp_path)).__class__.__name__ == "DesignerScreen"
 
 
-def test_damaged_work_is_put_aside_and_said(tmp_path):
+def test_damaged_work_is_moved_aside_and_reported(tmp_path):
     folder = designs_folder(tmp_path)
     folder.mkdir()
     (folder / KEPT).write_text('{"format": "palpate-authoring/1", "attributes": [')
@@ -209,7 +209,7 @@ def test_damaged_work_is_put_aside_and_said(tmp_path):
     assert "no design of this program" in words(room) and (folder / ".autosave-before.json").exists()
 
 
-def test_work_on_doors_of_other_attributes_is_put_aside_and_said(tmp_path):
+def test_work_on_doors_of_other_attributes_is_moved_aside_and_reported(tmp_path):
     wish(open_author(tmp_path), 5, 61)
     other = open_author(tmp_path, maker=FakeMaker(attributes=(*LOWS[:6], "Loud")))
     assert on(other) is other.main and ".autosave-before.json" in words(other)

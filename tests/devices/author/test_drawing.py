@@ -40,7 +40,7 @@ def test_the_line_reaches_the_peaks_and_no_further():
 
 
 @pytest.mark.parametrize("force", [np.zeros(621), np.full(621, 60.0), np.linspace(-60, 60, 621)])
-def test_axes_hold_whatever_may_be_made_in_whole_steps(force):
+def test_axes_hold_every_possible_profile_in_whole_steps(force):
     axes = axes_for(BOX, force)
     assert axes.low_N <= min(-20.0, force.min()) and axes.high_N >= max(50.0, force.max())
     assert axes.forces_N[0] == axes.low_N and axes.forces_N[-1] == axes.high_N and 0.0 in axes.forces_N

@@ -99,7 +99,7 @@ def test_a_profile_beyond_the_limits_is_refused_and_a_milder_one_plays():
     assert player.play(GENTLE, "design A") == Played("played")
 
 
-def test_a_failure_is_said_and_is_to_be_put_right_before_the_door_plays_again():
+def test_a_failure_is_shown_and_must_be_fixed_before_the_door_plays_again():
     bench = Bench(Ailing(TinyPlant(), "silent"))
     player, screen = player_on(bench)
     screen.at[30] = lambda: setattr(bench, "beats", False)
@@ -113,7 +113,7 @@ def test_a_failure_is_said_and_is_to_be_put_right_before_the_door_plays_again():
     assert screen.states[states][0] == "asking" and "Put it right" in screen.states[states][1]
 
 
-def test_a_door_that_cannot_be_had_is_said_and_tried_again_the_next_time():
+def test_a_door_that_cannot_be_opened_is_reported_and_tried_again_the_next_time():
     bench, tries = Bench(), []
 
     def connect():
@@ -170,7 +170,7 @@ def words(room):
         (Played("door_none", "not plugged in"), "no door to play on. not plugged in"),
     ],
 )
-def test_how_it_ended_is_said_in_the_window(tmp_path, played, message):
+def test_the_window_shows_how_playing_ended(tmp_path, played, message):
     room = open_author(tmp_path, player=HandedPlayer(played))
     wish(room, 0, 80)
     click(room, "play")

@@ -59,7 +59,7 @@ def shoot(device, folder, files, desk=None, clock=None, seconds=30.0, stimulus="
     return device.perform(request, Window(clock, arriving(folder, files)), desk, clock), desk
 
 
-def test_pictures_are_hashed_kept_and_told_of_by_their_lights(tmp_path):
+def test_pictures_are_hashed_stored_and_reported_by_their_lights(tmp_path):
     files = [(f"IMG_{n}.png", picture(n)) for n in (3, 1, 2)]
     outcome, desk = shoot(camera(tmp_path), tmp_path, files)
     assert isinstance(outcome, Reply) and outcome.value["recorded"] and outcome.value["left_out"] == []
@@ -77,7 +77,7 @@ def test_pictures_are_hashed_kept_and_told_of_by_their_lights(tmp_path):
     assert desk.standing is None
 
 
-def test_pictures_are_kept_in_the_lab_unless_the_rig_file_says_where(tmp_path):
+def test_pictures_are_stored_in_the_lab_unless_the_rig_file_says_where(tmp_path):
     lab = tmp_path / "lab"
     for given, place in (({"pictures": None}, lab / "pictures"), ({"pictures": "kept"}, tmp_path / "kept")):
         device = camera(tmp_path, lights=1, **given)
@@ -241,7 +241,7 @@ def test_the_twin_photographs_what_it_is_shown_and_keeps_it_as_it_is(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["PNG", "JPEG", "TIFF"])
-def test_every_format_that_is_cut_off_anywhere_is_found_out(kind):
+def test_a_picture_of_any_format_that_is_cut_off_is_detected(kind):
     limits, data = Limits(SIDE, 0.05, 0.05), picture(1, kind=kind, mode="RGB")
     assert (look(data, limits).width, look(data, limits).flags) == (SIDE, ())
     for share in (0.0, 0.01, 0.5, 0.98):

@@ -86,7 +86,7 @@ def test_a_file_whose_two_matrices_disagree_was_altered(tmp_path) -> None:
         calibration(read_cal_file(written(tmp_path, altered)), "FT")
 
 
-def test_a_transform_tells_the_torque_about_the_new_origin_and_turns_the_axes_after() -> None:
+def test_a_transform_gives_the_torque_about_the_new_origin_then_turns_the_axes() -> None:
     """2 N along x at the old origin: about a point 3 m up z, the moment is -z cross F; a quarter turn maps x to -y."""
     there = moved([0, 0, 3], [0, 0, 0]) @ [2, 0, 0, 0, 0, 0]
     assert there == pytest.approx([2, 0, 0, 0, -6, 0])

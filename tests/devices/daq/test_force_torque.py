@@ -59,7 +59,7 @@ def test_a_frame_moves_and_turns_the_wrench_of_one_and_the_same_gauges() -> None
     assert framed.transducer.rows(volts[None])[0] == pytest.approx([0, -2, 0, -0.2, 0, 0], abs=1e-9)
 
 
-def test_samples_nobody_read_are_lost_by_number_and_said_so() -> None:
+def test_samples_nobody_read_are_counted_as_lost_and_reported() -> None:
     device, clock = zeroed(buffer_s=0.5)
     device.start(clock.ns)
     clock.now_s = 2.0

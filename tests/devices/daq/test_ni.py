@@ -93,7 +93,7 @@ def test_without_the_package_it_says_what_to_install(monkeypatch) -> None:
         NiDaq("force", WIRING).open()
 
 
-def test_the_task_is_wired_clocked_and_buffered_as_told(daq) -> None:
+def test_the_task_is_wired_clocked_and_buffered_as_set(daq) -> None:
     state = daq.task.state
     assert state.channels == list(SIX)
     assert state.arguments == {
@@ -118,7 +118,7 @@ def test_every_sample_comes_once_in_order_however_it_is_read(daq, card) -> None:
     assert [len(block) for block in blocks] == [50, 130, 700, 303, 0]
 
 
-def test_a_read_that_finds_nothing_waits_no_longer_than_told(daq, card) -> None:
+def test_a_read_that_finds_nothing_waits_no_longer_than_its_timeout(daq, card) -> None:
     started(daq, card)
     card.stalled = True
     before = card.now_s
@@ -190,21 +190,21 @@ def test_a_card_that_another_sensor_holds_is_not_shared_and_is_free_again_after_
     assert card.holder is None
 
 
-def test_a_bug_of_ours_is_not_told_as_a_fault_of_the_card(card, monkeypatch) -> None:
+def test_a_bug_of_ours_is_not_reported_as_a_fault_of_the_card(card, monkeypatch) -> None:
     monkeypatch.setattr(board.Timing, "cfg_samp_clk_timing", lambda *_a, **_k: {}["bug"])
     with pytest.raises(KeyError):
         NiDaq("force", WIRING).open()
     assert card.closed == ["closed"]
 
 
-def test_reading_what_has_not_begun_gives_nothing_and_starting_what_is_closed_is_refused(card) -> None:
+def test_reading_before_the_start_gives_nothing_and_starting_after_the_end_is_refused(card) -> None:
     daq = NiDaq("force", WIRING)
     assert daq.read(10, 0.1).volts.shape == (0, 6)
     with pytest.raises(DeviceError, match="the card is not open"):
         daq.start(Pace(card.elapsed_s, card.wait))
 
 
-def test_an_error_of_the_driver_tells_its_first_line_only() -> None:
+def test_only_the_first_line_of_a_driver_error_is_shown() -> None:
     error = DaqError("Device is gone.\nProperty: x\nValue: y", -200324, "task")
     assert str(ni_errors.refused("force", error.error_code, str(error))).endswith("NI-DAQmx -200324: Device is gone.")
 

@@ -155,7 +155,7 @@ def test_health_says_what_is_wrong(kind, bend, words) -> None:
     assert re.search(words, health.summary), health.summary
 
 
-def test_a_rate_that_is_not_the_one_set_and_lost_samples_are_told() -> None:
+def test_a_wrong_rate_and_lost_samples_are_reported() -> None:
     clock = Clock()
     device = twin(accelerometer, buffer_s=0.1)
     slow = device.daq.read

@@ -51,7 +51,7 @@ def everything(daq) -> tuple[np.ndarray, int]:
     return np.concatenate(parts), lost
 
 
-def test_each_takes_its_own_inputs_in_its_own_range_at_its_own_rate(card) -> None:
+def test_each_sensor_takes_its_own_inputs_in_its_own_range_at_its_own_rate(card) -> None:
     force, vibration = wired()
     pace = Pace(card.elapsed_s, card.wait)
     force.open(), vibration.open()

@@ -65,7 +65,7 @@ def test_hours_that_nobody_reads_are_lost_in_small_pieces() -> None:
     assert (taken.lost, len(taken.volts)) == (3_600_000 - 500, 500)
 
 
-def test_real_time_is_waited_for_and_no_longer_than_told() -> None:
+def test_real_time_is_waited_for_and_no_longer_than_the_timeout() -> None:
     clock, waits = Clock(), []
 
     def wait(seconds):

@@ -85,7 +85,7 @@ def test_an_angle_that_does_not_begin_at_zero_is_counted_from_the_first_motion(o
     assert profile.force_N == pytest.approx(expected.force_N, abs=1e-6)
 
 
-def test_an_offset_that_is_not_told_is_refused_and_says_what_to_do():
+def test_an_undeclared_offset_is_refused_and_the_error_says_what_to_do():
     _, angle, force = opening("lab_cabinet_log")
     with pytest.raises(DoorDataError, match=r"No rows between 0.00 and 12.30 degrees.*--zero"):
         normalise(angle + 12.3, force)

@@ -52,7 +52,7 @@ def test_a_studys_profiles_are_compared_and_remade_by_its_name(tmp_path):
     assert answer.exit_code == 1 and f"{changed}: differs" in answer.output
 
 
-def test_what_is_kept_is_what_a_file_holds_and_within_the_bounds():
+def test_stored_doors_equal_their_files_and_are_within_the_bounds():
     stored_doors = Doors(maker_for(None))
     for value in (0.0, 50.0, 100.0):
         force_N = np.array(stored_doors.force_N(dict.fromkeys(stored_doors.maker.attributes, value)))

@@ -77,7 +77,7 @@ def test_the_list_says_when_a_model_was_made_and_an_empty_lab_what_to_do(lab, tm
     assert "`palpate train` makes them" in run(models, "list", "--lab", empty).stdout
 
 
-def test_a_card_is_told_in_words(lab):
+def test_a_card_is_described_in_words(lab):
     feeling(
         lab / "models",
         training={"data": {"lab.sqlite": "ab12"}, "seconds": 3.5, "of": list("abcdefghij")},
@@ -126,7 +126,7 @@ def test_models_of_a_profile_are_compared_on_the_same_wishes(lab):
     assert comparison["apart"][0]["greatest"] == pytest.approx(0.1 / 100 * 620 * 90)
 
 
-def test_a_profile_is_told_how_it_would_feel(lab):
+def test_how_a_profile_would_feel_is_predicted(lab):
     printed = text(run(predict, "feeling", "ramp.csv"))
     assert "90 % interval: split conformal" in printed
     assert "ramp.csv Easy-to-pull |------=O==---------------| Hard-to-pull 30.0 24.0 to 36.0 -3.20" in printed
@@ -143,7 +143,7 @@ def test_what_a_reader_must_know_stands_over_every_answer(lab):
     assert "The ratings are those of simulated people. ramp.csv" in text(run(predict, "feeling", "ramp.csv"))
 
 
-def test_an_answer_beyond_the_scale_is_cut_there_and_said_so(lab):
+def test_an_answer_beyond_the_scale_is_clipped_and_reported(lab):
     spike = RAMP.copy()
     spike[300] = 1e6
     Path("spike.csv").write_text(profile_text(spike))
@@ -161,7 +161,7 @@ def test_a_profile_beyond_what_the_model_answers_to_is_refused_by_name(lab):
         run(predict, "feeling", "ramp.csv", "spike.csv")
 
 
-def test_a_recording_is_normalised_when_it_is_said_to_be_one(lab):
+def test_a_recording_is_normalised_with_the_option_recording(lab):
     rows = "\n".join(f"{angle},{angle / 2}" for angle in np.arange(3, 70, 0.037))
     Path("raw.csv").write_text(f"angle_deg,force_N\n{rows}\n")
     with pytest.raises(ValueError, match=r"line 2: angle 3 found, 0\.0 expected\. Or let .* --recording"):
@@ -182,7 +182,7 @@ def test_a_wish_becomes_a_profile_that_the_door_accepts(lab):
     assert printed.stderr == ""
 
 
-def test_a_profile_that_the_door_would_refuse_is_said_to_be_one(lab):
+def test_a_profile_that_the_door_would_refuse_is_reported(lab):
     shape(lab / "models", "wild", steep=9.0)
     result = run(predict, "wild", "--wish", "Damped=90")
     assert "the door would refuse to play it" in result.stderr

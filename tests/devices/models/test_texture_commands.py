@@ -82,7 +82,7 @@ def test_models_of_textures_are_listed_with_the_others(lab):
     assert "feeling lab by hand force profile -> ratings" in printed
 
 
-def test_a_textures_card_is_told_in_words(lab):
+def test_a_textures_card_is_described_in_words(lab):
     printed = text(run(models, "card", "texture-cloth-ar"))
     for words in (
         "takes a texture's last samples: 12 numbers, m/s^2, mm/s, N", "gives the next acceleration: 2 numbers, m/s^2",

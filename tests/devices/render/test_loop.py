@@ -102,7 +102,7 @@ def test_after_a_stall_longer_than_the_buffer_the_last_sample_has_decayed_and_al
     assert loop.ready.worst_us == pytest.approx(25_000, rel=0.01)
 
 
-def test_where_a_turn_itself_is_held_up_what_it_made_before_is_played():
+def test_where_a_turn_itself_is_held_up_its_earlier_samples_are_played():
     loop, coil = at_work({200: 6.0}, us=900.0)
     loop.run(220)
     coil.check()
@@ -148,7 +148,7 @@ def test_a_twin_is_driven_by_its_own_gain_and_a_real_coil_must_be_identified():
         Coil(twin_coil(10), 11)
 
 
-def test_a_trace_tells_the_newest_samples_and_how_many_there_were():
+def test_a_trace_returns_the_newest_samples_and_their_count():
     trace = Trace.own()
     for n in range(ROOM + 5):
         trace.note(float(n), 2.0 * n, 3.0 * n)

@@ -26,11 +26,11 @@ def test_what_the_system_does_not_tell_is_none(tmp_path):
         assert counts.since(Outside(1.0, 1.0)) == {"stolen_s": None, "waited_s": None}
 
 
-def test_what_was_added_is_kept():
+def test_what_was_added_is_stored():
     assert Outside(3.5, 1.25).since(Outside(3.0, 1.0)) == {"stolen_s": 0.5, "waited_s": 0.25}
 
 
-def test_it_is_told_where_it_is_worth_a_line():
+def test_outside_load_is_reported_where_it_is_worth_a_line():
     ready = {"late": 0, "steps": 1, "late_share": 0.0, "median_us": 1.0, "p99_us": 1.0, "worst_us": 1.0}
     output = {"ahead_ms": 10, "underruns": 0, "missing": 0, "limited": 0, "compensated": True}
     record = {"ready": ready, "output": output, "priority": "normal", "outside": {"stolen_s": 0.12, "waited_s": 0.0}}

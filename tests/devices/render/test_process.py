@@ -29,7 +29,7 @@ class Breaks(Scripted):
         raise ZeroDivisionError("by the hand")
 
 
-def test_another_process_plays_what_is_played_at_once_and_tells_how_it_went(tmp_path):
+def test_another_process_plays_the_same_samples_and_reports_how_it_went(tmp_path):
     card = write(tmp_path, model())
     with Rendering(Job(Sounds(card, 7), HAND, seconds=0.2)) as running:
         record = running.wait(60.0)
@@ -59,7 +59,7 @@ def test_textures_are_switched_while_it_runs_and_a_bad_one_changes_nothing(tmp_p
         running.switch(None)
 
 
-def test_a_process_that_dies_is_told(tmp_path):
+def test_a_process_that_dies_is_reported(tmp_path):
     with Rendering(Job(Sounds(write(tmp_path, model())), HAND)) as running:
         assert running.record()["ready"]["steps"] >= 0
         running._process.kill()
@@ -71,14 +71,14 @@ def test_a_process_that_dies_is_told(tmp_path):
         assert not running.running
 
 
-def test_what_cannot_be_opened_is_told_by_the_one_who_asked(tmp_path):
+def test_what_cannot_be_opened_raises_in_the_calling_process(tmp_path):
     with pytest.raises(RenderError, match=r"no rig file there"), Rendering(Job(None, HAND, tmp_path / "rig.yaml")):
         pass
     with pytest.raises(RenderError, match=r"no hand"), Rendering(Job(None, None)):
         pass
 
 
-def test_what_the_renderer_fails_of_is_told_in_words(tmp_path, capfd):
+def test_failures_of_the_renderer_are_reported_in_words(tmp_path, capfd):
     with Rendering(Job(Sounds(write(tmp_path, model())), Breaks([1.0], [1.0]))) as running:
         with pytest.raises(RenderError, match=r"the renderer failed.*ZeroDivisionError: by the hand"):
             running.wait(60.0)
@@ -135,7 +135,7 @@ def test_garbage_is_collected_again_afterwards():
 
 
 @pytest.mark.needs("linux")
-def test_what_was_granted_by_the_system_is_told():
+def test_what_the_system_granted_is_reported():
     granted, shown = {}, []
 
     def look():

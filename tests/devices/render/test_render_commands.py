@@ -45,7 +45,7 @@ def test_a_simulated_hand_gives_json_and_arrays(lab):
     assert mean["level_m_s2"] < 0.1
 
 
-def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
+def test_paced_playing_is_the_same_and_reports_deadlines(lab):
     words = ("cloth", "--method", "ar", "--lab", lab, "--hand", "simulated", "--seconds", 1)
     done = run(*words, "--paced", "--out", lab / "paced.npz")
     assert done.exit_code == 0, done.output
@@ -77,7 +77,7 @@ def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
         (("cloth", "--method", "ar", "--twins", "--rig", "rig.yaml"), "leave one out"),
     ],
 )
-def test_mistakes_are_told(lab, words, message):
+def test_mistakes_are_reported(lab, words, message):
     done = run(*words, "--lab", lab)
     assert done.exit_code != 0
     assert message in (done.output + str(done.exception))

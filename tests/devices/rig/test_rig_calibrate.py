@@ -283,7 +283,7 @@ def test_every_kind_is_calibrated_here_or_says_where(run):
         (("stylus", "--pairs", "nowhere.csv"), "'nowhere.csv' does not exist"),
     ],
 )
-def test_a_mistake_is_told_with_what_to_do(run, rig, words, message):
+def test_a_mistake_is_reported_with_what_to_do(run, rig, words, message):
     out, err = run(*words, status=2)
     assert message in " ".join(err.split()) and not out
     assert rig.read_text() == RIG

@@ -50,7 +50,7 @@ def test_however_an_entry_is_written_only_its_settings_change(tmp_path, layout, 
         ("  it: {kind: accelerometer, driver: twin, supply_V: 9}\n", "supply_V"),
     ],
 )  # fmt: skip
-def test_an_entry_that_cannot_be_edited_safely_is_left_and_what_to_paste_is_told(tmp_path, text, message):
+def test_an_entry_that_cannot_be_edited_safely_stays_and_the_text_to_paste_is_printed(tmp_path, text, message):
     path = tmp_path / "rig.yaml"
     path.write_text("rig: booth\ndevices:\n" + text)
     before = path.read_bytes()

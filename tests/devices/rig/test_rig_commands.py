@@ -37,7 +37,7 @@ def lab(tmp_path):
     return tmp_path
 
 
-def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(run, lab):
+def test_a_device_is_read_and_reported_with_rate_mean_noise_and_calibration(run, lab):
     text = run("check", "vibration", "--seconds", 0.2, "--lab", lab)
     assert "ok     vibration (accelerometer, twin): " in text and "calibrated 2026-03-01" in text
     assert "Hz measured, 3000 Hz nominal" in text
@@ -48,7 +48,7 @@ def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(run, lab
 
 
 @pytest.mark.needs("serial")
-def test_what_cannot_be_opened_is_told_beside_what_can_and_the_exit_code_says_so(run, lab):
+def test_devices_that_cannot_be_opened_are_listed_beside_the_others_and_set_the_exit_code(run, lab):
     text = run("check", "--seconds", 0.2, "--lab", lab, status=1)
     assert "ok     noise" in text and "ok     vibration" in text
     assert "NOT OK camera (camera): camera: the camera's folder" in text and "cannot be read" in text
@@ -78,16 +78,16 @@ def test_as_json_the_same_is_data_without_nan(run, lab):
         (("simulate",), "exists; give another --out, or --force"),
     ],
 )
-def test_a_mistake_is_told_with_what_to_do(run, lab, words, message):
+def test_a_mistake_is_reported_with_what_to_do(run, lab, words, message):
     where = () if words[0] == "kinds" else ("--lab", lab)
     assert message in run(*words, *where, status=2)
 
 
-def test_without_a_rig_file_the_way_to_one_is_told(run, tmp_path):
+def test_without_a_rig_file_the_error_says_how_to_get_one(run, tmp_path):
     assert f"palpate rig simulate --out {rig_path(tmp_path)}" in run("check", "--lab", tmp_path, status=2)
 
 
-def test_a_mistake_in_the_file_is_told_with_its_line(run, lab):
+def test_a_mistake_in_the_file_is_reported_with_its_line(run, lab):
     rig_path(lab).write_text(RIG.replace("driver: folder", "driver: folders"), encoding="utf-8")
     assert "line 5: devices.camera.driver: found 'folders'" in run("check", "--lab", lab, status=2)
 
@@ -112,7 +112,7 @@ def test_kinds_are_listed_with_the_needs_that_take_them(run):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_setting_is_told_with_what_it_takes_its_default_and_what_it_means(run, kind):
+def test_every_setting_is_listed_with_its_type_its_default_and_its_meaning(run, kind):
     settings = settings_of_kind(KINDS[kind])
     assert {setting.name.partition(".")[0] for setting in settings} == {*KINDS[kind].settings.model_fields}
     text = run("kinds", kind)

@@ -61,7 +61,7 @@ def test_a_rig_file_names_devices_and_what_they_serve(tmp_path):
         ("calibrated: 2026-03-01", "calibrated: last spring", r"line 4: devices.force.calibrated: found 'last spring'"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_with_its_line_and_the_nearest_name(tmp_path, old, new, message):
+def test_a_mistake_is_reported_with_its_line_and_the_nearest_name(tmp_path, old, new, message):
     path = written(tmp_path, GOOD.replace(old, new, 1))
     with pytest.raises(RigFileError, match=message) as caught:
         read_rig(path)
@@ -78,14 +78,14 @@ def test_a_file_that_a_setting_names_is_part_of_what_the_ledger_keeps(tmp_path):
     assert parts[0] == parts[2] != parts[1]
 
 
-def test_all_mistakes_are_told_at_once(tmp_path):
+def test_all_mistakes_are_reported_at_once(tmp_path):
     path = written(tmp_path, GOOD.replace("rate_hz: 8000", "rate: 1").replace("rate_hz: 3000", "rate: 2"))
     with pytest.raises(RigFileError) as caught:
         read_rig(path)
     assert len(str(caught.value).splitlines()) == 2
 
 
-def test_where_there_is_none_the_way_to_one_is_told(tmp_path):
+def test_the_error_without_a_rig_file_says_how_to_get_one(tmp_path):
     with pytest.raises(RigFileError, match="palpate rig simulate --out"):
         read_rig(rig_path(tmp_path, "booth-2.example.org"))
     assert rig_path(tmp_path, "booth-2.example.org") == tmp_path / "stations" / "booth-2" / "rig.yaml"

@@ -93,7 +93,7 @@ def test_a_column_of_codes_names_the_sample_and_its_id_does_too():
 
 
 @pytest.mark.needs("serial")
-def test_a_code_from_before_it_was_asked_for_confirms_nothing():
+def test_a_code_scanned_before_the_request_confirms_nothing():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         os.write(ours, b"T07\r")
         clock, desk = Clock(), Desk(confirms=[1.0])

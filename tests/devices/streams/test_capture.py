@@ -62,7 +62,7 @@ def test_a_recording_comes_as_chunks_and_then_its_reply():
     assert set(lab.window.pages) == {"recording"}
 
 
-def test_a_twin_is_told_what_it_will_sense():
+def test_a_twin_receives_the_scene_that_it_will_sense():
     lab = Lab(scene_for=lambda request: f"strokes of {request.trial.stimulus.id}")
     lab.perform_until_end(sense(0.2))
     assert lab.sensor.log[0] == "expect strokes of T07"
@@ -76,7 +76,7 @@ def test_the_experimenter_sees_level_samples_and_losses_while_it_lasts():
     assert lab.desk.states == {}
 
 
-def test_a_pause_breaks_it_off_and_the_trial_is_met_again():
+def test_a_pause_breaks_a_recording_off_and_the_trial_is_repeated():
     lab = Lab(script=[(0.7, {"do": "pause"}), (5.0, {"do": "note", "text": "phone"}), (9.0, {"do": "go_on"})])
     outcomes = lab.perform_until_end(sense(2.0))
     assert kinds(outcomes) == ["Chunk", "Aside", "Chunk", "Aside", "Aside", "Fault"]
@@ -110,7 +110,7 @@ def test_a_note_changes_nothing():
     assert sorted(values([outcome for outcome in outcomes if isinstance(outcome, Chunk)], STREAM)) == list(range(2000))
 
 
-def test_a_fault_makes_every_sensor_safe_then_keeps_what_there_was_then_is_told():
+def test_a_fault_makes_every_sensor_safe_then_stores_the_samples_then_is_reported():
     lab = Lab(upset=[(0.8, DeviceFault("vibration", "overrun", "the buffer ran over"))])
     outcomes = lab.perform_until_end(sense(2.0))
     assert kinds(outcomes) == ["Chunk", "Chunk", "Fault"]
@@ -145,7 +145,7 @@ def test_a_sensor_that_cannot_be_had_any_more_is_a_fault_and_no_end_of_the_sessi
     assert kinds(lab.perform_until_end(sense(0.5)))[-1] == "Reply"
 
 
-def test_what_cannot_be_made_safe_is_told_with_the_fault():
+def test_what_cannot_be_made_safe_is_reported_with_the_fault():
     lab = Lab(upset=[(0.3, DeviceFault("vibration", "silent", "gone"))])
     lab.sensor.at_stop = OSError("no answer")
     (*_, fault) = lab.perform_until_end(sense(2.0))
@@ -157,7 +157,7 @@ class Quits(BaseException):
     """As palpate.studies.sessions.interrupts.Interrupted: no Exception."""
 
 
-def test_an_end_of_the_sitting_in_the_middle_leaves_nothing_running():
+def test_the_end_of_a_run_in_a_recording_leaves_nothing_running():
     lab = Lab(script=[(0.3, Quits())])
     with pytest.raises(Quits):
         lab.perform_until_end(sense(2.0))
@@ -181,7 +181,7 @@ def test_close_stops_it_and_may_be_called_at_any_time():
     assert lab.sensor.log == ["expect None", "start", "stop"]
 
 
-def test_a_recording_shorter_than_silence_is_no_recording_where_nothing_came():
+def test_a_short_recording_without_samples_is_no_recording():
     lab = Lab()
     lab.window.turn = lambda: lab.time.pass_s(0.1)
     (fault,) = lab.perform_until_end(sense(0.5))
@@ -189,7 +189,7 @@ def test_a_recording_shorter_than_silence_is_no_recording_where_nothing_came():
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
 
 
-def test_a_recording_shorter_than_that_is_none_either_where_no_number_came():
+def test_a_short_recording_without_numbers_is_no_recording():
     lab = Lab()
     lab.window.turn = lambda: (lab.time.pass_s(0.1), lab.sensor.feed(no_numbers(lab.time)))
     *chunks, fault = lab.perform_until_end(sense(0.5))
@@ -228,7 +228,7 @@ def test_a_sensor_that_cannot_be_stopped_at_the_end_is_a_fault_and_no_end_of_the
     assert sorted(values(chunks, STREAM)) == list(range(2000)) and lab.sensor.log[-1] == "safe"
 
 
-def test_where_a_sensor_neither_starts_nor_stops_the_first_is_told():
+def test_where_a_sensor_neither_starts_nor_stops_the_first_error_is_reported():
     lab = Lab()
     lab.sensor.at_start, lab.sensor.at_stop = DeviceError("vibration: Dev1 is not there"), OSError("no answer")
     (fault,) = lab.perform_until_end(sense(2.0))

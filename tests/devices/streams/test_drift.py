@@ -132,5 +132,5 @@ def test_arrivals_that_are_only_noticed_every_millisecond_are_not_believed_furth
         [(math.nan, n) for n in range(200)],
     ],
 )
-def test_where_arrivals_tell_nothing_nothing_is_said(pairs):
+def test_unusable_arrivals_give_no_drift(pairs):
     assert fitted(pairs) is None

@@ -145,7 +145,7 @@ def test_a_disk_that_is_slow_costs_nothing_while_there_is_room(tmp_path):
     assert sorted(values(chunks_of(record), STREAM)) == list(range(reply["streams"][STREAM]["samples"]))
 
 
-def test_a_disk_that_is_slower_than_the_sensor_costs_samples_and_every_one_is_told(tmp_path):
+def test_a_disk_slower_than_the_sensor_loses_samples_and_every_one_is_reported(tmp_path):
     lab = Drill(tmp_path, seconds=30.0, disk_s=[0.0, 12.0, 12.0], room_s=1.0)
     assert lab.run().complete
     record = whole(lab.path)
@@ -175,7 +175,7 @@ def nan(first):
     ],
     ids=["raises", "unplugged", "silent", "no numbers", "counts backwards"],
 )  # fmt: skip
-def test_a_sensor_that_fails_ends_safe_and_its_trial_is_met_again(tmp_path, upset, what, message):
+def test_a_sensor_that_fails_ends_safe_and_its_trial_is_repeated(tmp_path, upset, what, message):
     lab = Drill(tmp_path, seconds=3.0, upset=upset)
     assert lab.run().complete
     record = whole(lab.path)
@@ -265,7 +265,7 @@ def small_disk(folder, size_kB, kind):
 
 
 @pytest.mark.parametrize("kind", ["tmpfs", "limited files"])
-def test_a_disk_that_fills_up_ends_the_session_with_a_message_and_keeps_what_was_kept(tmp_path, kind):
+def test_a_disk_that_fills_up_ends_the_session_with_a_message_and_keeps_what_was_written(tmp_path, kind):
     """1 MB of disk, 12 kB of samples a turn: the ledger holds whole chunks up to the full disk, and no half one."""
     folder = tmp_path / "lab"
     folder.mkdir()

@@ -73,7 +73,7 @@ def test_two_streams_of_one_name_are_refused(time):
         Recording({"a": Fed(), "b": Fed()}, time, names={(device, "acceleration"): "tool" for device in "ab"})
 
 
-def test_a_writer_that_comes_late_loses_what_had_no_room_and_it_is_told(begin_recording, time):
+def test_a_late_writer_loses_what_had_no_room_and_the_loss_is_reported(begin_recording, time):
     """A disk that stands still for three seconds, with room for one: what is kept is kept whole."""
     sensor = Fed()
     one = begin_recording(sensor, room_s=1.0)
@@ -201,7 +201,7 @@ def test_where_one_sensor_does_not_start_none_goes_on(time, error):
     assert first.log == ["start", "stop"] and not one.hanging()
 
 
-def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begin_recording, monkeypatch):
+def test_a_driver_that_hangs_is_reported_and_the_others_are_stopped(begin_recording, monkeypatch):
     monkeypatch.setattr(reader, "GONE_S", 0.05)
     let_go, inside = threading.Event(), threading.Event()
 
@@ -238,7 +238,7 @@ def test_threads_take_turns_fast_while_there_are_readers_and_as_before_then(begi
     assert sys.getswitchinterval() == pytest.approx(before)
 
 
-def test_stop_may_be_asked_twice_and_says_the_same(begin_recording):
+def test_stopping_twice_gives_the_same_result(begin_recording):
     sensor = Fed()
     one = begin_recording(sensor)
     sensor.feed(block(0, 100))

@@ -19,7 +19,7 @@ def test_blocks_come_out_as_they_went_in_and_by_reference():
     assert ring.get(10_000) == [] and ring.waiting == 0
 
 
-def test_where_there_is_no_room_the_next_block_tells_of_what_is_missing():
+def test_where_there_is_no_room_the_next_block_counts_what_is_missing():
     ring = Ring(2 * (BLOCK_BYTES + 10 * ROW), ROW)
     for first in range(0, 50, 10):
         put(ring, first, 10)

@@ -51,7 +51,7 @@ def test_a_gap_begins_a_new_piece_and_says_why():
     assert (entry["first"], entry["gaps"]) == (30, [[30, 10, "the sensor's numbering jumps"]])
 
 
-def test_what_is_dropped_at_the_very_end_is_told_too():
+def test_what_is_dropped_at_the_very_end_is_reported_too():
     one = stream(room=2000)
     for first in range(0, 1000, 100):
         one.ring.put(block(first, 100))
@@ -91,7 +91,7 @@ def test_chunks_follow_each_other_without_a_hole(blocks, step):
         (Block(10, bytes(13), 0), "13 bytes came, which is no whole number of 3 channels"),
     ],
 )
-def test_an_account_that_cannot_be_true_is_a_fault_and_what_came_before_is_kept(wrong, message):
+def test_an_impossible_count_is_a_fault_and_the_samples_before_it_stay(wrong, message):
     one = stream()
     pieces, _ = put(one, block(0, 10), wrong)
     assert [piece.count for piece in pieces] == [10]
@@ -107,7 +107,7 @@ def test_a_large_chunk_comes_in_pieces_that_follow_each_other():
     assert [piece.t0_ns for piece in pieces] == [round(piece.first / 1000 * NS) for piece in pieces]
 
 
-def test_of_many_arrivals_the_earliest_are_kept_with_the_devices_own_time():
+def test_of_many_arrivals_the_earliest_are_stored_with_the_devices_own_time():
     late = [0.004, 0.001, 0.003, 0.002] * 16
     blocks = [block(10 * n, 10, at_s=(10 * n + 9) / 1000 + delay, device_s=500.0 + n) for n, delay in enumerate(late)]
     _, entry = put(stream(), *blocks)
@@ -115,7 +115,7 @@ def test_of_many_arrivals_the_earliest_are_kept_with_the_devices_own_time():
     assert entry["device_s"] == [500.0 + n for n in range(1, 64, 4)]
 
 
-def test_what_is_no_number_is_kept_as_it_came_and_counted():
+def test_what_is_no_number_is_stored_as_it_is_and_counted():
     one = stream()
     data = np.frombuffer(rows(0, 10), "<f4").reshape(-1, 3).copy()
     data[2, 1], data[8:, 0] = math.nan, math.inf
@@ -152,7 +152,7 @@ def test_the_summary_measures_the_rate_and_names_the_calibration():
     canonical(summary)
 
 
-def test_the_devices_own_time_tells_its_drift_where_it_counts_wrongly():
+def test_the_devices_own_time_gives_its_drift_where_it_counts_wrongly():
     """Half of the samples never existed for the device's counter: its rate is off, its clock is not."""
     one = stream()
     for n in range(2000):
@@ -188,7 +188,7 @@ def test_a_sensor_that_stood_still_is_known_from_one_that_was_read_late(arrived_
 
 
 @pytest.mark.parametrize(("step_s", "runs"), [(0.0, True), (3600.0, False), (-3600.0, True)])
-def test_a_devices_clock_that_was_set_meanwhile_tells_no_rate(step_s, runs):
+def test_a_device_clock_that_was_set_meanwhile_gives_no_rate(step_s, runs):
     one, chance = stream(), np.random.default_rng(1)
     for n in range(3000):
         late_s, stamp_s = chance.exponential(0.001), (10 * n + 9) / 1000 + step_s * (n > 1500)

@@ -62,7 +62,7 @@ def test_every_sensor_sees_the_same_act_again_and_another_key_another(under):
         assert np.isfinite(one).all() and one.shape == (rows, 6 if name == "wrench" else 3)
 
 
-def test_a_batch_that_was_dropped_is_made_again_the_same(under):
+def test_a_batch_that_was_dropped_is_computed_again_the_same(under):
     act = scene_of(under, 45.0)._act
     first = act.batch(0)
     act.batch(KEPT)

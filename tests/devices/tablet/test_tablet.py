@@ -187,7 +187,7 @@ def test_a_clock_that_was_set_is_followed_after_three_reports():
     assert guard.refused == {"time_backwards": 2, "clock_reset": 1}
 
 
-def test_a_tablet_that_tells_only_nonsense_is_a_fault():
+def test_a_tablet_with_only_invalid_reports_is_a_fault():
     guard = Guard("tablet", aligned=True)
     for _ in range(49):
         guard.judge(GOOD._replace(pressure=512), 1.0)

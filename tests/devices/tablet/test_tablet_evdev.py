@@ -70,7 +70,7 @@ def test_they_are_pyglets_too(pyglet_input):
     assert struct.calcsize("=qqHHi") == __import__("ctypes").sizeof(evdev.input_event) == 24
 
 
-def test_only_what_changed_is_told_and_the_rest_stands():
+def test_only_what_changed_is_reported_and_the_rest_stands():
     reports = list(Assembler().feed(PRESSED + LATER + LIFTED + GONE))
     assert reports == [
         Raw(0.005, 5000, 1100, 512, True, True),
@@ -100,7 +100,7 @@ def test_what_the_kernel_dropped_is_asked_for_again():
     assert assembler.dropped == 1
 
 
-def test_where_it_cannot_be_asked_the_stylus_is_away_until_it_is_told():
+def test_where_the_kernel_cannot_be_asked_the_stylus_is_away_until_its_next_report():
     assembler = Assembler()
     list(assembler.feed(PRESSED))
     reports = list(assembler.feed(record(SYN, 3, 0) + report(30, (ABS, X, 1)) + report(31, (ABS, X, 6000))))
@@ -152,7 +152,7 @@ def test_a_source_that_ends_is_a_lost_link(pipe):
     assert fault.value.what == "link_lost"
 
 
-def test_a_record_that_was_cut_off_is_said(pipe):
+def test_a_record_that_was_cut_off_is_reported(pipe):
     tablet, write, unplug = pipe
     write(PRESSED[:-5])
     unplug()
@@ -200,7 +200,7 @@ class Kernel:
         return self.answers[request]
 
 
-def test_a_real_tablet_tells_its_axes_and_is_timed_by_the_clock_that_nobody_sets(tmp_path):
+def test_a_real_tablet_reports_its_axes_and_is_timed_by_the_monotonic_clock(tmp_path):
     (tmp_path / "event0").write_bytes(LATER)
     tablet = EventFile("tablet", tmp_path / "event0", {}, Kernel(), monotonic_s=lambda: 1000.0)
     facts = tablet.open()

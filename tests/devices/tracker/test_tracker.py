@@ -149,7 +149,7 @@ def test_a_twin_at_rest_is_healthy_and_says_its_noise(tmp_path):
     assert "no marker is seen" in blind.health(1.0).summary
 
 
-def test_a_position_beyond_reach_is_a_wrong_unit_and_said_so(tmp_path):
+def test_a_position_beyond_reach_is_reported_as_a_wrong_unit(tmp_path):
     with pytest.raises(DeviceFault, match="is `unit` right") as fault:
         all_of(device(tmp_path, driver="twin", reach_mm=100), None, 1.0)
     assert fault.value.what == "over_range"

@@ -99,7 +99,7 @@ def test_samples_that_never_came_are_counted(offered, pylsl):
 
 
 @pytest.mark.parametrize("leap_s", [-1000.0, 5000.0])
-def test_a_senders_clock_that_is_set_anew_is_said_and_numbers_go_on(offered, pylsl, leap_s):
+def test_a_senders_clock_that_is_set_anew_is_reported_and_numbers_go_on(offered, pylsl, leap_s):
     outlet = offered(METRES)
     device = started(tracker())
     now = pylsl.local_clock()

@@ -59,7 +59,7 @@ def test_every_field_composes_and_numbers_stay_numbers():
 
 
 @pytest.mark.needs("fonts")
-def test_the_hint_tells_the_key_only_where_it_means_something():
+def test_the_hint_names_the_key_only_where_it_works():
     for form in (Lexicon(1), Words(("a", "b"), further=True)):
         assert "F9" in Hand(form, language="ko", hangul=True).text("hint")
         assert "F9" not in Hand(form, language="ko").text("hint")

@@ -90,7 +90,7 @@ def test_what_was_done_to_the_screen_before_is_not_handed_on(window, shell):
     assert shell.forgotten == before + 1
 
 
-def test_the_second_half_of_a_press_begun_on_another_screen_is_not_heard(window, shell):
+def test_the_release_of_a_press_from_another_screen_is_ignored(window, shell):
     request, _ = answered(window)
     line = box_of(window, request, "slider 0.line")
     shell.turns.append([Moved(*line.middle, 0.0), Released(*line.middle, 0.0)])
@@ -222,7 +222,7 @@ def test_a_new_request_object_gets_a_new_form(window, shell):
     assert window.request_scene.screen.value()["answers"] == {}
 
 
-def test_the_sides_switched_to_are_told(window, shell):
+def test_the_sides_switched_to_are_reported(window, shell):
     switched = []
     window.on_side = switched.append
     request = ask(SIDED)
@@ -279,7 +279,7 @@ def test_a_slip_of_the_ruler_is_asked_again_once(window, shell):
     assert "12.7 mm is not 127: measure once more" in desk.demands[-2].text
 
 
-def test_a_line_that_is_too_long_twice_ends_the_sitting_and_says_what_to_do(window, shell):
+def test_a_line_that_is_too_long_twice_ends_the_run_and_says_what_to_do(window, shell):
     desk = FakeDesk(answers=deque([130.0, 130.2]))
 
     with pytest.raises(WindowError, match="measures 130.2 mm.*palpate window calibrate"):
@@ -370,7 +370,7 @@ def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(wi
     assert any(element.name.startswith("force") for element in window.request_scene.screen.scene())
 
 
-def test_stop_on_a_live_form_is_said_once_it_is_pressed(window, shell):
+def test_stop_on_a_live_form_is_reported_once_it_is_pressed(window, shell):
     seen, request = [], live()
     shell.turns.extend([[Key("enter", False, 0.0)]])
     window.show_live(request, FakeDesk(), lambda: seen[-1] or len(seen) > 50, lambda _setting, done: seen.append(done))

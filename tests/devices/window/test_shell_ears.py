@@ -20,7 +20,7 @@ def kinds(ears):
     return [type(event) for event in ears.hand_over()]
 
 
-def test_a_press_and_its_release_between_two_looks_are_both_heard(ears):
+def test_a_press_and_its_release_between_two_looks_are_both_noticed(ears):
     ears.press(30, 99, LEFT, 0)
     ears.release(31, 99, LEFT, 0)
 
@@ -34,7 +34,7 @@ def test_pixels_are_counted_from_the_top(ears):
     assert ears.hand_over()[0].y == 99
 
 
-def test_only_the_left_button_is_heard(ears):
+def test_only_the_left_button_is_input(ears):
     for button in (MIDDLE, RIGHT):
         ears.press(5, 5, button, 0)
         ears.drag(6, 5, 1, 0, button, 0)
@@ -62,7 +62,7 @@ def test_a_second_press_while_one_is_held_is_ignored(ears):
 
 
 @pytest.mark.parametrize("after", ["motion", "drag of the right button"])
-def test_a_release_that_the_system_swallowed_is_made_up_for(ears, after):
+def test_a_release_that_the_system_swallowed_is_added(ears, after):
     ears.press(5, 5, LEFT, 0)
     if after == "motion":
         ears.motion(60, 5, 1, 0)
@@ -73,13 +73,13 @@ def test_a_release_that_the_system_swallowed_is_made_up_for(ears, after):
     assert kinds(ears) == [Pressed, Released, Pressed]
 
 
-def test_moving_without_a_button_is_not_heard(ears):
+def test_moving_without_a_button_is_no_input(ears):
     ears.motion(60, 5, 1, 0)
 
     assert ears.hand_over() == []
 
 
-def test_an_arrow_is_heard_once_for_each_repeat_and_knows_the_shift_key(ears):
+def test_an_arrow_is_noted_once_for_each_repeat_and_knows_the_shift_key(ears):
     ears.key(ARROW, 0)
     ears.repeating(7)
     ears.repeating(7)
@@ -108,7 +108,7 @@ def test_escape_and_unknown_keys_do_nothing(ears):
     assert ears.hand_over() == []
 
 
-def test_text_is_heard_as_composed_and_control_characters_are_not(ears):
+def test_composed_text_is_input_and_control_characters_are_not(ears):
     for text in ("한", " ", "é", "\r", "\t", "\x7f"):
         ears.text(text)
 

@@ -145,7 +145,7 @@ def test_tenths_are_answered_as_they_are_written():
     assert [scale.nearest(n / 10) for n in range(8)] == [0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]
 
 
-def test_a_stimulus_that_the_study_lacks_is_felt_on_the_scale_of_those_it_has():
+def test_a_stimulus_outside_the_study_is_felt_on_the_scale_of_its_stimuli():
     """Sizes 0..3 have mean 1.5 and SD sqrt(1.25); 5.5 is (5.5 - 1.5) / SD away, and the study's own size 2 stays it."""
     person = perceiver()
     assert person.latent_of("Soft", {"size": 5.5, "other": 9.0}) == pytest.approx(1 + 2 * 4 / 1.25**0.5)

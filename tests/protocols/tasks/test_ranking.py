@@ -66,7 +66,7 @@ def test_a_trial_is_a_set_and_stimuli_are_felt_in_the_order_of_the_plan():
     assert [trial.stimulus.id for trial in plan.presented] == list("CBACBD")
 
 
-def test_each_is_placed_before_the_next_is_felt_and_any_can_be_felt_again():
+def test_each_stimulus_is_placed_before_the_next_and_any_can_be_felt_again():
     plan, events, felt = session([*ONE_BY_ONE, go("B", A=3, B=1, C=2, D=4), {"answers": ranks(A=4, B=1, C=2, D=3)}])
     assert felt == list("ABCDB")
     [row, *_] = rows = answers_of(plan, "toy/P001/1", events).own["rankings"]
@@ -179,7 +179,7 @@ def test_columns_that_are_missing_are_named_where_they_are_used():
         assert messages == ["found 'sort', expected a column of the stimulus table; known: kind, size"], messages
 
 
-def test_settings_are_part_of_what_a_plan_is_made_of_and_may_be_left_out():
+def test_settings_are_part_of_the_plan_digest_and_may_be_left_out():
     plans = [plan_of("ranking", settings=settings) for settings in ({}, {"again": True}, {"again": False})]
     assert [plan.trials[0].form.again for plan in plans] == [True, True, False]
     assert len({plan.digest for plan in plans}) == 3

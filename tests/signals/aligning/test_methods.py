@@ -68,7 +68,7 @@ def test_what_the_grid_cannot_hold_is_removed_before_it_folds_down(rate_hz):
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_the_delay_is_what_is_said(name):
+def test_the_delay_is_the_stated_one(name):
     """The phase of a slow sine, against the method's own statement."""
     rate_hz, hz = 80 * 1.0061, 1.0
     times_s = np.arange(1600) / rate_hz

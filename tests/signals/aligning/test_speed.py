@@ -76,7 +76,7 @@ def test_a_causal_line_lags_by_half_its_window_and_a_parabola_does_not(window):
     np.testing.assert_allclose(velocities[window:], 600 * (t[window:] - line.lag_s), rtol=1e-9)
 
 
-def test_a_window_that_holds_a_hidden_sample_tells_nothing():
+def test_a_window_that_holds_a_hidden_sample_gives_nan():
     positions = np.cumsum(np.ones((50, 3)), axis=0)
     positions[20] = np.nan
     speeds = speed(positions, slope(7, 2, RATE))

@@ -49,7 +49,7 @@ def test_the_hardest_profile_that_may_be_made_is_played():
 
 
 @pytest.mark.parametrize(("force", "words"), REFUSED)
-def test_what_the_door_would_refuse_is_said(force, words):
+def test_what_the_door_would_refuse_is_reported(force, words):
     assert refusal(force) == f"the profile: {words}"
 
 

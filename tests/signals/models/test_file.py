@@ -58,7 +58,7 @@ def raw(shape: list[int], size: int) -> bytes:
     return len(header).to_bytes(8, "little") + header + bytes(16 + size)
 
 
-def test_every_changed_bit_is_found(tmp_path):
+def test_every_changed_bit_is_detected(tmp_path):
     card = feeling(tmp_path)
     weights = card.with_suffix(".safetensors")
     whole = weights.read_bytes()
@@ -240,7 +240,7 @@ TREE = {name: FOREST[name] for name in FOREST}
         ([FOREST_STEP], {**TREE, "roots": np.zeros(4096, dtype=int), "value": np.ones((6, 4096))}, "4096 trees"),
     ],
 )  # fmt: skip
-def test_steps_that_do_not_fit_are_found_before_anything_is_asked(tmp_path, steps, tensors, words):
+def test_steps_that_do_not_fit_are_refused_before_the_model_runs(tmp_path, steps, tensors, words):
     card = saved(tmp_path, steps, tensors, port(6), port(1))
     with pytest.raises(ModelFileError, match=words) as refused:
         read_model(card)

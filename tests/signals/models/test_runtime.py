@@ -89,7 +89,7 @@ def test_any_width_padding_and_pool(tmp_path, size, length, width, pad):
     np.testing.assert_allclose(output, pooled, rtol=0, atol=1e-12)
 
 
-def test_copies_that_a_dense_layer_counts_are_those_that_are_made(tmp_path):
+def test_counted_copies_of_a_dense_layer_equal_made_copies(tmp_path):
     tensors = {"w": RANDOM.normal(size=(3, 36)), "b": RANDOM.normal(size=3)}
     steps = (Reshape(shape=(2, 6)), Upsample(times=3), Dense(weight="w", bias="b"))
     apart = (*steps[:2], Affine(), steps[2])

@@ -109,7 +109,7 @@ def test_attention_is_its_definition(heads, causal, sparse):
 
 
 @pytest.mark.parametrize("causal", [False, True])
-def test_attention_to_what_was_kept(causal):
+def test_attention_to_saved_values(causal):
     memory = X[:, :, ::-1] ** 2 if causal else np.concatenate([X**2, X[:, :, :2] ** 2], axis=2)
     wide = np.concatenate([X, memory], axis=2)
     take = Reshape(shape=(CHANNELS, wide.shape[2]))
@@ -220,7 +220,7 @@ def test_magnitude_and_phase_and_back():
     require(turned, {}, polar.swapaxes(1, 2), given=given.swapaxes(1, 2).copy())
 
 
-def test_values_are_kept_recalled_added_joined_parted_and_turned():
+def test_values_are_saved_recalled_added_joined_split_and_transposed():
     relu = np.maximum(X, 0)
     steps = (
         *START, Keep(kept="x"), Affine(gain=2.0), Activation(function="relu"), Keep(kept="x2"), Add(kept="x"),
@@ -237,7 +237,7 @@ def test_values_are_kept_recalled_added_joined_parted_and_turned():
     require(lists, {}, np.concatenate([flat[:, 3:5], flat], axis=1))
 
 
-def test_a_name_may_be_kept_again_and_seen_from_inside_other_steps():
+def test_a_value_may_be_saved_again_and_read_inside_other_steps():
     inner = Residual(steps=(Activation(function="square"), Keep(kept="x"), Affine(gain=-1.0), Add(kept="x")))
     mean = Mean(members=((Recall(kept="x"),), (Affine(gain=3.0),)))
     steps = (Keep(kept="x"), Affine(gain=0.5), inner, mean)
@@ -280,7 +280,7 @@ def test_threads_share_a_model_and_no_run_sees_another(tmp_path):
         assert np.array_equal(list(pool.map(model.run, np.tile(rows, (20, 1)))), alone * 20)
 
 
-def test_numbers_kept_in_half_precision_are_read_as_single(tmp_path):
+def test_numbers_stored_in_half_precision_are_read_as_single(tmp_path):
     weight = RANDOM.normal(size=(2, 3)).astype(np.float16)
     bias = np.array([1.0, 2.0], dtype=np.float16)
     model = read_model(saved(tmp_path, (Dense(weight="w", bias="b"),), {"w": weight, "b": bias}, port(3), port(2)))

@@ -154,7 +154,7 @@ def test_a_corrupted_start_sequence_is_not_used_and_the_voice_says_so(start):
     assert np.abs(played).max() <= voice.peak
 
 
-def test_a_card_without_a_start_sequence_is_begun_with_noise():
+def test_a_card_without_a_start_sequence_starts_with_noise():
     texture = model()
     bare = texture.card.model_copy(update={"texture": texture.card.texture.model_copy(update={"start": None})})
     voice = open_voice(type(texture)(bare, texture.tensors), seed=1)
@@ -162,7 +162,7 @@ def test_a_card_without_a_start_sequence_is_begun_with_noise():
 
 
 @pytest.mark.parametrize("answer", [(NAN, 0.0), (0.0, NAN), (INF, 0.0), (0.0, INF), (-INF, -INF)])
-def test_a_model_that_fails_for_a_moment_is_begun_anew_and_never_clicks_out_of_bounds(answer):
+def test_a_model_that_fails_for_a_moment_is_restarted_and_never_clicks_out_of_bounds(answer):
     texture = model()
     voice = open_voice(texture, seed=1, runs=lambda m: Cheap(m, lambda n, right: answer if n == 400 else right))
     played = felt(voice, 5000)
@@ -183,7 +183,7 @@ def test_a_model_that_left_its_level_is_back_within_100_ms():
     assert level(played[440:]) == pytest.approx(1.0, rel=0.2)
 
 
-def test_a_model_stuck_at_an_end_is_begun_anew():
+def test_a_model_stuck_at_an_end_is_restarted():
     texture = model()
     voice = open_voice(texture, seed=1, runs=lambda m: Cheap(m, lambda n, ok: (3.4, -9.0) if 300 < n < 360 else ok))
     felt(voice, 300)
@@ -202,7 +202,7 @@ def test_an_unstable_model_stays_bounded_and_is_silent_for_longer_and_longer():
     assert felt(voice, 20).any()
 
 
-def test_a_stable_model_is_never_begun_anew_by_what_hands_do():
+def test_a_stable_model_is_never_restarted_by_hand_movements():
     rng = np.random.default_rng(5)
     voice = open_voice(model(), seed=1, runs=Cheap)
     ends = [(11.0, 0.16), (300.0, 3.6), (11.0, 3.6), (300.0, 0.16), (0.0, 0.0), (1e6, 1.0), (NAN, NAN), (100.0, 1.0)]
@@ -213,7 +213,7 @@ def test_a_stable_model_is_never_begun_anew_by_what_hands_do():
     assert voice.tally.steps == len(played) == 60_000
 
 
-def test_a_dead_model_is_told_and_left_alone():
+def test_a_silent_model_is_counted_and_not_restarted():
     voice = open_voice(model(), seed=1, sampled=False)
     felt(voice, 3000)
     assert voice.tally.restarts == 0

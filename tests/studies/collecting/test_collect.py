@@ -180,7 +180,7 @@ def test_samples_are_listed_as_streams(tmp_path, engine):
         ("mysql://host/x", "MySQLdb"),
     ],
 )
-def test_a_database_that_cannot_be_used_is_said_without_its_password(url, message):
+def test_the_error_of_an_unusable_database_does_not_show_its_password(url, message):
     with pytest.raises(CollectError, match=message) as caught:
         open_database(url)
     assert "secret" not in str(caught.value)

@@ -155,7 +155,7 @@ def test_lines_that_mean_nothing_are_answered_with_what_would():
     assert "pause" in one.display.lines[1] and one.display.lines[-1].startswith("one order a line")
 
 
-def test_quit_ends_the_sitting():
+def test_quit_ends_the_run():
     one, _ = desk([(0.0, "q")])
     with pytest.raises(Interrupted, match="QUIT"):
         one.poll()

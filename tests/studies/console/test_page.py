@@ -77,7 +77,7 @@ def test_a_blind_console_shows_neither_the_column_nor_the_id_and_says_so():
     assert "T39" not in where(status) and "T39" in where(view().status)
 
 
-def test_a_rest_of_the_participants_is_said_to_be_one():
+def test_a_rest_of_the_participant_is_shown_as_a_rest():
     status = half_way_and(("experimenter", {"do": "pause", "by": "participant"}))
     text = printed(replace(view(), status=status), t_s=75)
     assert "The participant rests" in text and "p ends the rest" in text and "the participant rests" in text

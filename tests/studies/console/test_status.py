@@ -102,11 +102,11 @@ def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
         (None, "waiting"),
     ],
 )
-def test_what_the_participant_is_doing_is_said_in_words(body, description):
+def test_what_the_participant_is_doing_is_described_in_words(body, description):
     assert doing(body) == description
 
 
-def test_durations_are_told_as_a_person_would():
+def test_durations_are_written_as_a_person_would():
     assert [clock(s) for s in (7, 247.9, 3750)] == ["0:07", "4:07", "1:02:30"]
     assert [about(s) for s in (None, 43, 89.9, 600)] == [
         "time left: known after the first trial", "about 40 s left", "about 90 s left", "about 10 min left",

@@ -142,7 +142,7 @@ def test_the_terminal_is_restored_on_every_way_out(note, code):
         assert (b"the session failed" in errors) == bool(code)
 
 
-def test_lines_of_a_pipe_are_orders_and_what_happens_is_told_in_lines():
+def test_lines_of_a_pipe_are_orders_and_events_are_written_as_lines():
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM], cwd=ROOT, input="hlep\nnote all well", capture_output=True, text=True,
         timeout=LONGEST_S * 3, check=True,
@@ -163,7 +163,7 @@ def test_the_end_of_a_pipe_ends_nothing():
         source.close()
 
 
-def test_where_nothing_can_be_heard_there_is_silence():
+def test_without_an_input_there_are_no_keys():
     assert isinstance(listen(None), Silence) and listen(None).take() == []
 
 

@@ -108,7 +108,7 @@ def ended(process):
     return process.returncode, output.splitlines()[-1]
 
 
-def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(display, lab):
+def test_a_session_is_quit_resumed_killed_and_resumed_to_its_end(display, lab):
     path = ledger_path(lab, "stroking", "P001")
     with session_process(display, *run_of(lab)) as process:
         until(process, "How many mm")
@@ -143,7 +143,7 @@ def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(displ
     replay(path)
 
 
-def test_a_line_that_measures_wrong_twice_ends_the_sitting_and_a_changed_study_is_named(display, lab):
+def test_a_line_that_measures_wrong_twice_ends_the_run_and_a_changed_study_is_named(display, lab):
     path = ledger_path(lab, "stroking", "P001")
     with session_process(display, *run_of(lab)) as process:
         until(process, "How many mm")

@@ -52,7 +52,7 @@ def test_a_start_that_is_refused_takes_no_row(lab, refused, more, message):
     assert every_allocation(open_registry(lab)) == [] and list((lab / "sessions").glob("*.sqlite")) == []
 
 
-def test_a_folder_that_is_no_lab_is_said_to_be_none(lab, refused):
+def test_a_folder_that_is_no_lab_is_reported(lab, refused):
     for name in ("participants.json", "consent.md"):
         (lab / name).unlink()
     assert f"is not a lab: it holds no participants.json; make it one with: palpate init {lab}" in refused()

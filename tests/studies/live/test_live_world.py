@@ -142,7 +142,7 @@ def test_quitting_lays_the_session_down_and_resuming_goes_on_at_the_act(tmp_path
     replay(result.path)
 
 
-def test_a_session_left_in_a_pause_goes_on_when_it_is_taken_up(tmp_path):
+def test_a_session_left_in_a_pause_goes_on_when_it_is_resumed(tmp_path):
     result = start(tmp_path, sheets_plan(), Hall([(0.0, "confirm"), (1.0, "pause"), (20.0, "quit")]).rig)
     assert of_kind(read(result.path), "experimenter") == [{"do": "pause"}]
     hall = Hall([(1.5, "confirm")] * 4)

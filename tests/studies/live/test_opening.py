@@ -37,7 +37,7 @@ def calibrated(lab: Path) -> Path:
     return lab
 
 
-def test_a_station_without_a_rig_is_told_how_to_have_one(tmp_path):
+def test_the_error_of_a_station_without_a_rig_says_how_to_get_one(tmp_path):
     with pytest.raises(RigError, match=r"door_ratings needs door, and .* no rig file .*--twins .*--simulate"):
         live_plan(DOORS, calibrated(tmp_path), LiveOptions())
 
@@ -88,7 +88,7 @@ def test_a_session_goes_on_at_another_screen_only_where_that_is_accepted(tmp_pat
     assert accepted["calibration_before"]["size_px"] == [1280, 1024]
 
 
-def test_a_rehearsal_is_not_gone_on_with(tmp_path):
+def test_a_rehearsal_is_not_resumed(tmp_path):
     with pytest.raises(RigError, match="rehearse again"):
         resumed_live_plan(DOORS, tmp_path, LiveOptions(), header(rig={"kind": "rehearsal"}))
 

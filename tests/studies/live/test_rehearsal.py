@@ -59,7 +59,7 @@ def test_a_rehearsal_is_a_session_of_its_own_that_nothing_collects(tmp_path):
     ("study", "group", "least_s"),
     [("door_ratings", "1", 900), ("door_authoring", None, 60), ("texture_similarity", None, 400)],
 )
-def test_a_shipped_study_is_rehearsed_at_once_and_tells_how_long_it_takes(tmp_path, study, group, least_s):
+def test_a_shipped_study_is_rehearsed_at_once_and_reports_how_long_it_takes(tmp_path, study, group, least_s):
     study_files = read_study(SHIPPED / study / "study.yaml")
     forms = lab_forms(study_files.study, tmp_path, live=False)
     plan = compile_plan(study_files.study, ParticipantRow("P001", group), 0, forms)

@@ -205,7 +205,7 @@ def test_what_the_experimenter_wants_is_done_though_the_renderer_has_ended(lab):
     assert renderer.after(abort) is abort and plays.ended == 1
 
 
-def test_a_session_taken_up_within_a_trial_is_not_rated_in_silence(lab):
+def test_a_session_resumed_within_a_trial_plays_the_texture_before_the_rating(lab):
     """The presentation is on record, and was another process'."""
     renderer, (plays,) = fake(lab)
     ask = Ask(TRIAL.form, TRIAL)

@@ -111,7 +111,7 @@ def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
 @pytest.mark.needs("serial")
 @pytest.mark.needs("linux")
 @pytest.mark.usefixtures("brief_door")
-def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms):
+def test_a_door_that_dies_is_a_fault_and_the_trial_is_repeated(lab, rooms):
     killed = []
 
     def kill(page, _looks):
@@ -245,7 +245,7 @@ def test_a_sensor_that_is_unplugged_in_mid_trial_and_comes_back_leaves_a_marked_
     replay(result.path)
 
 
-def test_a_recording_that_is_interrupted_is_made_again(lab, rooms):
+def test_a_recording_that_is_interrupted_is_repeated(lab, rooms):
     study_files = captures(stimuli=[{"id": "T15"}], capture={"device": "tool", "seconds": 3.0})
     seen = []
 
@@ -372,7 +372,7 @@ def quits_while_live():
 
 @pytest.mark.needs("serial")
 @pytest.mark.parametrize("later", [1, 2])
-def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, rooms, firmware, monkeypatch, later):
+def test_a_live_session_started_with_a_door_that_cannot_follow_is_resumed(lab, rooms, firmware, monkeypatch, later):
     """As sessions were before such a door was refused: broken off while the door is felt, resumed with either."""
     rooms["meanwhile"] = quits_while_live()
     firmware(1)
@@ -400,7 +400,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
 
 
 @pytest.mark.needs("serial")
-def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_that_does_not(lab, rooms, firmware):
+def test_a_live_session_started_with_a_door_that_follows_is_not_resumed_with_one_that_does_not(lab, rooms, firmware):
     rooms["meanwhile"] = quits_while_live()
     study_files = live_doors(lab / "study", practice=False)
     path = run_live(study_files, lab).path
@@ -420,7 +420,7 @@ def textures(count=1) -> StudyFiles:
 
 
 @pytest.mark.long
-def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_with_the_texture_on(
+def test_a_texture_session_resumed_during_an_answer_is_answered_with_the_texture_on(
     lab, rooms, experimenter, monkeypatch
 ):
     def quits(room, request, desk, now_ns):

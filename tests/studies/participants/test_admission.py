@@ -82,7 +82,7 @@ def test_who_finished_at_another_station_is_refused_here(home):
     demand_not_finished(home.lab, "toy", "P001")
 
 
-def test_a_session_is_gone_on_with_only_on_a_row_that_is_still_the_participants(home, tmp_path):
+def test_a_session_is_resumed_only_on_a_row_that_is_still_the_participants(home, tmp_path):
     filled(home, 2)
     readmit(tmp_path / "nowhere", toy(), "P001")
     readmit(home.lab, toy(), "P001")

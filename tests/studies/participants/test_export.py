@@ -19,7 +19,7 @@ def table(registry):
     return (registry.lab / "participants.tsv").read_text("utf-8").splitlines()
 
 
-def test_everybody_stands_in_the_table_once_with_what_they_said(registry):
+def test_everybody_stands_in_the_table_once_with_their_answers(registry):
     filled(registry, 3)
     identify(registry.lab, "P001", Identity("Kim Hana", "hana@example.org"))
     for study in ("toy", "other"):

@@ -15,7 +15,7 @@ def bytes_in(folder):
     return b"".join(path.read_bytes() for path in folder.rglob("*") if path.is_file())
 
 
-def test_identities_are_kept_and_corrected_by_pseudonym(tmp_path):
+def test_identities_are_stored_and_corrected_by_pseudonym(tmp_path):
     assert identities(tmp_path) == {} and list(tmp_path.iterdir()) == []
     identify(tmp_path, "P001", HANA)
     identify(tmp_path, "P002", Identity(name="Lee"))
@@ -26,7 +26,7 @@ def test_identities_are_kept_and_corrected_by_pseudonym(tmp_path):
     }
 
 
-def test_nothing_is_made_where_nothing_was_told(tmp_path):
+def test_an_empty_identity_creates_nothing(tmp_path):
     identify(tmp_path, "P001", Identity())
     assert not erase(tmp_path, "P001")
     assert list(tmp_path.iterdir()) == []
@@ -102,7 +102,7 @@ def test_the_journal_of_an_erasure_is_overwritten_before_it_goes(tmp_path, monke
         (Identity(consented="20260331"), "a date as"),
     ],
 )
-def test_an_identity_that_makes_no_sense_is_refused_and_nothing_made(tmp_path, identity, message):
+def test_an_invalid_identity_is_refused_and_nothing_is_created(tmp_path, identity, message):
     with pytest.raises(ParticipantError, match=message):
         identify(tmp_path, "P001", identity)
     assert list(tmp_path.iterdir()) == []

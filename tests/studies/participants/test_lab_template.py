@@ -56,7 +56,7 @@ def test_a_file_is_no_place_for_a_lab(tmp_path):
         make_lab(tmp_path / "lab")
 
 
-def test_half_a_lab_is_made_whole_by_the_next_try(tmp_path):
+def test_half_a_lab_is_completed_by_the_next_try(tmp_path):
     (tmp_path / "sessions").mkdir()
     (tmp_path / "consent.md").write_bytes((TEMPLATE / "consent.md").read_bytes())
     make_lab(tmp_path)

@@ -118,7 +118,7 @@ def test_balance_as_json_has_counts_and_what_is_on_offer(run):
         (["list", "--study", "tyo"], "no study is called 'tyo'; did you mean 'toy'?"),
     ],
 )
-def test_a_mistake_is_said_and_changes_nothing(run, arguments, mistake):
+def test_a_mistake_is_reported_and_changes_nothing(run, arguments, mistake):
     run("allocate", "toy", run("add").strip())
     run("add")
     before = run("list", "--json")
@@ -126,7 +126,7 @@ def test_a_mistake_is_said_and_changes_nothing(run, arguments, mistake):
     assert run("list", "--json") == before
 
 
-def test_what_lacks_an_option_is_a_mistake_of_use(run):
+def test_a_missing_option_is_a_mistake_of_use(run):
     run("add")
     assert "nothing to write down: give --name" in run("identify", "P001", status=2)
     assert "--why" in run("withdraw", "P001", status=2)
@@ -139,7 +139,7 @@ def test_nobody_is_added_while_the_store_of_names_is_open_to_others(run):
     assert len(json.loads(run("list", "--json"))) == 1
 
 
-def test_a_folder_that_is_no_lab_is_said_so_by_every_verb(tmp_path):
+def test_every_verb_reports_a_folder_that_is_no_lab(tmp_path):
     verbs = (["add"], ["list"], ["withdraw", "P001", "--why", "-"], ["allocate", "door_ratings", "P001"], ["export"],
              ["release", "door_ratings", "P001", "--why", "-"], ["balance", "door_ratings"],
              ["identify", "P1", "--name", "x"], ["overlap", "door_ratings"])  # fmt: skip

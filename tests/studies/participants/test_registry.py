@@ -87,7 +87,7 @@ def test_a_write_that_meets_a_conflict_is_tried_anew_and_leaves_nothing_half_don
     assert [mark.count("!") for mark in marks] == [1, 1]
 
 
-def test_a_conflict_that_stays_is_said_after_so_many_tries(home):
+def test_a_lasting_conflict_is_reported_after_a_number_of_tries(home):
     tries = []
 
     def act(connection):
@@ -153,7 +153,7 @@ def test_a_relative_sqlite_file_lies_in_the_lab_wherever_one_stands(tmp_path, mo
         ("registry: sqlite:////no/such/folder/x.sqlite\n", "registry /no/such/folder/x.sqlite: unable to open"),
     ],
 )
-def test_settings_that_cannot_be_used_are_said_without_a_password(tmp_path, yaml, message):
+def test_errors_of_unusable_settings_do_not_show_a_password(tmp_path, yaml, message):
     (tmp_path / "lab.yaml").write_text(yaml)
     with pytest.raises(ParticipantError, match=message) as caught:
         open_registry(tmp_path)

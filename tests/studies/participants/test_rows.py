@@ -53,7 +53,7 @@ def test_a_row_given_up_is_offered_before_one_that_nobody_ever_had(home):
     assert places(home, toy(), ["P002", "P003"]) == [(None, 5), (None, 0)]
 
 
-def test_a_drop_out_makes_room_in_the_group_that_lacks_one(registry):
+def test_a_drop_out_makes_room_in_their_group(registry):
     filled(registry, 6)
     places(registry, grouped(), ["P001", "P002", "P003", "P004"])
     release(registry, grouped(), "P002", "ill")
@@ -154,7 +154,7 @@ def test_a_lab_that_ran_before_it_had_a_registry_gives_no_row_twice(registry):
     assert allocate_row(registry, toy(), "P006", replaces="P003").row == 2
 
 
-def test_two_earlier_sessions_of_one_row_are_told_apart(home):
+def test_two_earlier_sessions_of_one_row_are_distinguished(home):
     for who in ("P001", "P002"):
         record_session(home.lab, who, row=(None, 0))
         add(home, who)

@@ -106,7 +106,7 @@ def test_an_event_out_of_turn_is_refused(tmp_path):
     ledger.close(RUN_START)
 
 
-def test_a_full_disk_is_said_and_what_was_kept_stays(tmp_path):
+def test_a_full_disk_is_reported_and_what_was_written_stays(tmp_path):
     path = write_ledger(tmp_path)
     ledger = open_for_append(path, RUN_START)
     ledger.connection.exec_driver_sql("pragma max_page_count=1")
@@ -189,7 +189,7 @@ def test_a_truncated_file_is_refused_at_any_length(tmp_path):
             read(path)
 
 
-def test_a_flipped_bit_is_refused_or_lies_where_nothing_is_kept(tmp_path):
+def test_a_flipped_bit_is_refused_or_lies_where_nothing_is_stored(tmp_path):
     """400 seeded flips: a file that is still read holds exactly what it held."""
     path = write_ledger(tmp_path, events=300)
     whole, before = path.read_bytes(), read(path)
@@ -312,7 +312,7 @@ def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     again.close(RUN_START)
 
 
-def test_a_ledger_whose_power_went_before_its_first_act_lacks_nothing(tmp_path):
+def test_a_ledger_whose_power_failed_before_its_first_act_is_complete(tmp_path):
     path = tmp_path / "s.sqlite"
     create(path, HEADER, RUN_START)
     with closing(sqlite3.connect(path)) as connection:
@@ -320,7 +320,7 @@ def test_a_ledger_whose_power_went_before_its_first_act_lacks_nothing(tmp_path):
     assert path.read_bytes()[18:20] == b"\2\2" and not read(path).lacks_wal
 
 
-def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatch):
+def test_creating_a_ledger_on_a_full_disk_fails_with_a_message(tmp_path, monkeypatch):
     def full(*_arguments):
         raise OperationalError("INSERT", {}, Exception("database or disk is full"))
 

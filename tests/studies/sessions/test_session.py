@@ -108,7 +108,7 @@ def test_a_failing_device_ends_the_session_safe_and_is_reported(lab, monkeypatch
     assert resume(lab.read().path, lab.rig).complete
 
 
-def test_a_finished_session_is_not_gone_on_with(lab):
+def test_a_finished_session_is_not_resumed(lab):
     path = lab.start()
     before = path.read_bytes()
     with pytest.raises(LedgerError, match="the session is complete"):

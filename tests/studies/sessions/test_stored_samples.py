@@ -59,7 +59,7 @@ def test_a_session_is_collected_without_its_samples_in_memory(tmp_path):
     assert collected.session["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def test_small_blocks_are_kept(tmp_path):
+def test_small_blocks_stay_in_memory(tmp_path):
     path = ledger(tmp_path / "a.sqlite", [block(1, SMALL_BYTES // 12)])
     assert type(read(path).events[1].samples[0]) is Samples
 
@@ -82,7 +82,7 @@ def test_samples_that_changed_since_are_refused(tmp_path, statement, message):
         _ = stored.data
 
 
-def test_a_ledger_that_is_gone_is_said(tmp_path):
+def test_a_missing_ledger_is_reported(tmp_path):
     path = ledger(tmp_path / "a.sqlite", [block(1)])
     [stored] = read(path).events[1].samples
     path.unlink()

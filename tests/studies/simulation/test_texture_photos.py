@@ -32,7 +32,7 @@ def test_every_texture_gets_ten_pictures_and_nobody_is_asked(tmp_path):
 
 
 @pytest.mark.long
-def test_a_picture_is_made_of_the_trial_s_own_surface():
+def test_a_picture_shows_the_trial_s_own_surface():
     plan = compile_plan(STUDY_FILES.study, ParticipantRow("E001", "all"))
     one, other = (next(pictures_of(Sense("camera", 60.0, plan.trials[n]))) for n in (26, 46))
     assert Image.open(io.BytesIO(one)).size == (1568, 1568) and one != other

@@ -94,7 +94,7 @@ def test_the_shortest_set_has_a_segment_of_touch_to_describe(small):
     assert [len(touch_features(recording.touch)["mfcc"]) for recording in touches(small[0])] == [1, 1]
 
 
-def test_pictures_are_kept_as_a_camera_s_are(small):
+def test_pictures_are_stored_as_a_camera_s_are(small):
     lab = small[0]
     replies = [
         event.value for event in events(lab, "texture_photos") if event.kind == "reply" and "pictures" in event.value
@@ -121,7 +121,7 @@ def test_a_smaller_set_is_a_study_of_the_lab_s_own(small):
     assert not list(lab.glob(".draft*"))
 
 
-def test_what_is_complete_is_kept(small):
+def test_complete_sessions_are_not_simulated_again(small):
     lab = small[0]
     before = {file: file.stat().st_mtime_ns for file in lab.rglob("*") if file.is_file()}
     assert {session.done for session in make(lab)} == {"kept"}
@@ -203,7 +203,7 @@ def test_a_lab_s_sessions_are_left_alone(tmp_path):
     assert not (lab / "studies").exists() and not (lab / "participants.json").exists()
 
 
-def test_who_withdrew_is_told_before_anything_is_written(tmp_path):
+def test_who_withdrew_is_reported_before_anything_is_written(tmp_path):
     make_lab(tmp_path / "lab")
     registry = open_registry(tmp_path / "lab")
     enter(registry, "P002")
@@ -240,13 +240,13 @@ def test_a_recording_made_ahead_is_the_tool_s_own(tmp_path):
         ({"workers": 0}, "0 workers"),
     ],
 )
-def test_what_cannot_be_made_is_told(tmp_path, changed, words):
+def test_what_cannot_be_simulated_is_reported(tmp_path, changed, words):
     with pytest.raises(TextureSetError, match=words):
         make(tmp_path / "lab", **changed)
     assert not (tmp_path / "lab").exists()
 
 
-def test_a_full_disk_is_told_before_it_begins(tmp_path, monkeypatch):
+def test_a_full_disk_is_reported_before_anything_is_written(tmp_path, monkeypatch):
     monkeypatch.setattr(texture_set.shutil, "disk_usage", lambda _path: type("Usage", (), {"free": 10**6})())
     with pytest.raises(TextureSetError, match=r"0.001 GB free, and the set takes 1.* GB"):
         make_set(tmp_path / "lab", SetOptions(select_textures()), lambda _line: None)

@@ -42,7 +42,7 @@ def test_two_processes_give_what_one_gives_and_are_gone_afterwards():
     assert not ahead.pools and not ahead.coming
 
 
-def test_what_the_work_raises_comes_through_and_a_death_is_told():
+def test_errors_of_the_work_are_raised_here_and_a_dead_process_is_reported():
     refusing, dying = Ahead(refuses, PLAN, workers=2), Ahead(dies, PLAN, workers=2)
     with pytest.raises(RigError, match="T01: refused"):
         refusing(requests(1)[0])

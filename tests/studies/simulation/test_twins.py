@@ -43,7 +43,7 @@ def test_a_door_is_opened_along_its_profile():
     assert rows[:, 1] == pytest.approx(felt, abs=1e-3)
 
 
-def test_a_wish_is_made_and_opened():
+def test_a_wished_door_is_designed_and_opened():
     plan, twins = twins_of("door_authoring")
     wish = {attribute.name: 50.0 for attribute in plan.study.attributes}
     neutral, heavy = (twins(Present(first(plan), {**wish, "Easy-to-pull": pull}), 0) for pull in (50.0, 95.0))
@@ -102,7 +102,7 @@ def test_what_a_study_has_no_device_for_is_refused():
         ({"attributes": DOORS, "scale": {"from": 0, "to": 10}}, "a scale from 0 to 100; found 0 to 10"),
     ],
 )
-def test_wishes_that_no_door_can_be_made_from_are_refused_before_anything_is_recorded(tmp_path, changes, message):
+def test_wishes_that_give_no_door_are_refused_before_anything_is_recorded(tmp_path, changes, message):
     plan = plan_of("authoring", needs=["door_generator"], **changes)
     with pytest.raises(RigError, match=message):
         simulated(plan.study, tmp_path).check(plan)
@@ -157,7 +157,7 @@ def test_the_record_of_a_made_door_names_its_models_and_holds_its_forces():
     assert parse(canonical(reply.value)) == reply.value
 
 
-def test_a_rig_s_door_plays_what_was_made_and_its_reply_says_so():
+def test_a_rig_s_door_plays_the_designed_profile_and_its_reply_says_so():
     plan = plan_for("door_authoring")
     doors = made_doors(None)
     wish = {attribute.name: 60.0 for attribute in plan.study.attributes}

@@ -85,7 +85,7 @@ def test_a_model_that_died_is_felt_as_it_is_and_on_record(lab):
     "content", [b"", b"{", b"[]", b"{}", b'{"sha256": "", "model": ""}', b'{"compared": {"x": 1}}', b'{"compared": 1}']
 )
 @pytest.mark.parametrize("shipped", [True, False])
-def test_what_is_kept_and_damaged_is_refused_by_name_before_anything_is_recorded(lab, tmp_path, content, shipped):
+def test_a_damaged_stored_rendering_is_refused_by_name_before_anything_is_recorded(lab, tmp_path, content, shipped):
     textures = VirtualTextures(tmp_path / "copy", lab)
     shutil.copytree(FOLDER, textures.folder)
     stored = textures.folder / "rendered.json"
@@ -183,25 +183,25 @@ def test_the_weights_are_points_for_each_dB_whatever_the_table_s_spread():
 AGAIN = "the shipped models or the surfaces have changed: python -m tools.similarity_table (--renew)"
 
 
-def test_what_is_kept_is_of_the_shipped_models_as_they_are_now():
+def test_stored_renderings_are_of_the_shipped_models_as_they_are_now():
     textures = Counted(FOLDER)
     assert len([textures.of(stimulus) for stimulus in STUDY.stimuli]) == 24 and textures.opened == 0, AGAIN
     assert len(json.loads((FOLDER / "rendered.json").read_text())) == 24, AGAIN
 
 
-def test_the_table_is_made_of_what_is_kept():
+def test_the_table_follows_from_the_stored_renderings():
     assert [dict(similarity_table.row(planned)) for planned in similarity_table.planned()] == rows(), AGAIN
 
 
 @pytest.mark.parametrize("method", ["AR", "DSTN", "HapInf", pytest.param("FoTEN", marks=pytest.mark.long)])
-def test_the_shipped_models_still_play_what_is_kept_of_them(method):
+def test_the_shipped_models_still_play_the_stored_samples(method):
     """One texture, rendered anew; another runtime rounds otherwise, worth 0.3 dB at most (measured on all 24)."""
     cloth = stimulus(f"cloth_{method}")
     fresh = VirtualTextures(FOLDER, None, shipped=False).feels(cloth)
     assert fresh == pytest.approx({name: float(cloth.columns[name]) for name in fresh}, abs=0.6), AGAIN
 
 
-def test_the_hands_are_those_that_are_made_today(tmp_path):
+def test_the_shipped_hands_equal_those_computed_today(tmp_path):
     similarity_table.write_hand(tmp_path / "made.csv", "plastic_mesh")
     felt, committed = read_felt(tmp_path / "made.csv"), read_felt(FOLDER / "felt" / "plastic_mesh.csv")
     assert felt == pytest.approx(committed, rel=1e-3, abs=1e-3), AGAIN

@@ -58,7 +58,7 @@ def test_a_study_without_live_has_the_form_and_the_digest_that_it_had():
     assert "live" not in Present(plan.trials[0], {"a": 1.0}).body()
 
 
-def test_what_was_set_and_what_was_made_of_it_is_on_record(session):
+def test_what_was_set_and_the_designed_door_are_on_record(session):
     doors, moved = Doors(maker_for(None)), 0
     for event in presented(read(session)):
         settings, block = stream(event, SETTINGS)

@@ -145,7 +145,7 @@ def test_a_session_that_may_not_be_is_refused_before_anything_is_recorded(hand, 
     assert not session.ledger.exists()
 
 
-def test_a_wrong_ruler_ends_the_sitting_and_the_session_can_be_gone_on_with(hand, lab):
+def test_a_wrong_ruler_ends_the_run_and_the_session_can_be_resumed(hand, lab):
     session, _ = begin(hand, lab)
     record = session.record()
     for _ in range(2):

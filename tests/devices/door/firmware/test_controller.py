@@ -140,7 +140,7 @@ def _pushed(plant, step):
     return replace(step(), velocity_rad_s=1.0)
 
 
-def test_a_profile_damaged_in_memory_is_found_when_it_is_armed():
+def test_a_profile_damaged_in_memory_is_detected_when_it_is_armed():
     host = brought_to(State.safe)
     held = host.firmware.memory.profile
     object.__setattr__(held, "torque_Nm", (9.0, *held.torque_Nm[1:]))
@@ -165,7 +165,7 @@ def test_another_version_and_an_unknown_type_are_refused_by_name():
     assert host.say(says.Ack(1, 2)).reason == Reason.unknown_type
 
 
-def test_a_hello_tells_who_and_how_it_is_in_every_state():
+def test_a_hello_is_answered_with_identity_and_state_in_every_state():
     for state in State:
         identity = brought_to(state).say(says.Hello())
         assert identity.known and identity.state == state and identity.heartbeat_ms == HEARTBEAT_MS
@@ -202,7 +202,7 @@ def test_a_device_that_boots_does_nothing_but_answer():
 
 @settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.sampled_from(list(REQUESTS.values())) | st.binary(max_size=40), max_size=40))
-def test_whatever_is_said_the_motor_is_on_only_in_the_states_that_say_so(requests):
+def test_whatever_is_sent_the_motor_is_on_only_in_the_states_that_say_so(requests):
     host = Host(firmware(limits=Limits()))
     host.upload(profile())
     for request in requests:

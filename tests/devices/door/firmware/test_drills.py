@@ -55,7 +55,7 @@ def test_a_sensor_that_fails_in_full_swing_ends_safe_within_50_ms(ailment):
     assert host.firmware.plant.plant.machine.dynamics.drives.coil_A == pytest.approx(1.0, abs=1e-3)
 
 
-def test_an_encoder_stuck_behind_the_observer_is_found_too():
+def test_an_encoder_stuck_behind_the_observer_is_detected_too():
     class Stuck(Sensing):
         __slots__ = ("where",)
 
@@ -74,7 +74,7 @@ def test_an_encoder_stuck_behind_the_observer_is_found_too():
 
 
 @pytest.mark.parametrize("play", [False, True])
-def test_a_host_that_is_no_longer_heard_is_missed_within_50_ms(play):
+def test_a_silent_host_is_detected_within_50_ms(play):
     host = Host(Firmware(TwinPlant(1)))
     host.run(BOOT_MS)
     host.upload(profile())

@@ -172,7 +172,7 @@ def test_a_door_that_is_unplugged_in_mid_play_is_a_fault_and_keeps_what_was_take
     assert isinstance(outcome, Fault) and outcome.value["what"] == "link_lost" and len(changes.changes) == 1
 
 
-def test_ticks_that_pass_unseen_are_counted_and_not_made_up_for(wishes):
+def test_ticks_that_pass_unseen_are_counted_and_not_repeated(wishes):
     changes = live(wishes)
     for at in (0, 1, 4.5, 5, 6):
         wishes["Soft"] += 1

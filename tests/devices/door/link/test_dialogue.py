@@ -131,7 +131,7 @@ def test_a_refusal_says_what_why_and_how_the_device_is():
     assert refused.value.what == "refused"
 
 
-def test_codes_of_a_later_version_are_told_by_number():
+def test_codes_of_a_later_version_are_shown_by_number():
     link, _ = link_to(says.Nak(says.Arm.KIND, 99, 98, 97))
     with pytest.raises(Refused, match=r"\(reason 99\); it is state 98, with the fault fault 97"):
         link.ask(says.Arm(1))

@@ -157,7 +157,7 @@ def test_closing_in_full_swing_leaves_it_at_rest():
     assert lab.at_rest and lab.bench.closed == 1
 
 
-def test_health_tells_noise_and_faults():
+def test_health_reports_noise_and_faults():
     lab = Lab().opened()
     health = lab.door.health(0.3)
     assert health.ok and health.readings[0].signal.name == "telemetry" and health.facts["firmware"] == "2"
@@ -166,7 +166,7 @@ def test_health_tells_noise_and_faults():
     assert not health.ok and "emergency stop" in health.summary
 
 
-def test_health_tells_what_is_lost_on_the_line():
+def test_health_reports_what_is_lost_on_the_line():
     lab, chance = Lab().opened(), random.Random(1)
     lab.bench.line.wire.to_host = lambda data: b"" if chance.random() < 0.1 else data
     health = lab.door.health(0.3)

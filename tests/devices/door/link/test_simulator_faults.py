@@ -65,7 +65,7 @@ def test_a_fault_is_confirmed_once():
     ]
 
 
-def test_a_fault_in_a_pause_is_told_by_its_name_before_anything_moves_again():
+def test_a_fault_in_a_pause_is_reported_by_its_name_before_anything_moves_again():
     lab, presentation = playing()
     lab.desk.at = {0: Aside({"do": "pause"})}
     lab.until(Aside, presentation)
@@ -112,7 +112,7 @@ def unplug_at(lab, when):
 
 
 @pytest.mark.parametrize("when", range(1, 17))
-def test_a_cable_that_comes_out_at_any_request_ends_safe_and_the_trial_is_met_again(when):
+def test_a_cable_that_comes_out_at_any_request_ends_safe_and_the_trial_is_repeated(when):
     lab = Lab().opened()
     unplug_at(lab, when)
     presentation = request()
@@ -137,7 +137,7 @@ def test_a_cable_that_comes_out_while_it_is_felt_ends_safe_within_50_ms():
     assert lab.at_rest and lab.bench.firmware.fault is Fault.heartbeat_lost
 
 
-def test_a_door_that_stays_gone_is_told_attempt_after_attempt():
+def test_a_door_that_stays_unplugged_is_reported_at_every_attempt():
     lab, presentation = playing()
     lab.bench.line.unplugged = True
     lab.until(Failed, presentation)

@@ -14,7 +14,7 @@ def sample(number, angle=0.0, **more):
     return Telemetry(number * 2000, number % 2**32, angle, **values)
 
 
-def test_lost_samples_are_numbered_and_said():
+def test_lost_samples_are_numbered_and_reported():
     blocks = TelemetryBlocks().blocks([(n, sample(n)) for n in (7, 8, 9, 13, 14)])
     assert [(block.first, len(block.data) // 20, block.lost, block.why) for block in blocks] == [
         (0, 3, 0, ""),
@@ -77,7 +77,7 @@ def test_a_door_is_back_once_it_was_opened_from_closed_to_its_end(angles, opened
     assert (opening.opened, opening.back) == (opened, back)
 
 
-def test_how_far_it_was_opened_is_kept():
+def test_the_largest_opening_angle_is_stored():
     opening = Opening(62.0)
     for angle in (50.0, 0.0, 33.3, math.nan, 12.0):
         opening.see(sample(0, angle))

@@ -155,7 +155,7 @@ def test_volume_force_and_silence(lab):
     assert room.over
 
 
-def test_what_cannot_be_played_is_said_and_the_last_texture_goes_on(lab):
+def test_what_cannot_be_played_is_reported_and_the_last_texture_goes_on(lab):
     room, (plays,) = room_in(lab)
     plays.fails = "the model is damaged"
     click(room, "method hapinf")
@@ -180,7 +180,7 @@ def test_a_damaged_card_or_picture_does_not_end_the_window(lab):
     assert text.startswith("No picture of this texture. ") and "rubber.png" in text
 
 
-def test_a_renderer_that_has_ended_is_said_and_begun_anew_with_the_next_choice(lab):
+def test_a_renderer_that_has_ended_is_reported_and_restarted_with_the_next_choice(lab):
     room, players = room_in(lab)
     players[0].running, players[0].fails = False, "the actuator is gone"
     do(room, *[Moved(0, 0, 0.0)] * 60)

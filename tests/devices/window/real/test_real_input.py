@@ -180,7 +180,7 @@ def test_escape_does_nothing(theatre):
     assert set(answered(theatre)["answers"].values()) == {2}
 
 
-def test_korean_and_accented_words_are_typed_and_kept(theatre):
+def test_korean_and_accented_words_are_typed_and_recorded(theatre):
     theatre.put_on(ask("lexicon"))
     theatre.hand.type(KOREAN[0])
     theatre.hand.key("enter")
@@ -193,7 +193,7 @@ def test_korean_and_accented_words_are_typed_and_kept(theatre):
     assert wrong == []
 
 
-def test_the_sides_that_are_switched_to_are_counted_timed_and_told(theatre):
+def test_the_sides_that_are_switched_to_are_counted_timed_and_reported(theatre):
     placed = theatre.put_on(ask("similarity"))
     for side in ("side 0", "side 1", "side 0"):
         theatre.hand.click(*placed[side].box.middle)

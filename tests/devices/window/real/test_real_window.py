@@ -123,7 +123,7 @@ def test_the_last_page_waits_for_the_experimenter(theatre):
 
 
 @pytest.mark.parametrize("fullscreen", [True, False])
-def test_a_window_of_another_size_ends_the_sitting_and_says_why(fullscreen):
+def test_a_window_of_another_size_ends_the_run_and_says_why(fullscreen):
     with theatre_of(replace(SETTING, fullscreen=fullscreen)) as theatre:
         theatre.put_on(ask("sliders"))
         [window] = theatre.hand.windows("Palpate")
@@ -153,7 +153,7 @@ def test_a_screen_of_another_size_than_calibrated_is_refused_before_anything_is_
         (None, 3, "WindowError there is no screen 3; there are 0: 1280x720"),
     ],
 )
-def test_what_keeps_the_window_from_opening_is_said_without_noise(display, screen, message, tmp_path):
+def test_what_keeps_the_window_from_opening_is_reported_and_nothing_else(display, screen, message, tmp_path):
     with virtual_display(1280, 720) as real:
         done = subprocess.run(
             [sys.executable, "-c", OPEN_ONE, str(screen)], capture_output=True, text=True, check=True,

@@ -85,7 +85,7 @@ def test_a_press_puts_the_caret_between_the_nearest_letters(x, place):
     assert place_at(fonts(), seen, 20, 0, x) == place
 
 
-def test_what_no_font_draws_is_kept_and_shown_as_a_box():
+def test_what_no_font_draws_is_recorded_and_shown_as_a_box():
     hand = Hand(Lexicon(1)).type("a\U000e0100x\ue123").key("tab", "enter")
     assert hand.value["answers"]["words"] == ["a\U000e0100x\ue123"]
     assert shown(fonts(), "x\ue123") == "x□"

@@ -65,7 +65,7 @@ def test_typing_takes_silence_back_and_what_must_be_answered_offers_none():
         ("nan", (None, None), "A number is expected."),
     ],
 )
-def test_a_wrong_number_is_told_what_is_expected(typed, bounds, says):
+def test_a_wrong_number_is_answered_by_what_is_expected(typed, bounds, says):
     form = Demographics((Question("n", "How many?", "number", low=bounds[0], high=bounds[1]),))
     hand = Hand(form).tap("question 0 field").type(typed).tap("next")
     assert hand.screen.reply is None and hand.text("notice") == f"How many? {says}"

@@ -20,7 +20,7 @@ def all_text(screen):
     return " ".join(element.text for element in screen.placed() if element.name.startswith("text "))
 
 
-def test_paragraphs_headings_and_items_are_told_apart():
+def test_paragraphs_headings_and_items_are_distinguished():
     text = "# Title\n\nOne\ntwo **bold**.\n\n- first\n  goes on\n- second\n<!-- unseen -->"
     assert [(paragraph.text, paragraph.heading) for paragraph in paragraphs(text)] == [
         ("Title", True), ("One two bold.", False), ("•  first goes on", False), ("•  second", False),

@@ -23,7 +23,7 @@ def test_there_is_no_marker_before_the_first_touch_and_untouched_is_not_zero():
     assert hand.tap("slider 1", 0.0).tap("next").value["answers"] == {"Rough": 0.0, "Flat": -10.0}
 
 
-def test_answers_are_python_numbers_on_the_scale_and_the_reply_tells_when_and_how_often():
+def test_answers_are_python_numbers_on_the_scale_and_the_reply_has_times_and_counts():
     hand = (
         Hand(sliders(2, STEPS)).tap("slider 1", 0.312).drag("slider 0", 0.0, 0.4, 0.9).tap("slider 0", 0.99).tap("next")
     )
@@ -130,7 +130,7 @@ def test_a_button_pressed_and_left_does_nothing():
     assert hand.screen.reply is None
 
 
-def test_after_the_reply_nothing_is_heard():
+def test_input_after_the_reply_is_ignored():
     hand = Hand(sliders(1)).tap("slider 0", 0.5).tap("next")
     before = hand.screen.reply
     assert hand.tap("slider 0", 0.9).screen.reply is before
@@ -158,7 +158,7 @@ def test_a_filled_form_shows_a_reply_and_going_back_fills_nothing():
     assert len([element for element in screen.placed() if element.kind == "marker"]) == 2
 
 
-def test_practice_and_progress_are_told():
+def test_practice_and_progress_are_shown():
     hand = Hand(sliders(1), practice=True)
     assert hand.text("label") == "Practice" and hand.element("progress").share == pytest.approx(2 / 45)
 

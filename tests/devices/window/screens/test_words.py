@@ -7,7 +7,7 @@ from tests.devices.window.screens.pages import Hand
 WORDS = Words(tuple(f"word{n}" for n in range(12)), further=True)
 
 
-def test_words_are_ticked_and_unticked_and_every_click_is_told():
+def test_words_are_ticked_and_unticked_and_every_click_is_recorded():
     hand = Hand(WORDS).tap("word 7").tap("word 2").tap("word 7").tap("word 7").tap("next")
     assert hand.value == {
         "answers": {"ticked": ["word2", "word7"], "further": []},
@@ -42,7 +42,7 @@ def test_the_grid_is_one_stop_of_the_keyboard():
     assert hand.screen.stops() == ["word 1", "further", "next", "back"]
 
 
-def test_that_no_word_fits_has_to_be_said_twice():
+def test_that_no_word_fits_has_to_be_confirmed():
     hand = Hand(WORDS).tap("next")
     assert hand.screen.reply is None and "no word fits" in hand.text("notice")
     assert hand.tap("next").screen.reply is None, "the second half of a double click says nothing"
