@@ -19,7 +19,7 @@ TRACED = ("tests/protocols/", "tests/studies/", "tests/devices/streams/")
 ELSEWHERE = ("tests/studies/window/", "tests/studies/sessions/test_kill.py")
 """What these test runs in processes of its own."""
 LONGEST = ("tests/faults/test_commands.py", "tests/studies/sessions/test_kill.py", "tests/studies/window/")
-"""Minutes each: begun first, nobody waits for them in the end."""
+"""Each takes minutes, so it starts first."""
 LONG = "long"
 WORD = re.compile(r"\w+")
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")

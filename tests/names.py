@@ -36,7 +36,7 @@ NO_NAMES = {
 PUT_TOGETHER = {
     **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder", "room")},
 }
-"""Names that are put together while the program runs, as an f-string has them, and all that come of it."""
+"""Names that are put together while the program runs, by f-string, and all that result from it."""
 
 
 @dataclass(frozen=True)

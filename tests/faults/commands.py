@@ -77,7 +77,7 @@ MODELS = {
     "evaluate textures": "evaluate textures --simulated --quick --methods ar --textures cloth --workers 1 --no-figures",
     "evaluate attributes": "evaluate attributes --quick --methods ridge --workers 1 --no-figures",
 }
-"""The same, after their trainings: what is finished is kept, so each goes on from there and writes."""
+"""The same, after their trainings: finished results are cached, so each goes on from there and writes."""
 DRIVEN = {**WRITES, **TEXTURES, **MODELS}
 SAME_WRITER = ("train textures", "train attributes", "evaluate doors", "evaluate attributes")
 """They write with the functions of `train doors` and `evaluate textures`: driven only when the page is written."""

@@ -104,7 +104,7 @@ class Sync:
 
 @dataclass(frozen=True)
 class Mark:
-    """What the process said at this moment to somebody outside: from now on it must not be lost."""
+    """What the process printed at this moment: from now on it must not be lost."""
 
     text: str
 

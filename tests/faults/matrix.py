@@ -84,7 +84,7 @@ command does the rest. What trains or evaluates is driven after its trainings, w
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a command came to under a fault, and what was wrong with that."""
+    """The verdict on a command under a fault, and its problems."""
 
     command: str
     fault: str
@@ -224,7 +224,7 @@ def _changed(before: Tree, after: Tree) -> list[str]:
 
 
 def _is_started(name: str, changed: Sequence[str]) -> bool:
-    """Whether it is a new lab, of which every whole file is kept."""
+    """Return whether it is a new lab, of which every whole file stays."""
     return name == "textures simulate" and all(path.startswith("new") for path in changed)
 
 

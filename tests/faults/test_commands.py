@@ -18,7 +18,7 @@ README = ("init", "run", "collect", "report")
 
 
 def drive(names, capfd, faults=TESTED, instants=2):
-    """Return what the commands came to; none leaves a file broken or left over."""
+    """Return the outcomes of the commands; none leaves a file broken or left over."""
     results = list(outcomes(names, faults, instants))
     capfd.readouterr()
     assert [problem for result in results for problem in result.problems] == []

@@ -44,7 +44,7 @@ class Chance:
         return self.plain(request)
 
     def plain(self, request):
-        """Do what is asked and nothing else."""
+        """Answer the request and do nothing else."""
         if isinstance(request, Ask):
             return self.person.answer(request)[0]
         return Reply({}, self.samples()) if isinstance(request, Present | Sense) else Reply({})
@@ -80,7 +80,7 @@ def go_on(plan, events, world_of):
 
 
 def rough_session(plan, seed):
-    """A session with everything in it, taken up again after each kill."""
+    """Return a session with everything in it, resumed after each kill."""
     events, kills = [], 0
     while True:
         log = MemoryLog(list(events))

@@ -38,7 +38,7 @@ def test_arrivals_that_are_all_equally_late_give_the_clock_exactly(drift_ppm, ra
 )
 @pytest.mark.parametrize("shape", ["exponential", "uniform", "bursts"])
 def test_the_stated_error_is_the_actual_error(rate_hz, block, seconds, shape):
-    """Over 40 recordings: RMS of error over told error about 1 at most; no time is off by more than 5 told errors."""
+    """Over 40 recordings: RMS of error over stated error at most about 1; no time is off by over 5 stated errors."""
     rng = random.Random(f"{rate_hz}{shape}")
     delay = {
         "exponential": lambda: rng.expovariate(1000),

@@ -1,4 +1,4 @@
-"""Samples are put on record as they come; a device that fails ends the trial, which is met again."""
+"""Samples are put on record as they come; a device that fails ends the trial, which is repeated."""
 
 import pytest
 

@@ -92,7 +92,7 @@ def test_which_attempt_of_a_trial_counts(case):
 
 @pytest.mark.parametrize(("which", "expected"), [(THIS, [1]), (LAST, [])])
 def test_what_is_to_be_repeated_does_not_count_before_it_is_repeated(which, expected):
-    """The session is aborted in the rest, or killed, before the trial is met again: what was wished is on record."""
+    """The session is aborted in the rest, or killed, before the trial is repeated: the wish is on record."""
     plan = plan_for("matching", 0, **PLAIN)
     events = go_on(plan, [], lambda log: Turns(plan, log, [OK, which, END]))
     wished = next(place for place, event in enumerate(events, start=1) if event.kind == "experimenter")
@@ -111,9 +111,9 @@ def test_of_a_form_outside_trials_every_answer_counts():
 
 
 class Watched:
-    """A world behind a record in which all is answered at once; what was performed live, and what was put on record.
+    """A world behind a record that answers everything at once, and notes what was performed live and what recorded.
 
-    `goes_back`: the participant first goes back as far as possible, so that every answer that the session has kept is
+    `goes_back`: the participant first goes back as far as possible, so that every answer of the session is
     shown once more.
     """
 
@@ -135,7 +135,7 @@ class Watched:
 
 
 class NextTrialStarted(Exception):
-    """The next trial is begun: no more is looked at."""
+    """The next trial started: the rest is not compared."""
 
 
 def resume_session(plan, events, goes_back):
@@ -156,7 +156,7 @@ def resume_session(plan, events, goes_back):
 
 
 def demand_what_the_runner_does_next(plan, state, events):
-    """The open request is performed again, the trial under way goes on, the trial that comes next is begun next."""
+    """The open request is performed again, the trial under way goes on, the trial that comes next starts next."""
     new, world = resume_session(plan, events, goes_back=False)
     if state.ended is not None:
         assert new == []
@@ -194,7 +194,7 @@ def test_after_every_event_the_state_is_what_the_runner_goes_on_from(task, seed)
 @pytest.mark.parametrize("seed", LAST_IN_A_REVISION)
 @pytest.mark.parametrize("task", ["slider_rating", "free_lexicon"])
 def test_after_every_event_the_answers_that_count_are_those_that_the_runner_shows_again(task, seed):
-    """A trial that is met again shows the answer that it has; without one the stimulus is presented anew."""
+    """A repeated trial shows its answer; without one the stimulus is presented again."""
     plan = plan_for(task, seed, practice=None)
     events = rough_session(plan, seed)
     state, revisions = SessionState(), 0

@@ -59,7 +59,7 @@ class MemoryLog:
         self.events.append(event)
 
     def words(self) -> list[str]:
-        """The session as short words, for comparing at a glance."""
+        """Return the session as short words, for comparing at a glance."""
         return [_word(event) for event in self.events]
 
 

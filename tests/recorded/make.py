@@ -1,4 +1,4 @@
-"""Records the sessions of this folder anew: `python -m tests.recorded.make`.
+"""Record the sessions of this folder again: `python -m tests.recorded.make`.
 
 Only for a new study or a new ledger format beside the old one: a recorded session is there to stay as it is.
 """

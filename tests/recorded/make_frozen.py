@@ -75,7 +75,7 @@ def palpate(*arguments: str, lab: Path = LAB) -> str:
 
 
 def main(trained: Path) -> None:
-    """Make the lab anew; models that were trained before lie in `trained`."""
+    """Make the lab again; models that were trained before lie in `trained`."""
     shutil.rmtree(LAB, ignore_errors=True)
     subprocess.run([sys.executable, "-m", "palpate", "init", str(LAB)], check=True)
     palpate("rig", "simulate", "--out", str(LAB / "stations" / "BENCH" / "rig.yaml"))
@@ -133,7 +133,7 @@ def train(folder: Path) -> None:
 
 
 def kill(study: str) -> tuple[Path, str]:
-    """Kill a session of P002 in mid-trial; return its ledger, and the last hash that it has when nobody kills it."""
+    """Kill a session of P002 in mid-trial; return its ledger, and the last hash of the same session run to its end."""
     study_files = read_study(SHIPPED / study / "study.yaml")
     [plan] = plans_of(study_files.study, LAB, ["P002"], 0, live=False, group=GROUPS.get(study))
     rig = simulated(study_files.study, study_files.folder, LAB)

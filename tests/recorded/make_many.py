@@ -1,4 +1,4 @@
-"""Records the sessions of `many/` anew: `python -m tests.recorded.make_many`, and what is regenerated from them.
+"""Record the sessions of `many/` again: `python -m tests.recorded.make_many`, and what is regenerated from them.
 
 Only for a new ledger format, a new study or a new statistic: a recorded session is there to stay as it is.
 """

@@ -19,7 +19,7 @@ from tests.studies.simulation.small_textures import write_all
 RENDERED = Path(__file__).resolve().parent / "rendered"
 STUDY, SEED = "texture_similarity", 7
 STOPPED = {"P001": None, "P002": 20}
-"""The act at which a signal stops a session, which is then taken up again."""
+"""The act at which a signal stops a session, which is then resumed."""
 OWN = "P002"
 """Who feels small models of the lab's own, so that what is felt is not what the study's table says."""
 

@@ -31,7 +31,7 @@ HERE = Path(__file__).resolve().parent
 SEED, SEEDS = 3, {"door_ratings": 5}
 """With seed 5 the participant of door_ratings goes back once."""
 INTERRUPTED = {"texture_ratings": 41, "door_authoring": 6}
-"""Stopped by a signal at this act, and taken up again."""
+"""Stopped by a signal at this act, and resumed."""
 ASIDES: dict[str, tuple[int, tuple[dict[str, Any], ...]]] = {
     "texture_adjectives": (9, ({"do": "repeat", "which": "last"},)),
     "texture_similarity": (7, ({"do": "pause"}, {"do": "note", "text": "the stylus had slipped"}, {"do": "go_on"})),
@@ -132,7 +132,7 @@ def expected(path: Path) -> dict[str, list[dict[str, Any]]]:
 
 
 def withdraw(tables: dict[str, list[dict[str, Any]]], trial: int) -> None:
-    """What was answered in a trial that is answered anew, or is to be, does not count."""
+    """Mark the answers of a trial as not counting, because it is answered again."""
     for row in (*tables["responses"], *tables["words"]):
         if row["trial"] == trial:
             row["counts"] = 0

@@ -1,4 +1,4 @@
-"""What commands print, and their exit codes, against texts that are kept beside this file.
+"""What commands print, and their exit codes, against the texts stored beside this file.
 
 To write the texts anew: RENEW_SNAPSHOTS=1 .venv/bin/python -m pytest tests/snapshots. A commit that changes a text
 changes nothing else, and its difference is read line by line.
@@ -194,7 +194,7 @@ RUNS = {
 }
 """Commands by the text that keeps what they print; LAB is a copy of the frozen lab, of each text its own."""
 NOT_COLLECTED = {"collect", "doors", "replay", "resume", "run"}
-"""Texts of commands in a lab whose database was not made anew."""
+"""Texts of commands in a lab whose database was not rebuilt."""
 
 
 @pytest.mark.parametrize("name", RUNS)

@@ -24,7 +24,7 @@ def walk(name, command):
 walk("palpate", command_line.cli)
 json.dump(pages, sys.stdout)
 """
-"""In a process of its own: click keeps the first help option that a command was asked for."""
+"""In a process of its own, because click caches the first help option of a command."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""No text is kept that no test compares."""
+"""Every stored text is compared by a test."""
 
 from tests.snapshots.test_commands import LONG_RUNS, RUNS
 from tests.snapshots.test_reports import LONG_SCENES, SCENES

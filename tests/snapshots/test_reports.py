@@ -48,11 +48,11 @@ LONG_SCENES = {
     ],
     **{f"shipped_{name}": [f"regenerate {name} --lab MANY"] for name in PEOPLE},
 }
-"""The same, for the full run: the shipped plans, asked of the recorded sessions."""
+"""The same, for the full run: the shipped plans on the recorded sessions."""
 
 
 FIRST_ROWS = 3
-"""How many rows of each table are kept of a long scene: its numbers are compared elsewhere."""
+"""How many rows of each table are stored of a long scene: its numbers are compared elsewhere."""
 
 
 def written(folder: Path, most_rows: int) -> str:

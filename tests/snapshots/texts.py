@@ -1,4 +1,4 @@
-"""How the kept texts are made and compared: commands run, pages read, and what varies left out."""
+"""How the stored texts are made and compared: commands run, pages read, and what varies left out."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def compare(name: str, text: str, tolerance: float = 0) -> None:
 
 
 def with_near_numbers(text: str, stored: str, tolerance: float) -> str:
-    """Return the text with the kept number in place of each that is near it, in lines with equal words."""
+    """Return the text with the stored number in place of each that is near it, in lines with equal words."""
     number = re.compile(r"((?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w))")
 
     def nearer(line: str, stored_line: str) -> str:
@@ -131,7 +131,7 @@ def without_what_varies(text: str, folder: Path) -> str:
 
 
 def _without_now(match: re.Match[str]) -> str:
-    """Return DATE for today, here or elsewhere, and for the days of the recordings; another day is kept as it is."""
+    """Return DATE for today, here or elsewhere, and for the days of the recordings; another day stays as it is."""
     try:
         day = date.fromisoformat(match[1])
     except ValueError:
@@ -143,7 +143,7 @@ def _without_now(match: re.Match[str]) -> str:
 def without_numbers(text: str) -> str:
     """Replace each number by #, how long something took by TIME, and the spaces that make columns by one.
 
-    The time that is left goes: where less than five seconds are, it is not said, and that depends on the machine.
+    The remaining time is left out: below five seconds it is not printed, and that depends on the machine.
     """
     text = re.sub(r"(?<![\w.])(?=\w*[a-f])[0-9a-f]{16,64}\b", "DIGEST", text)
     text = re.sub(r"(?m)^(Data, SHA-256)\n[0-9a-f]{12}$", r"\1\nDIGEST", text)

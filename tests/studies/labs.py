@@ -24,7 +24,7 @@ HEADER = {
     "study": {"study": "toy"}, "participant": "P001", "group": None, "row": 0, "session": 1, "seed": 0, "plan": "",
     "trials": 0, "rig": {"kind": "simulated"}, "calibration": None, "environment": {"palpate": "0"},
 }  # fmt: skip
-"""The first event's body of a session that nobody replays."""
+"""The first event's body of a session that is not replayed."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""palpate record: what was recorded is told stream by stream, and a mistake before anything is recorded."""
+"""palpate record: recordings are reported stream by stream, and mistakes before anything is recorded."""
 
 import io
 import json
@@ -40,7 +40,7 @@ STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
-    """A lab with a rig of twins, a study of a texture, one of photos, and P001, P002; nobody is at the terminal."""
+    """A lab with a rig of twins, a study of a texture, one of photos, and P001, P002; without a terminal."""
     assert _status(["init", str(tmp_path)]) == 0
     photos = STUDY.replace("tool", "camera").replace("0.3", "60")
     for name, text in (("quick", STUDY), ("photos", photos)):

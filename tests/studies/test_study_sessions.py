@@ -1,4 +1,4 @@
-"""Sessions that may be used: of nobody who withdrew, in their order, and real or simulated ones but never both."""
+"""Sessions that may be used: not of who withdrew, in their order, and real or simulated ones but never both."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The designer's window without a window: what every button and key comes to, and what is kept."""
+"""The designer's window without a display: what every button and key does, and what is saved."""
 
 import json
 

@@ -133,7 +133,7 @@ def test_a_door_that_cannot_be_opened_is_reported_and_tried_again_the_next_time(
 
 @dataclass
 class HandedPlayer:
-    """A player that is told how it ends, and what the designer does meanwhile."""
+    """A player whose end the test sets, and what the designer does meanwhile."""
 
     played: Played
     meanwhile: object = lambda: None

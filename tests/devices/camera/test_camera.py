@@ -1,4 +1,4 @@
-"""The camera: whole pictures in order, hashed and kept, bad ones asked for again, missing ones a fault."""
+"""The camera: whole pictures are hashed and stored in order, bad ones asked for again, missing ones a fault."""
 
 import errno
 import hashlib

@@ -48,7 +48,7 @@ class Card:
 
 @dataclass
 class State:
-    """One task: what it was told, and how far it is."""
+    """One task: its arguments and its position."""
 
     card: Card
     channels: list[str] = field(default_factory=list)

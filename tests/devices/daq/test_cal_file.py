@@ -1,4 +1,4 @@
-"""The maker's calibration file: what it says, in N and N m, and what is said of a wrong one."""
+"""The maker's calibration file: its values in N and N m, and the errors of a wrong one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stimulus folder is what the commands make, byte for byte, and its table tells the truth about it."""
+"""The stimulus folder is what the commands make, byte for byte, and its table describes them correctly."""
 
 from __future__ import annotations
 

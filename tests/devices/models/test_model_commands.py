@@ -1,4 +1,4 @@
-"""`palpate models` and `palpate predict`: what a designer sees, and what a mistake is told."""
+"""`palpate models` and `palpate predict`: what a designer sees, and the messages of mistakes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`palpate models` for models of textures: listed, told in words, and compared on windows of the texture."""
+"""`palpate models` for models of textures: listed, described, and compared on windows of the texture."""
 
 from __future__ import annotations
 

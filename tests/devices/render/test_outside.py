@@ -1,4 +1,4 @@
-"""Time that the loop was not given: read where Linux tells it, and left out where nothing does."""
+"""Time that the loop was not given: read where Linux reports it, else left out."""
 
 import os
 

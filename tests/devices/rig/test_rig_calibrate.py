@@ -1,4 +1,4 @@
-"""palpate rig calibrate: true settings are found, bad positions are asked for again, the rig file's rest stays."""
+"""palpate rig calibrate: it finds the true settings, repeats bad positions, and leaves the rest of the rig file."""
 
 import io
 import json
@@ -100,7 +100,7 @@ def test_a_real_one_is_read_in_real_time_after_an_enter_for_each_position(run, m
 
 
 class Hand:
-    """Lays the sensor as it likes, whatever is asked for; then as it is told."""
+    """Lays the sensor in the given positions first, whatever is asked for; then as asked."""
 
     def __init__(self, *scenes):
         self.scenes = list(scenes)

@@ -1,4 +1,4 @@
-"""palpate rig: what is checked, what a twin rig holds, what a kind's settings are, and what is told of mistakes."""
+"""palpate rig: what is checked, what a twin rig holds, the settings of a kind, and the messages of mistakes."""
 
 import json
 from functools import partial

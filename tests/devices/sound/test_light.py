@@ -1,4 +1,4 @@
-"""What a rig file is checked with costs nothing, and a twin that nobody looked at for hours is ready at once."""
+"""Checking a rig file is cheap, and a twin that was not read for hours is ready at once."""
 
 import subprocess
 import sys

@@ -125,7 +125,7 @@ def fed_until(condition, what=WAIT_S):
 
 @dataclass
 class Window:
-    """A window at which a turn is what the test makes of it; while paused it asks nobody whether all is ready."""
+    """A window whose turn the test defines; while paused it does not ask whether all is ready."""
 
     turn: Callable[[], None]
     pages: list[str] = field(default_factory=list)

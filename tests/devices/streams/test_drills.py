@@ -284,7 +284,7 @@ def test_a_disk_that_fills_up_ends_the_session_with_a_message_and_keeps_what_was
 
 
 def test_after_a_full_disk_the_session_goes_on_where_there_is_room(tmp_path):
-    """The half recording is no recording: its trial is met again, and what it had recorded stays on record."""
+    """A recording that was cut off does not count: its trial is repeated, and its samples stay on record."""
     folder = tmp_path / "lab"
     folder.mkdir()
     lab = Drill(folder, seconds=4.0, rows=2000)

@@ -1,4 +1,4 @@
-"""Sensors on threads of their own: what they give is taken, what they do wrong is told, what they lack is a gap."""
+"""Sensors on threads of their own: samples are taken, errors reported, and missing samples are gaps."""
 
 import sys
 import threading
@@ -74,7 +74,7 @@ def test_two_streams_of_one_name_are_refused(time):
 
 
 def test_a_late_writer_loses_what_had_no_room_and_the_loss_is_reported(begin_recording, time):
-    """A disk that stands still for three seconds, with room for one: what is kept is kept whole."""
+    """A disk that stands still for three seconds, with room for one: what is stored is stored whole."""
     sensor = Fed()
     one = begin_recording(sensor, room_s=1.0)
     for second in range(3):

@@ -1,4 +1,4 @@
-"""Between the two threads: bounded, nothing lost unsaid, nobody waits."""
+"""Between the two threads: bounded, every loss is counted, and neither thread waits."""
 
 import threading
 
@@ -46,7 +46,7 @@ def test_a_part_is_taken_in_order_and_at_least_one_block():
 
 
 def test_two_threads_at_full_speed_account_for_every_sample():
-    """100,000 samples through a ring that is mostly full: those that came and those told lost are all, in order."""
+    """100,000 samples through a ring that is mostly full: the received and the lost ones are all of them, in order."""
     ring, done = Ring(40 * (BLOCK_BYTES + 5 * ROW), ROW), threading.Event()
 
     def read():

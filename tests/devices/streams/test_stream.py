@@ -1,4 +1,4 @@
-"""Blocks put together: every sample in its place, every gap told, every arrival as it was."""
+"""Blocks put together: every sample in its place, every gap reported, every arrival time unchanged."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ def test_what_is_dropped_at_the_very_end_is_reported_too():
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 400)), max_size=60), st.integers(1, 20))
 def test_chunks_follow_each_other_without_a_hole(blocks, step):
-    """Whatever is lost and however it is cut: every sample is there once or told missing once."""
+    """Whatever is lost and however it is cut: every sample is there once or reported missing once."""
     one, first, pieces, entries = stream(), 0, [], []
     for start in range(0, len(blocks), step):
         for lost, count in blocks[start : start + step]:

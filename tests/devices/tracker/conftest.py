@@ -54,7 +54,7 @@ class Outlet:
 
 @pytest.fixture(scope="session")
 def pylsl(tmp_path_factory):
-    """The library, told to stay on this machine in a session of its own; it reads that once, when it is loaded."""
+    """The library, set to stay on this machine in a session of its own; it reads the setting once, when loaded."""
     config = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
     config.write_text(CONFIG.format(session=f"palpate-{uuid.uuid4().hex}"))
     os.environ["LSLAPICFG"] = str(config)

@@ -1,4 +1,4 @@
-"""Run as a process: offers streams and pushes what it is told to, one JSON line each."""
+"""Run as a process: offers streams and pushes samples as JSON lines order it."""
 
 import json
 import sys

@@ -14,7 +14,7 @@ NAMES = FORM.items()
 
 @dataclass
 class Notes:
-    """A hand that only notes what it was told."""
+    """A hand that only records its calls."""
 
     done: list = field(default_factory=list)
 

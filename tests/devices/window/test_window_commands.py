@@ -15,7 +15,7 @@ GUESS = Calibration((1280, 720), 96 / 25.4, 0, "2026-11-21T10:00:00+00:00")
 
 
 def read_until_right(typed):
-    """The calibration that comes of lines typed at the terminal, and what was said meanwhile."""
+    """Return the calibration that results from lines typed at the terminal, and the printed text."""
     reads = {}
 
     import click

@@ -1,4 +1,4 @@
-"""A step that does not fit is refused by name, before anything is asked."""
+"""A step that does not fit is refused by name, before the model runs."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ ATTENTION = {
 ATTEND = {"weight": "w", "bias": "b", "out": "o", "out_bias": "ob"}
 CONV = {"cw": RANDOM.normal(size=(CHANNELS, CHANNELS, 1)), "cb": RANDOM.normal(size=CHANNELS)}
 THROUGH = Conv(weight="cw", bias="cb")
-"""What comes after it is kept the other way round."""
+"""The steps after it hold values the other way round."""
 
 
 def model_of(steps, tensors, takes, gives):
@@ -65,7 +65,7 @@ def require(steps, tensors, expected, given=X, double=1e-12, single=1e-5):
 
 
 def both_ways(steps, tensors, reference, **others):
-    """From a value kept as (channels, length), and from one kept the other way round."""
+    """From a value saved as (channels, length), and from one saved the other way round."""
     require((*START, *steps), tensors, reference(X), **others)
     through = np.einsum("oc,ncl->nol", CONV["cw"][:, :, 0], X) + CONV["cb"][:, None]
     require((*START, THROUGH, *steps), {**tensors, **CONV}, reference(through), **others)

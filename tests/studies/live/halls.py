@@ -173,7 +173,7 @@ class Hall:
 
     @property
     def rig(self) -> RigPlan:
-        """The plan of the rig; opened again it is a new sitting in the same hall."""
+        """Return the plan of the rig; opened again it is a new run in the same hall."""
         description = {"kind": "live", "window": None, "twins": [], "language": "en"}
         opening = Opening(description, lambda _plan: None, self._stage, self._furnish)
         return RigPlan(description, opening.check, opening.open)

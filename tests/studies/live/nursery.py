@@ -34,7 +34,7 @@ def begin(lab: Path) -> None:
 
 
 def dying(rig: RigPlan, seq: int) -> RigPlan:
-    """The rig whose process is killed at the instant after event `seq` is kept: no machine's load moves that."""
+    """The rig whose process is killed at the instant after event `seq` is written, whatever the machine's load."""
 
     def opened(plan, t_ns):
         opened_rig = rig.open(plan, t_ns)

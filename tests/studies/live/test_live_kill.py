@@ -1,4 +1,4 @@
-"""Live sessions with an experimenter at work are killed at any instant, gone on with, and lose nothing."""
+"""Live sessions with an experimenter at work are killed at any instant, resumed, and lose nothing."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ def test_a_window_that_cannot_be_had_leaves_no_session_behind(tmp_path):
 
 
 def silent_capture() -> Study:
-    """A recording of four samples at which nobody reads or answers anything."""
+    """A recording of four samples without anything to read or to answer."""
     data = sheets().definition() | {"task": "capture", "capture": {"device": "tool", "seconds": 2.0}}
     data |= {"needs": ["tool", "samples"], "navigation": "forward", "simulation": None, "rest": None}
     return Study.model_validate({key: value for key, value in data.items() if key not in ("attributes", "scale")})

@@ -33,7 +33,7 @@ VOICE = {"runtime": "native", "steps": 90, "sounding": 80, "held": 1, "restarts"
 
 @dataclass
 class FakePlays:
-    """Counts a step at every look; fails where it is told to."""
+    """Counts a step at every look; fails at the methods in `fails`."""
 
     running: bool = True
     fails: str = ""
@@ -119,7 +119,7 @@ def test_another_person_and_another_attempt_hear_other_noise(lab):
 
 @dataclass
 class FakeTablet:
-    """Remembers what it shows; fails where it is told to."""
+    """Records what it shows; fails once that is set."""
 
     seen: list = field(default_factory=list)
     fails: str = ""

@@ -59,7 +59,7 @@ def lab(tmp_path):
 
 @pytest.fixture
 def experimenter(monkeypatch):
-    """Says `confirm` as often as it is told to; each is the answer to one demand."""
+    """Says `confirm` a given number of times; each is the answer to one demand."""
     reading, writing = os.pipe()
     with os.fdopen(reading) as stream:
         monkeypatch.setattr(sys, "stdin", stream)

@@ -64,7 +64,7 @@ def record_session(
     lab: Path, participant: str, answers: dict[str, Any] | None = None, at: str = "2026-01-01T00:00:00+00:00",
     number: int = 1, kind: str = "live", row: tuple[str | None, int] = (None, 0), study: str = "toy", seed: int = 0,
 ) -> Path:  # fmt: skip
-    """A session's ledger as far as people concern it: who, which row, and what they said about themselves."""
+    """Write a session's ledger with what concerns people: who, which row, and their answers about themselves."""
     header = {
         **HEADER, "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "seed": seed,
         "rig": {"kind": kind}, "session": number,

@@ -20,7 +20,7 @@ order: {design: williams}
 
 @pytest.fixture
 def run(tmp_path):
-    """Call a verb in a lab with the studies toy and other; returns what it printed, or the mistake it was told of."""
+    """Return a function that runs a verb in a lab with the studies toy and other, and returns output or error."""
     lab = tmp_path / "lab"
     assert CliRunner().invoke(init, [str(lab)]).exit_code == 0
     for name in ("toy", "other"):

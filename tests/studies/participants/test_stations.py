@@ -26,7 +26,7 @@ def arrive(lab):
 
 @pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.needs("psycopg", "postgres"))])
 def lab(request, tmp_path):
-    """A lab whose registry nobody has opened yet: making its tables is part of the race."""
+    """A lab whose registry has never been opened: creating its tables is part of the race."""
     make_lab(tmp_path / "lab")
     if request.param == "sqlite":
         yield tmp_path / "lab"

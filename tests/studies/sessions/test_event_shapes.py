@@ -35,7 +35,7 @@ def recorded(source):
 
 
 def forged(source: Path, to: Path, changes: dict[int, object]) -> Path:
-    """Copy a ledger with other bodies for some events and both chains computed anew: only the shape is wrong."""
+    """Copy a ledger with other bodies for some events and both chains computed again: only the shape is wrong."""
     record = recorded(source)
     shutil.copy(source, to)
     links, head = [], SEED

@@ -53,7 +53,7 @@ print(start(lab.path, lab.plan(), replace(lab.rig, open=opened)).reason, flush=T
 
 
 def run_until_waiting(folder, where):
-    """A session in a process of its own that has said what it did and waits."""
+    """Start a session in a process of its own; return it, and its lines, once it waits."""
     command = [sys.executable, "-c", SESSION, str(folder), where]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None

@@ -168,7 +168,7 @@ def test_a_changed_file_is_refused_with_its_reason(tmp_path, statement, message)
 
 
 def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
-    """Whoever rewrites the last event and its hash still has to explain the closing sitting."""
+    """Whoever rewrites the last event and its hash still has to explain the entry of its closing."""
     from palpate.protocols.events import event_hash
 
     path = write_ledger(tmp_path)

@@ -1,4 +1,4 @@
-"""A ledger's samples stay in the file until they are asked for, and are what they were."""
+"""A ledger's samples stay in the file until they are read, and are unchanged."""
 
 import hashlib
 import sqlite3

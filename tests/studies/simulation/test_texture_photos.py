@@ -1,4 +1,4 @@
-"""The study of photos: nobody is asked anything, and what a simulated camera shows can be made at any time."""
+"""The study of photos: it asks no questions, and the pictures of a simulated camera can be computed at any time."""
 
 import io
 

@@ -1,4 +1,4 @@
-"""A small set of simulated textures, from nothing to ledgers; stopped, gone on with, and never written over."""
+"""A small set of simulated textures, from nothing to ledgers; stopped, resumed, and never overwritten."""
 
 import hashlib
 import os
@@ -216,7 +216,7 @@ def test_who_withdrew_is_reported_before_anything_is_written(tmp_path):
 
 
 def test_a_recording_made_ahead_is_the_tool_s_own(tmp_path):
-    """Whatever the workers, and wherever in the session it is asked for: equal bytes and times."""
+    """Whatever the workers, and wherever in the session it is requested: equal bytes and times."""
     study = read_study(SHIPPED / "texture_capture" / "study.yaml").study
     plan = compile_plan(study, ParticipantRow("P001", "perception"))
     request, at_ns = Sense("tool", 1.5, plan.trials[3]), 7_000_000_123

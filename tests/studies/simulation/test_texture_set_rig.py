@@ -1,4 +1,4 @@
-"""Work done ahead by further processes gives what the work gives here; a process that dies is told."""
+"""Work done ahead by further processes gives what the work gives here; a process that dies is reported."""
 
 import os
 

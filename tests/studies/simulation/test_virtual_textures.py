@@ -195,7 +195,7 @@ def test_the_table_follows_from_the_stored_renderings():
 
 @pytest.mark.parametrize("method", ["AR", "DSTN", "HapInf", pytest.param("FoTEN", marks=pytest.mark.long)])
 def test_the_shipped_models_still_play_the_stored_samples(method):
-    """One texture, rendered anew; another runtime rounds otherwise, worth 0.3 dB at most (measured on all 24)."""
+    """One texture, rendered again; another runtime rounds otherwise, worth 0.3 dB at most (measured on all 24)."""
     cloth = stimulus(f"cloth_{method}")
     fresh = VirtualTextures(FOLDER, None, shipped=False).feels(cloth)
     assert fresh == pytest.approx({name: float(cloth.columns[name]) for name in fresh}, abs=0.6), AGAIN

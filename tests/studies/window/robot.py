@@ -129,7 +129,7 @@ class RunningSession:
 
 @dataclass
 class Robot:
-    """Does what the session asks for, until it is told to stop; `answers` are what it gave, by form."""
+    """Does what the session asks for, until the test stops it; `answers` are its answers by form."""
 
     hand: Hand
     session: RunningSession
@@ -289,7 +289,7 @@ def opened_deg(record):
 def next_target(mirror, done, settled=False):
     """What a participant would press next: whatever is not answered yet, then what leads on; if settled only that.
 
-    Who is asked whether they can take part, can.
+    Asked whether they can take part, they can.
     """
     unfit = {f"question {n} option {int(one.answer == 'yes')}" for n, one in enumerate(getattr(mirror, "criteria", ()))}
     targets = [placed for placed in mirror.placed() if placed.kind == "target" and placed.name not in unfit]

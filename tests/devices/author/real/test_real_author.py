@@ -83,7 +83,7 @@ class Window:
         self.hand.click(*self.box(name, work).middle)
 
     def shows(self, work, status=None):
-        """Whether the display shows this door, with what is said of it."""
+        """Return whether the display shows this door and this status."""
         expected, actual = self.expected(work, status), self.hand.picture()
         door = self.view.layout.door.grown(-3)
         part = (door.left, door.top, door.right, door.bottom)

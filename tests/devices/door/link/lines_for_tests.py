@@ -21,7 +21,7 @@ PROFILE_N = [10.0] * 621
 
 @dataclass
 class Bench:
-    """One device on one line; a connection can be taken up anew on it."""
+    """One device on one line, which can be connected again."""
 
     plant: object = field(default_factory=lambda: Ailing(TinyPlant(out_and_back()), "silent"))
     limits: DeviceLimits = field(default_factory=lambda: DeviceLimits(speed_deg_s=180.0))
@@ -121,7 +121,7 @@ class VirtualDesk:
 
 
 class Drained:
-    """Telemetry kept without a thread."""
+    """Telemetry stored without a thread."""
 
     def __init__(self, door, now_ns):
         self.door, self.now_ns, self.rows, self.taken_ns, self.ended, self.first = door, now_ns, b"", 0, False, 0

@@ -1,4 +1,4 @@
-"""Every fault while the door presents, in virtual time: it ends safe, it is told, and the next attempt asks first."""
+"""Every fault while the door presents, in virtual time: it ends safe, is reported, and the next attempt asks first."""
 
 import gc
 

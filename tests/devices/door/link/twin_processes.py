@@ -1,11 +1,11 @@
-"""The processes of door twins that this one has begun."""
+"""The processes of door twins that this process started."""
 
 import os
 from pathlib import Path
 
 
 def children():
-    """The processes of twins that this process has begun."""
+    """Return the processes of twins that this process started."""
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             words = (folder / "cmdline").read_bytes().split(b"\0")

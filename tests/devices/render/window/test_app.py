@@ -29,7 +29,7 @@ SIZE, PX_PER_MM = (1280, 720), 3.6
 
 
 class FakePlays:
-    """Keeps what it is told; `fails` at everything once that is set."""
+    """Records its calls; each fails once `fails` is set."""
 
     def __init__(self, sounds):
         self.trace, self.running, self.fails = Trace.own(), True, ""

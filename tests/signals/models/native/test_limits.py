@@ -122,7 +122,7 @@ def test_a_step_that_the_kernel_does_not_know_is_left_to_numpy(kernel):
 
 @pytest.mark.needs("compiler")
 def test_a_model_that_is_too_large_for_a_kernel_is_left_to_numpy(kernel):
-    """Before anything of that size is made."""
+    """Before anything of that size is allocated."""
     one = {"w": np.ones((1, 3), np.float32), "b": np.zeros(1, np.float32)}
     dense = Dense(weight="w", bias="b")
     soft = (Activation(function="softmax"),)
