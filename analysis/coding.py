@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -135,7 +135,24 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
     # Coders are named by their files, with the folder where two have the same name.
     stems = [path.stem for path in paths]
     coders_names = [f"{path.parent.name}/{path.stem}" if stems.count(path.stem) > 1 else path.stem for path in paths]
-    coders = tuple(_read(path, name, answers) for path, name in zip(paths, coders_names, strict=True))
+    tables = []
+    for path, name in zip(paths, coders_names, strict=True):
+        if not path.is_file():
+            raise TableRefused(
+                f"{path}: no such file; a coder's table is expected, as palpate export --free-text gives it"
+            )
+        sheet = read_sheet(
+            path, path.name, encodings=("utf-8",), delimiter=None, required=("participant", "item"), trim=True
+        )
+        codes: dict[Answer, frozenset[str]] = {}
+        for where, answer, own_codes in _rows(sheet, answers):
+            if answer in codes:
+                raise TableRefused(
+                    f"{where}: {_described(answer)} appears twice; put all its codes into one row, separated by ;"
+                )
+            codes[answer] = own_codes
+        tables.append(Coder(name, sheet.sha256, codes))
+    coders = tuple(tables)
     # Two codes that look alike are refused: coders would then differ in spelling alone.
     alike: dict[str, dict[str, str]] = {}
     for coder in coders:
@@ -146,22 +163,6 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
             listing = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
             raise TableRefused(f"codes that look alike: {listing}; write one code in one way")
     return coders
-
-
-def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
-    if not path.is_file():
-        raise TableRefused(f"{path}: no such file; a coder's table is expected, as palpate export --free-text gives it")
-    sheet = read_sheet(
-        path, path.name, encodings=("utf-8",), delimiter=None, required=("participant", "item"), trim=True
-    )
-    codes: dict[Answer, frozenset[str]] = {}
-    for where, answer, own_codes in _rows(sheet, answers):
-        if answer in codes:
-            raise TableRefused(
-                f"{where}: {_described(answer)} appears twice; put all its codes into one row, separated by ;"
-            )
-        codes[answer] = own_codes
-    return Coder(name, sheet.sha256, codes)
 
 
 def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer, frozenset[str]]]:
@@ -179,7 +180,18 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
         if form is not None and row.cells[form] != FORM and not codes:
             continue
         participant, item = (row.cells[sheet.place(name)] for name in ("participant", "item"))
-        session = _session(where, participant, None if number is None else row.cells[number], answers)
+        # The number of the session; where the table has none, the participant's only one.
+        text = None if number is None else row.cells[number]
+        if text:
+            if not text.isdecimal():
+                raise TableRefused(f"{where}: session {text!r}: the number of a session is expected, from 1")
+            session = int(text)
+        else:
+            sessions = {answer.session for answer in answers if answer.participant == participant}
+            if len(sessions) > 1:
+                listing = ", ".join(map(str, sorted(sessions)))
+                raise TableRefused(f"{where}: {participant} had sessions {listing}: say which in a column `session`")
+            session = next(iter(sessions), 1)
         answer = Answer(participant, session, item)
         if form is not None and not codes and answer not in known:
             continue  # of an export: nothing was answered there
@@ -189,19 +201,6 @@ def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer
             near = nearest(answer.item, items) if items else nearest(answer.participant, people)
             raise TableRefused(f"{where}: {_described(answer)} is not an answer in free text; {near}")
         yield where, answer, codes
-
-
-def _session(where: str, participant: str, text: str | None, answers: Iterable[Answer]) -> int:
-    """Return the number of the session; where the table has none, the participant's only one."""
-    if text:
-        if not text.isdecimal():
-            raise TableRefused(f"{where}: session {text!r}: the number of a session is expected, from 1")
-        return int(text)
-    sessions = {answer.session for answer in answers if answer.participant == participant}
-    if len(sessions) > 1:
-        listing = ", ".join(map(str, sorted(sessions)))
-        raise TableRefused(f"{where}: {participant} had sessions {listing}: say which in a column `session`")
-    return next(iter(sessions), 1)
 
 
 def _described(answer: Answer) -> str:

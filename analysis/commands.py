@@ -16,8 +16,6 @@ from palpate.protocols.shell_command import shell_command
 from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from palpate.analysis.first_look.analysis import Analysis
     from palpate.analysis.first_look.compare_reference import Compared
     from palpate.analysis.ratings.sources import DataRequest, Missing
@@ -264,17 +262,6 @@ def _show(analysis: Analysis, files: list[Path], compared: list[Compared]) -> No
         *data_notes(design.notes, ratings.exclusions, ratings.sessions),
     ):
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
-    _show_headlines(console, analysis)
-    if compared:
-        from palpate.analysis.first_look.compare_reference import comparison_table
-
-        console.print(comparison_table(compared, "Beside the reference values"))
-    for folder in dict.fromkeys(path.parent for path in files):
-        names = ", ".join(path.name for path in files if path.parent == folder)
-        click.echo(f"Written to {folder}: {names}")
-
-
-def _show_headlines(console: Console, analysis: Analysis) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -288,6 +275,13 @@ def _show_headlines(console: Console, analysis: Analysis) -> None:
     console.print(table)
     for line in refusals(analysis):
         console.print(f"[yellow]not tested: {escape(line)}[/yellow]", soft_wrap=True)
+    if compared:
+        from palpate.analysis.first_look.compare_reference import comparison_table
+
+        console.print(comparison_table(compared, "Beside the reference values"))
+    for folder in dict.fromkeys(path.parent for path in files):
+        names = ", ".join(path.name for path in files if path.parent == folder)
+        click.echo(f"Written to {folder}: {names}")
 
 
 def _summary(analysis: Analysis, files: list[Path]) -> dict[str, Any]:

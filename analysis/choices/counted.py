@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,7 +64,10 @@ def gather_choices(
     both = coded(pd.concat(columns, ignore_index=True), f"{winner} and {loser}")
     size = len(data)
     won, lost = both.codes[:size], both.codes[size : 2 * size]
-    _refuse_self_comparisons(won, lost, both.labels)
+    rows = np.flatnonzero(won == lost).tolist()
+    if rows:
+        listing = listed((f"{both.labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
     lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
     if first is not None and (rows := np.flatnonzero((lead != won) & (lead != lost)).tolist()):
         listing = listed((f"row {row + 1}" for row in rows), len(rows))
@@ -84,14 +87,6 @@ def gather_choices(
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")
     return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
-
-
-def _refuse_self_comparisons(won: Counts, lost: Counts, labels: Sequence[Hashable]) -> None:
-    """Raise BadValue where winner and loser are one item; `won` and `lost` are places in `labels`."""
-    rows = np.flatnonzero(won == lost).tolist()
-    if rows:
-        listing = listed((f"{labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"an item is compared with itself: {listing}; correct or leave out these rows")
 
 
 def _counts_of(column: pd.Series[Any], name: Hashable) -> Floats:

@@ -99,8 +99,20 @@ def posterior_of(
     """Return the same for counted levels: on a coarse grid over the priors, then on a fine one where the mass lies."""
     problem = problem_of(answers, spec)
     of = tested(problem.t)
-    coarse = _coarse_axes(spec, of, overdispersed)
-    axes = _fine_axes(coarse, _mass(coarse, problem, spec, of))
+    # Even steps of threshold, width, guess, lapse and eta over all that the priors allow.
+    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
+    bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
+    bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
+    coarse = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
+    # Finer axes over where the marginal of the coarse `mass` is not negligible, and one coarse step beyond.
+    coarse_mass = _mass(coarse, problem, spec, of)
+    fine = FINE if len(coarse[2][0]) == 1 else FINE_WITH_GUESS
+    axes = []
+    for i, (points, _) in enumerate(coarse):
+        marginal = coarse_mass.sum(axis=tuple(j for j in range(coarse_mass.ndim) if j != i))
+        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
+        axes.append((_even if i < 2 else _gauss)(float(points[first]), float(points[last]), fine[i]))
     mass = _mass(axes, problem, spec, of)
     plane = mass.sum(axis=(2, 3, 4))
     place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
@@ -125,26 +137,6 @@ def posterior_of(
         confidence,
         spec.assumed,
     )
-
-
-def _coarse_axes(spec: FunctionSpec, of: Tested, overdispersed: bool) -> list[Axis]:
-    """Return even steps of threshold, width, guess, lapse and eta over all that the priors allow."""
-    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
-    bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
-    bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
-    return [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
-
-
-def _fine_axes(coarse: list[Axis], mass: Floats) -> list[Axis]:
-    """Return finer axes over where the marginal of the coarse `mass` is not negligible, and one coarse step beyond."""
-    fine = FINE if len(coarse[2][0]) == 1 else FINE_WITH_GUESS
-    axes = []
-    for i, (points, _) in enumerate(coarse):
-        marginal = mass.sum(axis=tuple(j for j in range(mass.ndim) if j != i))
-        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
-        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
-        axes.append((_even if i < 2 else _gauss)(float(points[first]), float(points[last]), fine[i]))
-    return axes
 
 
 def _even(low: float, high: float, count: int) -> Axis:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.statistics.cells import Codes, check_columns, numbers_of
+from palpate.analysis.statistics.cells import check_columns, numbers_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew, shown
 
@@ -70,11 +69,20 @@ def staircase(
     if not np.isin(hits, (0, 1)).all():
         raise BadValue(f"column {correct!r} must be 0 or 1 (or true and false) in each trial of a staircase")
     if order is not None:
-        sorting = _order_of_trials(data[order], order)
+        # The rows in order of the trials.
+        numbers = numbers_of(data[order], order)
+        if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
+            raise BadValue(f"column {order!r} does not give each trial its own position; is this one staircase?")
+        sorting = np.argsort(numbers)
         levels, hits = levels[sorting], hits[sorting]
     if not np.diff(levels).any():
         raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is not a staircase")
-    table = _reversals(levels)
+    moves = np.diff(levels)
+    steps = np.flatnonzero(moves)
+    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
+    places = steps[turns + 1]
+    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
+    table = pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
     if len(table) < 2:
         raise TooFew(f"{len(table)} reversals in {len(levels)} trials; a threshold needs two or more")
     used = min(last, len(table) - len(table) % 2)
@@ -86,24 +94,6 @@ def staircase(
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
     return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
-
-
-def _order_of_trials(column: pd.Series[Any], name: Hashable) -> Codes:
-    """Return the rows in order of the trials. Raises BadValue where two trials have the same place, or one has none."""
-    numbers = numbers_of(column, name)
-    if len(np.unique(numbers)) != len(numbers) or np.isnan(numbers).any():
-        raise BadValue(f"column {name!r} does not give each trial its own position; is this one staircase?")
-    return np.argsort(numbers)
-
-
-def _reversals(levels: Floats) -> pd.DataFrame:
-    """Return where the direction of the moves turns: the last trial at the turning level (from 1), level and kind."""
-    moves = np.diff(levels)
-    steps = np.flatnonzero(moves)
-    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
-    places = steps[turns + 1]
-    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
-    return pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
 
 
 def _leap_notes(levels: Floats, first_reversal: int) -> list[str]:
@@ -136,7 +126,23 @@ def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:
     if not (moves < 0).any() or not (moves > 0).any():
         return None
     down_step, up_step = float(np.median(-moves[moves < 0])), float(np.median(moves[moves > 0]))
-    return Rule(down, up, down_step, up_step, _rest(down, up, down_step / up_step), followed)
+    # The share p of hits where the expected move is none: P(down first) x down step = P(up first) x up step. For
+    # one up and equal steps p^down = 1/2 (Levitt 1971: .7071 for two down, .7937 for three); with unequal steps
+    # p^down = up step / (up step + down step) (Kaernbach 1991; Garcia-Perez 1998).
+    ratio = down_step / up_step
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        p = (low + high) / 2
+        falls, q = p, 1 - p
+        if p not in (0.0, 1.0):  # `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)
+            hits_first = p ** (down - 1) * -math.expm1(up * math.log(q))
+            misses_first = q ** (up - 1) * -math.expm1(down * math.log(p))
+            falls = hits_first / (hits_first + misses_first)
+        if falls * ratio < 1 - falls:
+            low = p
+        else:
+            high = p
+    return Rule(down, up, down_step, up_step, (low + high) / 2, followed)
 
 
 def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
@@ -155,24 +161,3 @@ def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
         right += move == due or (stuck and move == 0)
         run = 0 if due else run
     return right / (len(levels) - 1)
-
-
-def _rest(down: int, up: int, ratio: float) -> float:
-    """Return the share p of hits where the expected move is none: P(down first) x down step = P(up first) x up step.
-
-    For one up and equal steps p^down = 1/2 (Levitt 1971: .7071 for two down, .7937 for three); with unequal steps
-    p^down = up step / (up step + down step) (Kaernbach 1991; Garcia-Perez 1998).
-    """
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        p = (low + high) / 2
-        falls, q = p, 1 - p
-        if p not in (0.0, 1.0):  # `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)
-            hits_first = p ** (down - 1) * -math.expm1(up * math.log(q))
-            misses_first = q ** (up - 1) * -math.expm1(down * math.log(p))
-            falls = hits_first / (hits_first + misses_first)
-        if falls * ratio < 1 - falls:
-            low = p
-        else:
-            high = p
-    return (low + high) / 2

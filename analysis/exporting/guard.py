@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value, cell_text
+from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, cell_text
 from palpate.studies.participants.identities import Identity
 from palpate.studies.participants.sidecar import identifying
 
@@ -77,26 +77,24 @@ class Guard:
         """Yield the table's rows as they are. Raises ExportRefused at the first that says who somebody is."""
         free = [column for column in table.columns if column.free_answer]
         for number, row in enumerate(table.rows(), start=1):
-            checked = {column.name: self._passed(file, column, number, row) for column in free}
+            # The value as it is, or REDACTED (nothing in the place of a number). No error shows the value itself.
+            checked = {}
+            for column in free:
+                value = row.get(column.name)
+                checked[column.name] = value
+                looks = self.looks(cell_text(value)) if value is not None else None
+                if looks is None:
+                    continue
+                place = f"{file}: row {number}, column {column.name!r}"
+                if not self.redact:
+                    name = row.get("item", column.name)
+                    raise ExportRefused(
+                        f"{place}: the text there looks like {looks}; leave it out everywhere with --without {name},"
+                        " or have such texts blackened with --redact"
+                    )
+                self.redacted.append(place)
+                checked[column.name] = REDACTED if isinstance(value, str) else None
             yield {**row, **checked} if checked else row
-
-    def _passed(self, file: str, column: Column, number: int, row: Row) -> Value:
-        """Return the value as it is, or REDACTED (nothing in the place of a number). No error shows the value
-        itself.
-        """
-        value = row.get(column.name)
-        looks = self.looks(cell_text(value)) if value is not None else None
-        if looks is None:
-            return value
-        place = f"{file}: row {number}, column {column.name!r}"
-        if not self.redact:
-            name = row.get("item", column.name)
-            raise ExportRefused(
-                f"{place}: the text there looks like {looks}; leave it out everywhere with --without {name},"
-                " or have such texts blackened with --redact"
-            )
-        self.redacted.append(place)
-        return REDACTED if isinstance(value, str) else None
 
     def demand_pseudonyms(self, participants: Iterable[str]) -> None:
         """Raise ExportRefused on a pseudonym that holds a number as of identity, or its bearer's name."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from palpate.analysis.exporting.guard import Guard
 from palpate.analysis.exporting.source import Watch, no_progress
 from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
 from palpate.analysis.exporting.tables import DataSet, shared_definition
-from palpate.analysis.exporting.tabular import Column, Table, write_csv
+from palpate.analysis.exporting.tabular import Column, write_csv
 from palpate.protocols.files import write_text
 
 SCHEMA = "https://schema.org"
@@ -57,6 +56,27 @@ def write_psych_ds(
 def _description(data_set: DataSet, description: Description) -> dict[str, Any]:
     lab = description.of_lab
     people = [{"@type": "Person", "name": name} for name in lab.get("Authors", [])]
+    # Each column name once; where tables mean different things by it, with each meaning.
+    variables: list[dict[str, Any]] = []
+    places_of: dict[str, list[tuple[str, Column]]] = {}
+    for table in data_set.tables:
+        for column in table.columns:
+            places_of.setdefault(column.name, []).append((table.name, column))
+    for name, places in places_of.items():
+        meanings = list(dict.fromkeys(column.description for _, column in places))
+        meaning = meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
+        levels = {value: label for _, column in places for value, label in column.levels.items()}
+        about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": meaning}
+        if units := {column.unit for _, column in places if column.unit}:
+            about["unitText"] = ", ".join(sorted(units))
+        if levels:
+            about["valueReference"] = [
+                {"@type": "PropertyValue", "value": value, "description": label} for value, label in levels.items()
+            ]
+        for key, bound in (("minValue", "low"), ("maxValue", "high")):
+            bounds = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
+            about |= {key: bounds[0]} if bounds else {}
+        variables.append(about)
     return {
         "@context": SCHEMA,
         "@type": "Dataset",
@@ -68,30 +88,5 @@ def _description(data_set: DataSet, description: Description) -> dict[str, Any]:
         **({"keywords": lab["Keywords"]} if "Keywords" in lab else {}),
         **({"identifier": lab["DatasetDOI"]} if "DatasetDOI" in lab else {}),
         "creditText": f"Exported by Palpate {palpate_version()}",
-        "variableMeasured": list(_variables(data_set.tables)),
+        "variableMeasured": variables,
     }
-
-
-def _variables(tables: tuple[Table, ...]) -> Iterator[dict[str, Any]]:
-    """Yield each column name once; where tables mean different things by it, with each meaning."""
-    places_of: dict[str, list[tuple[str, Column]]] = {}
-    for table in tables:
-        for column in table.columns:
-            places_of.setdefault(column.name, []).append((table.name, column))
-    for name, places in places_of.items():
-        meanings = list(dict.fromkeys(column.description for _, column in places))
-        description = (
-            meanings[0] if len(meanings) == 1 else " ".join(f"In {table}: {c.description}" for table, c in places)
-        )
-        levels = {value: label for _, column in places for value, label in column.levels.items()}
-        about: dict[str, Any] = {"@type": "PropertyValue", "name": name, "description": description}
-        if units := {column.unit for _, column in places if column.unit}:
-            about["unitText"] = ", ".join(sorted(units))
-        if levels:
-            about["valueReference"] = [
-                {"@type": "PropertyValue", "value": value, "description": label} for value, label in levels.items()
-            ]
-        for key, bound in (("minValue", "low"), ("maxValue", "high")):
-            bounds = [getattr(column, bound) for _, column in places if getattr(column, bound) is not None]
-            about |= {key: bounds[0]} if bounds else {}
-        yield about

@@ -93,19 +93,17 @@ def wavelets(vibration: Array) -> Array:
     their energy is shared out (Rosso et al. 2001), 0 where there is none.
     """
     from pywt import wavedec
-
-    bands = wavedec(windowed(vibration), WAVELET, mode="symmetric", level=WAVELET_LEVELS, axis=-1)
-    return np.concatenate([_statistics(np.asarray(band)) for band in bands], axis=1)
-
-
-def _statistics(band: Array) -> Array:
-    power = band**2
     from scipy.special import entr
 
-    energy = power.sum(axis=1, keepdims=True)
-    shares = np.divide(power, energy, out=np.zeros_like(power), where=energy > 0)
-    entropy = np.asarray(entr(shares).sum(axis=1))
-    return np.stack([np.abs(band).mean(axis=1), band.std(axis=1), decibels(power.mean(axis=1)), entropy], axis=1)
+    bands = wavedec(windowed(vibration), WAVELET, mode="symmetric", level=WAVELET_LEVELS, axis=-1)
+    statistics = []
+    for band in map(np.asarray, bands):
+        power = band**2
+        energy = power.sum(axis=1, keepdims=True)
+        shares = np.divide(power, energy, out=np.zeros_like(power), where=energy > 0)
+        entropy = np.asarray(entr(shares).sum(axis=1))
+        statistics += [np.abs(band).mean(axis=1), band.std(axis=1), decibels(power.mean(axis=1)), entropy]
+    return np.stack(statistics, axis=1)
 
 
 def touch_features(touch: Touch) -> dict[str, NDArray[np.float32]]:

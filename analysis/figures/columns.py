@@ -62,7 +62,9 @@ def find_answer(settings: FigureSettings, inputs: FigureInput, columns: Sequence
     where there is not one.
     """
     answers = [
-        answer for name in settings.tests if (answer := _answer_with(settings, inputs, name, columns)) is not None
+        answer
+        for answer in (answer_of_test(settings, inputs, name) for name in settings.tests)
+        if answer.rows and all(column in answer.rows[0] for column in columns)
     ]
     if len(answers) != 1:
         raise DataRefused(
@@ -70,11 +72,6 @@ def find_answer(settings: FigureSettings, inputs: FigureInput, columns: Sequence
             f" among {', '.join(settings.tests) or 'no test'} there are {len(answers)}"
         )
     return answers[0]
-
-
-def _answer_with(settings: FigureSettings, inputs: FigureInput, name: str, columns: Sequence[str]) -> Answer | None:
-    answer = answer_of_test(settings, inputs, name)
-    return answer if answer.rows and all(column in answer.rows[0] for column in columns) else None
 
 
 def answer_of_test(settings: FigureSettings, inputs: FigureInput, name: str) -> Answer:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
@@ -26,7 +25,7 @@ from palpate.analysis.figures.figure_kind import (
 )
 from palpate.analysis.figures.lettering import fold, format_number, format_percent
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, readable_ink
-from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from palpate.protocols.did_you_mean import nearest
@@ -62,10 +61,30 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
 
     Raises DataRefused where the scale is not known, an answer lies beyond it, or bars meet an answer between points.
     """
-    low, high = _scale_ends(settings, inputs.selected)
+    # The ends of the scale.
+    ends = settings.points or inputs.selected.scale
+    if ends is None:
+        raise DataRefused(f"figure {settings.name!r}: the scale is not known; set `points`, as points: [1, 7]")
+    low, high = ends
+    if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
+        raise DataRefused(
+            f"figure {settings.name!r}: points from {low:g} to {high:g}; two whole numbers, the lower one first and"
+            f" at most {MOST_POINTS} points, are expected"
+        )
+    low, high = int(low), int(high)
     frame = inputs.selected.table
     require_columns(settings, frame, ["participant", "attribute", "value"])
-    cells = person_cells(_rows_of_form(settings, frame), ["attribute"], levels=inputs.selected.levels)
+    # The rows of the form that is set; all rows where none is set or the table names no forms.
+    if settings.form is None or "form" not in frame.columns:
+        rows_of_form = frame
+    else:
+        forms = texts_of(frame, "form")
+        if settings.form not in forms:
+            raise DataRefused(
+                f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
+            )
+        rows_of_form = frame.loc[[form == settings.form for form in forms]]
+    cells = person_cells(rows_of_form, ["attribute"], levels=inputs.selected.levels)
     items = {item[0]: _answers(settings, cells, j, (low, high)) for j, item in enumerate(cells.cells)}
     known = {item: answers for item, answers in items.items() if answers}
     if not known:
@@ -80,18 +99,6 @@ def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
     caption = _caption(settings, cells, (low, high), silent)
     rows = _rows({item: known[item] for item in order}, (low, high))
     return FigureData(fill_columns(rows), title, caption, words)
-
-
-def _rows_of_form(settings: LikertSettings, frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the form that is set; all rows where none is set or the table names no forms."""
-    if settings.form is None or "form" not in frame.columns:
-        return frame
-    forms = texts_of(frame, "form")
-    if settings.form not in forms:
-        raise DataRefused(
-            f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"
-        )
-    return frame.loc[[form == settings.form for form in forms]]
 
 
 def _rows(answers_of: Mapping[str, Mapping[str, float]], ends: tuple[int, int]) -> list[dict[str, Any]]:
@@ -131,20 +138,6 @@ def _caption(settings: LikertSettings, cells: PersonCells, points: tuple[int, in
         " the sides the shares below and above it.",
     }[settings.style]
     return f"Answers of {people} on a scale from {low} to {high}{ends}. {reading}{several}{lost}"
-
-
-def _scale_ends(settings: LikertSettings, selected: Selected) -> tuple[int, int]:
-    """Return the ends of the scale. Raises DataRefused where they are not known or no whole numbers in order."""
-    ends = settings.points or selected.scale
-    if ends is None:
-        raise DataRefused(f"figure {settings.name!r}: the scale is not known; set `points`, as points: [1, 7]")
-    low, high = ends
-    if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
-        raise DataRefused(
-            f"figure {settings.name!r}: points from {low:g} to {high:g}; two whole numbers, the lower one first and"
-            f" at most {MOST_POINTS} points, are expected"
-        )
-    return int(low), int(high)
 
 
 def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[int, int]) -> dict[str, float]:

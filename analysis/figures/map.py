@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -262,10 +262,28 @@ def draw(data: FigureData) -> DrawnFigure:
     legend_in = 0.5 + 0.075 * max((min(len(c), 26) for c in classes), default=-6)
     figure = Figure(figsize=(spans[0] * per_unit + 0.75 + legend_in, spans[1] * per_unit + 0.65), layout="constrained")
     axes, marks = figure.add_subplot(), Marks()
-    _prepare_axes(axes, limits, data.words["dimensions"])
+    # Give both axes one scale, a faint grid and the names of their dimensions.
+    axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
+    axes.grid(visible=True, color=FAINT, linewidth=0.4)
+    for spine in axes.spines.values():
+        spine.set(visible=True, color=FAINT)
+    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
+    axes.locator_params(nbins=7)
+    first, second = data.words["dimensions"]
+    axes.set_xlabel(f"dimension {first}", color=SOFT)
+    axes.set_ylabel(f"dimension {second}", color=SOFT)
     look = dict(zip(classes, colours_and_shapes(len(classes)), strict=True))
     points = _rows_of(data, "point")
-    _draw_ellipses(axes, _rows_of(data, "ellipse"), {str(row["stimulus"]): _look_of(look, row)[0] for row in points})
+    # Draw each stimulus' ellipse in the colour of its point, filled faintly and with an edge.
+    rows = _rows_of(data, "ellipse")
+    colours = {str(row["stimulus"]): _look_of(look, row)[0] for row in points}
+    for row in rows:
+        colour, place = colours.get(str(row["stimulus"]), SOFT), (to_float(row["x"]), to_float(row["y"]))
+        sides, angle = [2 * to_float(row[name]) for name in ("semi_major", "semi_minor")], to_float(row["angle_deg"])
+        fill: dict[str, Any] = {"facecolor": colour, "alpha": 0.10, "linewidth": 0, "zorder": 1}
+        edge: dict[str, Any] = {"fill": False, "edgecolor": tint(colour, 0.6), "linewidth": 0.6, "zorder": 1.1}
+        for style in (fill, edge):
+            axes.add_patch(Ellipse(place, *sides, angle=angle, **style))
     taken = _draw_arrows(axes, marks, data, limits, per_unit * 72)
     _draw_points(axes, marks, points, look)
     _write_names(axes, points, (limits[0][0], limits[1][0]), per_unit * 72, taken)
@@ -278,30 +296,6 @@ def draw(data: FigureData) -> DrawnFigure:
             handletextpad=0.2, alignment="left",
         )  # fmt: skip
     return DrawnFigure(figure, marks.all())
-
-
-def _prepare_axes(axes: Axes, limits: Sequence[tuple[float, float]], dimensions: Sequence[int]) -> None:
-    """Give both axes one scale, a faint grid and the names of their dimensions."""
-    axes.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    axes.grid(visible=True, color=FAINT, linewidth=0.4)
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=FAINT)
-    axes.tick_params(labelsize=7.5, labelcolor=SOFT)
-    axes.locator_params(nbins=7)
-    first, second = dimensions
-    axes.set_xlabel(f"dimension {first}", color=SOFT)
-    axes.set_ylabel(f"dimension {second}", color=SOFT)
-
-
-def _draw_ellipses(axes: Axes, rows: Sequence[Row], colours: Mapping[str, str]) -> None:
-    """Draw each stimulus' ellipse in the colour of its point, filled faintly and with an edge."""
-    for row in rows:
-        colour, place = colours.get(str(row["stimulus"]), SOFT), (to_float(row["x"]), to_float(row["y"]))
-        sides, angle = [2 * to_float(row[name]) for name in ("semi_major", "semi_minor")], to_float(row["angle_deg"])
-        fill: dict[str, Any] = {"facecolor": colour, "alpha": 0.10, "linewidth": 0, "zorder": 1}
-        edge: dict[str, Any] = {"fill": False, "edgecolor": tint(colour, 0.6), "linewidth": 0.6, "zorder": 1.1}
-        for style in (fill, edge):
-            axes.add_patch(Ellipse(place, *sides, angle=angle, **style))
 
 
 def _draw_points(axes: Axes, marks: Marks, points: Sequence[Row], look: dict[str, tuple[str, str]]) -> None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -60,25 +59,8 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
     frame = selected.table
     column = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
     require_columns(settings, frame, ["participant", "attribute", "value", column, settings.target])
-    ratings = _ratings_of_manipulated(settings, frame, column)
-    by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
-    cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
-    summaries, values = _rows(cells)
-    if not summaries:
-        raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
-    attributes = list(dict.fromkeys(str(row["attribute"]) for row in summaries))
-    targets = sorted({float(row["target"]) for row in summaries})
-    antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
-    words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
-    title = settings.title or "Ratings of the manipulated attribute"
-    return FigureData(fill_columns([*summaries, *values]), title, _caption(cells, targets), words)
-
-
-def _ratings_of_manipulated(settings: MatchingSettings, frame: pd.DataFrame, column: str) -> pd.DataFrame:
-    """Return the ratings (participant, value, attribute, target) of each stimulus on the attribute that `column` names.
-
-    A target is the number as a text. Raises DataRefused where no such attribute is rated or a target is no number.
-    """
+    # The ratings (participant, value, attribute, target) of each stimulus on the attribute that `column` names. A
+    # target is the number as a text.
     rated, manipulated = texts_of(frame, "attribute"), texts_of(frame, column)
     if not set(manipulated) & set(rated):
         raise DataRefused(
@@ -90,10 +72,21 @@ def _ratings_of_manipulated(settings: MatchingSettings, frame: pd.DataFrame, col
     targets = read_numbers(of_target, settings.target)
     if np.isnan(targets).any():
         raise DataRefused(f"figure {settings.name!r}: column {settings.target!r} has no number in some rows")
-    return of_target[["participant", "value"]].assign(
+    ratings = of_target[["participant", "value"]].assign(
         attribute=[name for name, same in zip(rated, matching, strict=True) if same],
         target=[repr(value) for value in targets],
     )
+    by_size = tuple(sorted(set(ratings["target"].tolist()), key=float))
+    cells = person_cells(ratings, ["attribute", "target"], levels={**selected.levels, "target": by_size})
+    summaries, values = _rows(cells)
+    if not summaries:
+        raise DataRefused(f"figure {settings.name!r}: every rating of a manipulated attribute is missing")
+    attributes = list(dict.fromkeys(str(row["attribute"]) for row in summaries))
+    targets = sorted({float(row["target"]) for row in summaries})
+    antonyms = {name: selected.antonyms.get(name, "") for name in attributes}
+    words = {"attributes": attributes, "targets": targets, "antonyms": antonyms, "scale": selected.scale}
+    title = settings.title or "Ratings of the manipulated attribute"
+    return FigureData(fill_columns([*summaries, *values]), title, _caption(cells, targets), words)
 
 
 def _rows(cells: PersonCells) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:

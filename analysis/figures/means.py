@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -68,7 +68,17 @@ def data(inputs: FigureInput, settings: MeansSettings) -> FigureData:
 def draw(data: FigureData) -> DrawnFigure:
     """Draw the bars, one panel for each attribute, all on one scale, the two poles written at its ends."""
     words, places, marks = data.words, LevelPlaces(data.words), Marks()
-    grid = _grid(words["attributes"], len(places.keys))
+    # Two columns of attributes: the categories where there are two of about equal length, else the halves.
+    attributes = words["attributes"]
+    if len(attributes) == 1 or len(places.keys) > MANY:
+        grid = [list(attributes)]
+    else:
+        columns = list(by_category(attributes).values())
+        if len(columns) == 2 and abs(len(columns[0]) - len(columns[1])) <= 2:
+            grid = columns
+        else:
+            half = (len(attributes) + 1) // 2
+            grid = [list(attributes[:half]), list(attributes[half:])]
     key_row = len({len(column) for column in grid}) == 1
     rows = max(map(len, grid))
     width = 11.6 if len(places.keys) > MANY else 5.8 * max(len(grid), 1.25)
@@ -95,17 +105,6 @@ def draw(data: FigureData) -> DrawnFigure:
             first.set_title(f"{column[0]['category']} attributes".capitalize(), pad=8)
     _draw_legend(axes[-1][0] if key_row or len(grid[0]) < rows else axes[-1][-1], places, words)
     return DrawnFigure(figure, marks.all())
-
-
-def _grid(attributes: Sequence[Mapping[str, Any]], levels: int) -> list[list[Mapping[str, Any]]]:
-    """Return two columns of attributes: the categories where there are two of about equal length, else the halves."""
-    if len(attributes) == 1 or levels > MANY:
-        return [list(attributes)]
-    columns = list(by_category(attributes).values())
-    if len(columns) == 2 and abs(len(columns[0]) - len(columns[1])) <= 2:
-        return columns
-    half = (len(attributes) + 1) // 2
-    return [list(attributes[:half]), list(attributes[half:])]
 
 
 def _looks(places: LevelPlaces) -> dict[str, tuple[str, str]]:

@@ -238,7 +238,14 @@ def draw(data: FigureData) -> DrawnFigure:
     panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
     spans = [_spans(data, _brackets(data, cluster)) for panel in panels for cluster in panel]
     storeys = max((max(stack_brackets(places), default=-1) + 1 for places in spans), default=0)
-    wide = [_panel_in(panel, bars) for panel in panels]
+    # How wide a panel is, in inches: very many clusters are pressed together, the bars over all never.
+    wide = []
+    for panel in panels:
+        if list(panel) == [None]:
+            names_in = widest_pt([fold(bar, 10) for bar in bars], 8) / 72 + 0.08
+            wide.append(max(1.0, 0.3 + min(max(0.42, names_in), 1.0) * len(bars)))
+        else:
+            wide.append(min(max(1.0, len(panel) * (0.3 + 0.24 * len(bars))), 14.0))
     names = [shorten(str(cluster), 26) for cluster in clusters]
     upright = bool(names) and _letters(wide[0] / len(names), len(names))[1]
     size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + (widest_pt(names, 6) / 72 if upright else 0.0))
@@ -270,14 +277,6 @@ def draw(data: FigureData) -> DrawnFigure:
             labelcolor=SOFT, handlelength=1.6, handleheight=1.1, columnspacing=1.3,
         )  # fmt: skip
     return DrawnFigure(figure, tools.marks.all())
-
-
-def _panel_in(panel: Sequence[str | None], bars: Sequence[str]) -> float:
-    """Return how wide a panel is, in inches: very many clusters are pressed together, the bars over all never."""
-    if list(panel) == [None]:
-        names_in = widest_pt([fold(bar, 10) for bar in bars], 8) / 72 + 0.08
-        return max(1.0, 0.3 + min(max(0.42, names_in), 1.0) * len(bars))
-    return min(max(1.0, len(panel) * (0.3 + 0.24 * len(bars))), 14.0)
 
 
 def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:

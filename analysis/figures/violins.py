@@ -22,7 +22,7 @@ from palpate.analysis.figures.figure_kind import MOST_MARKS, DrawnFigure, Figure
 from palpate.analysis.figures.lettering import decimals_for, fold, format_number, shorten
 from palpate.analysis.figures.predictions import PredictionSettings, chosen_column, read_predictions
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
-from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.answers import Row
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused, natural_key
 from palpate.analysis.ratings.person_cells import texts_of
@@ -66,9 +66,19 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
     Raises DataRefused where a column is missing or no row has a value.
     """
     if settings.value is None:
-        values, left_out = _errors(settings, inputs.selected)
+        points = read_predictions(settings, inputs.selected, (settings.by,))
+        error = (lambda x: x) if settings.signed else abs
+        values = [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points]
+        left_out = points.left_out
     else:
-        values, left_out = _values_of_column(settings, inputs.selected, settings.value)
+        frame, stimulus = inputs.selected.table, chosen_column(settings, "stimulus", inputs.selected)
+        require_columns(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
+        stimuli = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
+        triples = zip(texts_of(frame, settings.by), stimuli, read_numbers(frame, settings.value), strict=True)
+        values = [row for row in triples if not math.isnan(row[2])]
+        if not values:
+            raise DataRefused(f"figure {settings.name!r}: column {settings.value!r} holds no value")
+        left_out = len(frame) - len(values)
     levels = list(ordered_levels(inputs.selected, settings.by, {level for level, _, _ in values}))
     summaries = {level: summary([value for item, _, value in values if item == level]) for level in levels}
     if settings.order == "median":
@@ -90,25 +100,6 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
     }
     title = settings.title or f"{what[0].upper()}{what[1:]} by {settings.by}"
     return FigureData(fill_columns(rows), title, _caption(what, settings.by, left_out), words)
-
-
-def _errors(settings: ViolinSettings, selected: Selected) -> tuple[list[LevelValue], int]:
-    """Return the predictions' errors, absolute unless `signed`, and how many rows have none."""
-    points = read_predictions(settings, selected, (settings.by,))
-    error = (lambda x: x) if settings.signed else abs
-    return [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points], points.left_out
-
-
-def _values_of_column(settings: ViolinSettings, selected: Selected, column: str) -> tuple[list[LevelValue], int]:
-    """Return the values of a column, and how many rows have none. Raises DataRefused where all have none."""
-    frame, stimulus = selected.table, chosen_column(settings, "stimulus", selected)
-    require_columns(settings, frame, (settings.by, column, *([stimulus] if stimulus else [])))
-    stimuli = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
-    triples = zip(texts_of(frame, settings.by), stimuli, read_numbers(frame, column), strict=True)
-    values = [row for row in triples if not math.isnan(row[2])]
-    if not values:
-        raise DataRefused(f"figure {settings.name!r}: column {column!r} holds no value")
-    return values, len(frame) - len(values)
 
 
 def _caption(what: str, by: str, left_out: int) -> str:

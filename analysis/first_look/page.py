@@ -65,13 +65,26 @@ def page_of(analysis: Analysis) -> Page:
         TableBlock(text_table(("package", "version"), software().items())),
     )
     tested = [Section("pairwise", "Pairwise tests", pairs)] if (pairs := tuple(_pairs(analysis))) else []
+    results: list[Block] = []
+    first = next((analysis.headline(attribute) for attribute in analysis.ratings.attributes), None)
+    if first is None:
+        results.append(Words("No test was made: the data set has no factor to compare."))
+    else:
+        over = phrase(first.question.averaged_over)
+        means = f" Each participant's ratings were averaged over {over} first." if over else ""
+        factors = phrase(first.question.factors)
+        results.append(Words(f"The effect of {factors} on each attribute, {first.question.scope}.{means}"))
+    results.append(Points(tuple(headlines(analysis))))
+    if refused := tuple(refusals(analysis)):
+        results.append(Heading("Not tested"))
+        results.append(Sentences(refused))
     return Page(
         title=analysis.title,
         lead=page_data.lead(analysis.ratings),
         banners=(SIMULATED,) if analysis.ratings.simulated else (),
         facts=tuple(page_data.facts(analysis.ratings)),
         sections=(
-            Section("results", "Results", tuple(_results(analysis))),
+            Section("results", "Results", tuple(results)),
             Section("figures", "Figures", tuple(_figures(analysis))),
             Section("data", "Data and exclusions", tuple(_data(analysis))),
             Section("anova", "Analyses of variance", tuple(_variance(analysis))),
@@ -90,21 +103,6 @@ def save_figures(analysis: Analysis, folder: Path) -> list[Path]:
             with drawing(picture.name):
                 paths += save(picture.draw(picture.data).figure, draft, picture.name)
     return [folder / path.name for path in paths]
-
-
-def _results(analysis: Analysis) -> Iterator[Block]:
-    first = next((analysis.headline(attribute) for attribute in analysis.ratings.attributes), None)
-    if first is None:
-        yield Words("No test was made: the data set has no factor to compare.")
-    else:
-        over = phrase(first.question.averaged_over)
-        means = f" Each participant's ratings were averaged over {over} first." if over else ""
-        factors = phrase(first.question.factors)
-        yield Words(f"The effect of {factors} on each attribute, {first.question.scope}.{means}")
-    yield Points(tuple(headlines(analysis)))
-    if refused := tuple(refusals(analysis)):
-        yield Heading("Not tested")
-        yield Sentences(refused)
 
 
 def _figures(analysis: Analysis) -> Iterator[Block]:

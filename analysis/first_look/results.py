@@ -75,6 +75,24 @@ def statistics_json(analysis: Analysis) -> str:
 def statistics_data(analysis: Analysis) -> dict[str, Any]:
     """Return what statistics.json holds, as JSON data."""
     ratings, design = analysis.ratings, analysis.design
+    tests = []
+    for test in analysis.statistics.tests:
+        question = test.question
+        tests.append(
+            {
+                "attribute": test.attribute,
+                "kind": question.kind,
+                "method": METHODS[question.kind],
+                "factors": list(question.factors),
+                "scope": question.scope,
+                "averaged_over": list(question.averaged_over),
+                "participants": test.participants,
+                "ratings_per_cell": list(test.ratings_per_cell) if test.rows else None,
+                "ratings_per_level": {level: list(ends) for level, ends in test.ratings_per_level.items()},
+                "refused": test.refused or None,
+                "results": [named(row) for row in test.rows],
+            }
+        )
     return {
         "name": ratings.name,
         "title": analysis.title,
@@ -93,7 +111,7 @@ def statistics_data(analysis: Analysis) -> dict[str, Any]:
         "exclusions": [asdict(line) for line in ratings.exclusions],
         "inputs": [asdict(entry) for entry in ratings.inputs],
         "means": {"levels": records(analysis.levels), "stimuli": records(analysis.stimuli)},
-        "tests": [_test(test) for test in analysis.statistics.tests],
+        "tests": tests,
         "software": dict(software()),
     }
 
@@ -108,23 +126,6 @@ def result_tables(analysis: Analysis) -> dict[str, list[dict[str, Any]]]:
         f"{levels}_means.csv": records(analysis.levels),
         "anova.csv": [row for test in tests if test.question.kind != "pairs" for row in _flat(test)],
         "pairwise.csv": [row for test in tests if test.question.kind == "pairs" for row in _flat(test)],
-    }
-
-
-def _test(test: Test) -> dict[str, Any]:
-    question = test.question
-    return {
-        "attribute": test.attribute,
-        "kind": question.kind,
-        "method": METHODS[question.kind],
-        "factors": list(question.factors),
-        "scope": question.scope,
-        "averaged_over": list(question.averaged_over),
-        "participants": test.participants,
-        "ratings_per_cell": list(test.ratings_per_cell) if test.rows else None,
-        "ratings_per_level": {level: list(ends) for level, ends in test.ratings_per_level.items()},
-        "refused": test.refused or None,
-        "results": [named(row) for row in test.rows],
     }
 
 

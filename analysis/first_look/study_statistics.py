@@ -140,7 +140,19 @@ def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str
     table = table[table["attribute"] == attribute]
     try:
         faults.demand_none(attribute, people)
-        _demand_shared_levels(table, question)
+        # Refuse levels that only some participants were to meet: groups may differ in them without a cell
+        # missing.
+        for factor in question.factors if question.kind != "between" else ():
+            own_levels = table.groupby("participant")[factor].agg(frozenset)
+            every = frozenset(table[factor])
+            missing = [(str(who), natural(every - own)) for who, own in own_levels.items() if own != every]
+            if missing:
+                who, levels = missing[0]
+                more = f" ({count(len(missing), 'participant')} in all lack a level)" if len(missing) > 1 else ""
+                raise DataRefused(
+                    f"{who} was not to meet {factor} {phrase(levels)}, others were{more};"
+                    f" levels of {factor} are compared only where everyone met them all"
+                )
         rows = _test(table, question, ratings)
     except ValueError as refusal:
         return Test(question, attribute, refused=str(refusal))
@@ -152,21 +164,6 @@ def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str
     per_level = {level: (int(by_level[level].min()), int(by_level[level].max())) for level in order}
     ends = (min(least for least, _ in per_level.values()), max(most for _, most in per_level.values()))
     return Test(question, attribute, table["participant"].nunique(), rows, ends, ratings_per_level=per_level)
-
-
-def _demand_shared_levels(table: pd.DataFrame, question: Question) -> None:
-    """Refuse levels that only some participants were to meet: groups may differ in them without a cell missing."""
-    for factor in question.factors if question.kind != "between" else ():
-        own_levels = table.groupby("participant")[factor].agg(frozenset)
-        every = frozenset(table[factor])
-        missing = [(str(who), natural(every - own)) for who, own in own_levels.items() if own != every]
-        if missing:
-            who, levels = missing[0]
-            more = f" ({count(len(missing), 'participant')} in all lack a level)" if len(missing) > 1 else ""
-            raise DataRefused(
-                f"{who} was not to meet {factor} {phrase(levels)}, others were{more};"
-                f" levels of {factor} are compared only where everyone met them all"
-            )
 
 
 def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Row, ...]:

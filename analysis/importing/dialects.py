@@ -93,7 +93,14 @@ def read_sheet(
                 f"{name}: no column {column!r} among {len(header)} (delimiter {chosen!r}); {nearest(column, header)}"
             )
     _refuse_ragged(rows, header, chosen, name)
-    _refuse_unnamed(rows, header, name)
+    # Raise TableRefused where a column has values and no name: a cell too many has slipped into it. An unnamed
+    # first column is let pass: it holds the row numbers that some programs write, and shifts nothing.
+    for place, column in enumerate(header):
+        for row in rows if not column and place > 0 else ():
+            if row.cells[place]:
+                raise TableRefused(
+                    f"{name}: line {row.line}: {row.cells[place]!r} is in column {place + 1}, which has no name"
+                )
     filled = tuple(row for row in rows if any(row.cells))
     digest = hashlib.sha256(data).hexdigest()
     return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
@@ -115,19 +122,6 @@ def _refuse_ragged(rows: Sequence[Row], header: Sequence[str], delimiter: str, n
         )
 
 
-def _refuse_unnamed(rows: Sequence[Row], header: Sequence[str], name: str) -> None:
-    """Raise TableRefused where a column has values and no name: a cell too many has slipped into it.
-
-    An unnamed first column is let pass: it holds the row numbers that some programs write, and shifts nothing.
-    """
-    for place, column in enumerate(header):
-        for row in rows if not column and place > 0 else ():
-            if row.cells[place]:
-                raise TableRefused(
-                    f"{name}: line {row.line}: {row.cells[place]!r} is in column {place + 1}, which has no name"
-                )
-
-
 def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
     """Return the text and the first encoding that reads it.
 
@@ -145,24 +139,19 @@ def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]
         except UnicodeError as error:
             failed = getattr(error, "start", 0)
         else:
-            _refuse_misread(data, text, encoding, name)
+            known = codecs.lookup(encoding).name
+            if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
+                raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
+            if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
+                raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
+            if "\0" in text:
+                raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
             return text.removeprefix("\ufeff"), encoding
     line = data[:failed].count(b"\n") + 1
     raise TableRefused(
         f"{name}: line {line}: byte 0x{data[failed]:02x} (byte {failed + 1} of the file) is not"
         f" {' or '.join(encodings)}; {_advice(data, encodings)}"
     )
-
-
-def _refuse_misread(data: bytes, text: str, encoding: str, name: str) -> None:
-    """Raise TableRefused where a byte-order mark or a NUL shows that the bytes are in another encoding."""
-    known = codecs.lookup(encoding).name
-    if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
-        raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
-    if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
-        raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
-    if "\0" in text:
-        raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
 
 
 def _advice(data: bytes, tried: Sequence[str]) -> str:

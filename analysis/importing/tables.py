@@ -38,7 +38,12 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
     scale = column_map.scale.scale() if column_map.scale else None
     declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
     attributes = tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
-    _refuse_unknown_attributes(column_map, attributes)
+    for key in ("antonyms", "categories"):
+        for attribute in getattr(column_map, key):
+            if attribute not in attributes:
+                raise MapRefused(
+                    f"{key}: {attribute!r} is not an attribute of the table; {nearest(attribute, attributes)}"
+                )
     notes = [f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}" for sheet in sheets]
     return Ratings(
         name=column_map.name,
@@ -75,16 +80,6 @@ def _rating_table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd
             **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
         }
     )
-
-
-def _refuse_unknown_attributes(column_map: ColumnMap, attributes: Sequence[str]) -> None:
-    """Raise MapRefused where the map's antonyms or categories name an attribute that the table does not have."""
-    for key in ("antonyms", "categories"):
-        for attribute in getattr(column_map, key):
-            if attribute not in attributes:
-                raise MapRefused(
-                    f"{key}: {attribute!r} is not an attribute of the table; {nearest(attribute, attributes)}"
-                )
 
 
 def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> list[Sheet]:

@@ -10,7 +10,6 @@ from palpate.analysis.measuring.rows import MEASURED, Row
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 OURS = "palpate"
 
@@ -31,41 +30,37 @@ def ratio_to_ours(row: Row, rows: Iterable[Row]) -> float | None:
 
 def print_table(rows: Sequence[Row], console: Console | None = None) -> None:
     """Print one table for each area, grouped by case and input, error and time side by side."""
-    from rich.console import Console
-
-    console = console or Console()
-    for area, of_area in groupby(rows, key=lambda row: row.area):
-        console.print(_table(area, list(of_area)))
-
-
-def _table(area: str, rows: list[Row]) -> Table:
     from rich.box import SIMPLE_HEAD
+    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    title = f"{area}: error against run time"
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("method", overflow="fold", min_width=24)
-    for heading in ("error", "time", "x ours", "peak MB"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    last = ("", "")
-    for (case, input_name, kind), group in groupby(rows, key=lambda row: (row.case, row.input, row.error_kind)):
-        table.add_row(f"[bold]{escape(case)}[/bold], {escape(input_name)}")
-        if (case, kind) != last:
-            table.add_row(f"[dim]{escape(kind)}[/dim]")
-        last = (case, kind)
-        for row in group:
-            ratio = ratio_to_ours(row, rows)
-            method = f"  [cyan]{escape(row.method)}[/cyan]" if is_ours(row) else f"  {escape(row.method)}"
-            table.add_row(
-                f"{method}\n  [red]{escape(row.note)}[/red]" if row.note else method,
-                error_text(row),
-                time_text(row.seconds),
-                "" if ratio is None else f"{ratio:.3g}",
-                "" if row.peak_MB is None else f"{row.peak_MB:.2f}",
-            )
-        table.add_section()
-    return table
+    console = console or Console()
+    for area, of_area in groupby(rows, key=lambda row: row.area):
+        own = list(of_area)
+        title = f"{area}: error against run time"
+        table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+        table.add_column("method", overflow="fold", min_width=24)
+        for heading in ("error", "time", "x ours", "peak MB"):
+            table.add_column(heading, justify="right", no_wrap=True)
+        last = ("", "")
+        for (case, input_name, kind), group in groupby(own, key=lambda row: (row.case, row.input, row.error_kind)):
+            table.add_row(f"[bold]{escape(case)}[/bold], {escape(input_name)}")
+            if (case, kind) != last:
+                table.add_row(f"[dim]{escape(kind)}[/dim]")
+            last = (case, kind)
+            for row in group:
+                ratio = ratio_to_ours(row, own)
+                method = f"  [cyan]{escape(row.method)}[/cyan]" if is_ours(row) else f"  {escape(row.method)}"
+                table.add_row(
+                    f"{method}\n  [red]{escape(row.note)}[/red]" if row.note else method,
+                    error_text(row),
+                    time_text(row.seconds),
+                    "" if ratio is None else f"{ratio:.3g}",
+                    "" if row.peak_MB is None else f"{row.peak_MB:.2f}",
+                )
+            table.add_section()
+        console.print(table)
 
 
 def error_text(row: Row) -> str:

@@ -316,19 +316,14 @@ def random_effects_of(
         raise UnknownColumn(f"{name!r} is both a grouping factor and one of its slopes; name another column")
     design = Design(variables, effects_of(mains, crossed))
     random = Random(name, groups.codes, tuple(map(str, groups.labels)), design, design.back(), correlated)
-    _refuse_many(random, len(frame))
+    count = len(random.levels) * random.size
+    if count >= len(frame):
+        raise NotIdentified(
+            f"grouping factor {name!r} has {count:,} random effects ({len(random.levels):,} levels x {random.size}) for"
+            f" {len(frame):,} values; the residual cannot be separated from them: drop slopes or the factor"
+        )
     _refuse_constant_slopes(random, len(frame))
     return random
-
-
-def _refuse_many(random: Random, rows: int) -> None:
-    """Raise NotIdentified where there are as many random effects as values."""
-    count = len(random.levels) * random.size
-    if count >= rows:
-        raise NotIdentified(
-            f"grouping factor {random.name!r} has {count:,} random effects ({len(random.levels):,} levels x "
-            f"{random.size}) for {rows:,} values; the residual cannot be separated from them: drop slopes or the factor"
-        )
 
 
 def _refuse_constant_slopes(random: Random, rows: int) -> None:

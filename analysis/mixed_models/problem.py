@@ -75,7 +75,13 @@ class Problem:
 def best_layout(random: Sequence[Random], fixed: int) -> Layout:
     """Return the cheapest layout: one factor's groups as blocks, with or without those nested in it."""
     options = [_layout(random, i, nested) for i in range(len(random)) for nested in (True, False)]
-    return min(options, key=lambda option: _cost(option, random, fixed))
+
+    def cost(layout: Layout) -> tuple[float, float]:
+        late = sum(len(random[i].levels) * random[i].size for i in layout.outside) + fixed + 1
+        early, blocks = float(layout.width), float(layout.blocks)
+        return blocks * early**2 * (early + late) + (blocks * early + late) * float(late) ** 2, early
+
+    return min(options, key=cost)
 
 
 def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
@@ -98,12 +104,6 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
         width += int(counts.max()) * term.size
     placed = {block.term for block in inside}
     return Layout(codes, blocks, tuple(inside), tuple(i for i in range(len(random)) if i not in placed), width)
-
-
-def _cost(layout: Layout, random: Sequence[Random], fixed: int) -> tuple[float, float]:
-    late = sum(len(random[i].levels) * random[i].size for i in layout.outside) + fixed + 1
-    early, blocks = float(layout.width), float(layout.blocks)
-    return blocks * early**2 * (early + late) + (blocks * early + late) * float(late) ** 2, early
 
 
 @dataclass(frozen=True)

@@ -65,20 +65,21 @@ class _Profile:
             n = len(self.problem.y)
             return at.log_det + n * (LOG_2PI + 2 * log_sigma) + math.exp(min(600, math.log(at.rss) - 2 * log_sigma))
 
-        start = self.best.parameters.free_of(self._start(sd))
+        # The factors at the optimum, its own term's (or all, for sigma) scaled to reach this value.
+        factors, sigma = self.factors, self.sigma
+        if self.term is None:
+            first_guess = [factor * (sigma / sd) for factor in factors]
+        else:
+            size = self.ratio(factors) * sigma
+            unit = np.diag(self.best.parameters.natural[self.term])
+            factors[self.term] = (
+                factors[self.term] * (sd / size) if size > 0 else unit * (sd / sigma / self.ratio_of(unit))
+            )
+            first_guess = factors
+        start = self.best.parameters.free_of(first_guess)
         options = {"gtol": 1e-6}
         result = minimize(value, start, jac=lambda x: rough_gradient(value, x), method="BFGS", options=options)
         return float(result.fun) - self.best.deviance
-
-    def _start(self, sd: float) -> list[Floats]:
-        """Return the factors at the optimum, its own term's (or all, for sigma) scaled to reach this value."""
-        factors, sigma = self.factors, self.sigma
-        if self.term is None:
-            return [factor * (sigma / sd) for factor in factors]
-        size = self.ratio(factors) * sigma
-        unit = np.diag(self.best.parameters.natural[self.term])
-        factors[self.term] = factors[self.term] * (sd / size) if size > 0 else unit * (sd / sigma / self.ratio_of(unit))
-        return factors
 
     def ratio_of(self, factor: Floats) -> float:
         """Return the ratio that this factor alone would give."""

@@ -81,7 +81,14 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
     with _listening(host, port) as listening:
         app = make_app(watch, access)
         server = import_module("waitress.server").create_server(app, sockets=[listening], **SERVER)
-        address = _address(host, listening.getsockname()[1], access.token)
+        # The address for a browser; where the page is served at every address, this machine's name is in it.
+        own_port = listening.getsockname()[1]
+        import socket
+        from urllib.parse import quote
+
+        name = socket.gethostname() if host in {"0.0.0.0", "::"} else host
+        secret = f"?token={quote(access.token, safe='')}" if access.token else ""
+        address = f"http://[{name}]:{own_port}/{secret}" if ":" in name else f"http://{name}:{own_port}/{secret}"
         click.echo(f"Watching {watch.lab} at {address} (Ctrl-C ends it)")
         try:
             server.run()
@@ -105,13 +112,3 @@ def _listening(host: str, port: int) -> socket.socket:
             f"{host}, port {port}: {error.strerror or error}; give another --port (0 finds a free one), "
             "or as --host a name or address of this machine"
         ) from None
-
-
-def _address(host: str, port: int, token: str | None) -> str:
-    """Return the address for a browser; where the page is served at every address, this machine's name is in it."""
-    import socket
-    from urllib.parse import quote
-
-    name = socket.gethostname() if host in {"0.0.0.0", "::"} else host
-    secret = f"?token={quote(token, safe='')}" if token else ""
-    return f"http://[{name}]:{port}/{secret}" if ":" in name else f"http://{name}:{port}/{secret}"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.monitoring import drawings, words
-from palpate.analysis.monitoring.balance_grid import StudyBalance
 from palpate.analysis.monitoring.sessions import Session
 from palpate.analysis.monitoring.watching import Snapshot
 from palpate.analysis.reports.page import environment, style
@@ -74,10 +73,31 @@ class Pages:
         raters = {
             study.digest: [one for one in flagged_first if one.digest == study.digest] for study in snapshot.balances
         }
-        studies = [self._study(study, snapshot, raters[study.digest], alike) for study in snapshot.balances]
+        studies = []
+        for study in snapshot.balances:
+            own, several = raters[study.digest], sum(other.study == study.study for other in snapshot.balances) > 1
+            view = {"study": study, "several": several, "raters": own, **alike}
+            who = tuple(
+                (rater.participant, rater.number, rater.withdrawn, rater.simulated, rater.rated) for rater in own
+            )
+            shared = {name: value for name, value in alike.items() if name != "row"}
+            balance = self._part("balance.html", (study, several), view)
+            studies.append((balance, self._part("raters.html", (who, several, shared), view) if own else ""))
         notes = [(session, note) for session in sessions for note in session.notes]
         parts = {"balances": [one for one, _ in studies], "raters": [one for _, one in studies if one]}
-        return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
+        facts = []
+        number_of = Counter(session.status for session in snapshot.sessions)
+        facts.append(("Running", number_of["running"]))
+        facts.append(("Complete", number_of["complete"]))
+        facts.append(("Interrupted", number_of["interrupted"]))
+        if ended_early := number_of["aborted"] + number_of["declined"] + number_of["ineligible"]:
+            facts.append(("Aborted, declined or not eligible", ended_early))
+        facts.append(
+            ("Raters with a flag", sum(bool(session.rated and session.rated.flags) for session in snapshot.sessions))
+        )
+        if snapshot.refused:
+            facts.append(("Refused ledgers", len(snapshot.refused)))
+        return {"lab": snapshot, "sessions": sessions, "facts": facts, "notes": notes} | parts | alike
 
     def _row_writer(self, view: dict[str, Any]) -> Any:
         """Return what writes a session's row; a row is cached as long as it and what all rows share are the same."""
@@ -94,17 +114,6 @@ class Pages:
 
         return row
 
-    def _study(self, study: StudyBalance, snapshot: Snapshot, raters: list[Session], alike: Any) -> tuple[Any, Any]:
-        """Return the balance of a study and the table of its raters, as HTML."""
-        several = sum(other.study == study.study for other in snapshot.balances) > 1
-        view = {"study": study, "several": several, "raters": raters, **alike}
-        who = tuple(
-            (rater.participant, rater.number, rater.withdrawn, rater.simulated, rater.rated) for rater in raters
-        )
-        shared = {name: value for name, value in alike.items() if name != "row"}
-        balance = self._part("balance.html", (study, several), view)
-        return balance, self._part("raters.html", (who, several, shared), view) if raters else ""
-
     def _part(self, template: str, rests_on: Any, view: dict[str, Any]) -> Any:
         from markupsafe import Markup
 
@@ -118,15 +127,3 @@ def _urgency(session: Session) -> tuple[int, float, str]:
     """Return a sort key: running sessions first, then interrupted ones, then the latest."""
     rank = FIRST.index(session.status) if session.status in FIRST else len(FIRST)
     return rank, -(session.ended_at or session.started_at or 0.0), session.file
-
-
-def _facts(snapshot: Snapshot) -> Any:
-    number_of = Counter(session.status for session in snapshot.sessions)
-    yield "Running", number_of["running"]
-    yield "Complete", number_of["complete"]
-    yield "Interrupted", number_of["interrupted"]
-    if ended_early := number_of["aborted"] + number_of["declined"] + number_of["ineligible"]:
-        yield "Aborted, declined or not eligible", ended_early
-    yield "Raters with a flag", sum(bool(session.rated and session.rated.flags) for session in snapshot.sessions)
-    if snapshot.refused:
-        yield "Refused ledgers", len(snapshot.refused)

@@ -73,7 +73,15 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
         values = [float(value) for trial in answered if not trial.practice for value in trial.values.values()]
         signs = diagnose(answered, low, high, expected)
         return Rated("ratings", signs, _seconds(trials), _histogram(values, low, high), (low, high))
-    worded = [_worded(trial) for trial in trials]
+    # The words ticked of a list; else those in whatever lists the answers hold.
+    worded = []
+    for trial in trials:
+        answer = trial.answer.values
+        if "ticked" in answer:
+            words, offered = tuple(answer["ticked"]), len(trial.answer.items)
+        else:
+            words, offered = tuple(str(w) for value in answer.values() if isinstance(value, list) for w in value), 0
+        worded.append(Worded(trial.number, trial.stimulus, words, offered, trial.seconds, trial.practice))
     numbers = [float(len(trial.words)) for trial in worded if not trial.practice]
     most = max([*numbers, 1.0])
     signs = diagnose_words(worded, expected)
@@ -86,15 +94,6 @@ def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
     if first.asked_ns is None or first.done_ns is None:
         return None
     return (active_ns(pauses, first.done_ns) - active_ns(pauses, first.asked_ns)) / NS
-
-
-def _worded(trial: _Trial) -> Worded:
-    """Return the words ticked of a list; else those in whatever lists the answers hold."""
-    values, offered = trial.answer.values, len(trial.answer.items)
-    if "ticked" in values:
-        return Worded(trial.number, trial.stimulus, tuple(values["ticked"]), offered, trial.seconds, trial.practice)
-    words = tuple(str(word) for value in values.values() if isinstance(value, list) for word in value)
-    return Worded(trial.number, trial.stimulus, words, 0, trial.seconds, trial.practice)
 
 
 def _seconds(trials: Sequence[_Trial]) -> tuple[float, ...]:

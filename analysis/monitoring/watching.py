@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -185,7 +185,18 @@ class Watch:
         """Bring every ledger up to date, those that go on first; return how many were left unread for want of time."""
         latest_first = sorted(states, key=lambda path: states[path].changed_at, reverse=True)
         if budget_s is None:
-            self._read_ahead([path for path in latest_first if path not in self.known and path not in self.bad])
+            # Read ledgers that were never read, where they are many in several processes.
+            paths = [path for path in latest_first if path not in self.known and path not in self.bad]
+            with closing(map_in_order(_followed, paths, workers_for(len(paths)))) as reading:
+                for done, (path, result) in enumerate(zip(paths, reading, strict=True), start=1):
+                    if isinstance(result, Followed):
+                        try:
+                            self.known[path] = _Known(result, *self._planned(result))
+                        except LedgerError as error:
+                            self.bad[path] = _Bad(result.file, str(error))
+                    elif result is not None:
+                        self.bad[path] = result
+                    self.progress(done, len(paths), "reading")
         start, unread = time.monotonic(), 0
         for path in latest_first:
             late = budget_s is not None and time.monotonic() - start > budget_s
@@ -195,19 +206,6 @@ class Watch:
             self._bring(path)
             self.progress(len(self.known), len(states), "reading")
         return unread
-
-    def _read_ahead(self, paths: Sequence[Path]) -> None:
-        """Read ledgers that were never read, where they are many in several processes."""
-        with closing(map_in_order(_followed, paths, workers_for(len(paths)))) as reading:
-            for done, (path, result) in enumerate(zip(paths, reading, strict=True), start=1):
-                if isinstance(result, Followed):
-                    try:
-                        self.known[path] = _Known(result, *self._planned(result))
-                    except LedgerError as error:
-                        self.bad[path] = _Bad(result.file, str(error))
-                elif result is not None:
-                    self.bad[path] = result
-                self.progress(done, len(paths), "reading")
 
     def _bring(self, path: Path) -> None:
         bad = self.bad.get(path)

@@ -8,7 +8,7 @@ Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, TypeAlias
@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
-from palpate.analysis.statistics.cells import Aggregate, Codes, Missing, cell_means
+from palpate.analysis.statistics.cells import Aggregate, Missing, cell_means
 from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from palpate.analysis.statistics.hypotheses import SumOfSquares
 from palpate.analysis.statistics.mixed_anova import Design, Names, gather_design, mixed_effects, refuse_unknown_type
@@ -95,7 +95,16 @@ def aligned_table(
 def alignments(design: Design) -> Iterator[Aligned]:
     """Yield every effect's alignment, in the order of the design's effects."""
     values = design.cells.values
-    codes, sizes = _level_codes(design)
+    # Every factor's level in each value, and how many levels each factor has; between factors come first.
+    shape, sizes = design.cells.values.shape, [len(levels) for levels in design.groups.levels]
+    group = np.empty(shape[0], dtype=np.intp)
+    for place, people in enumerate(design.groups.groups):
+        group[people] = place
+    own = np.unravel_index(group, sizes) if sizes else ()
+    rest = math.prod(shape[1:])
+    codes_between = [np.repeat(codes, rest).astype(np.intp) for codes in own]
+    codes_within = [axis.ravel().astype(np.intp) for axis in np.indices(shape)[1:]]
+    codes, sizes = [*codes_between, *codes_within], [*sizes, *shape[1:]]
     pivot = float(values.flat[0])
     y = values.ravel() - pivot
     # How far rounding may have moved a value: whole numbers are exact, whatever their offset.
@@ -107,7 +116,15 @@ def alignments(design: Design) -> Iterator[Aligned]:
         term = (*between, *(count + axis - 1 for axis in axes))
         for part in _parts(tuple(range(len(sizes)))):
             if part not in means:
-                means[part] = _mean_of_cell(y, [codes[place] for place in part], [sizes[place] for place in part])
+                # For every value the mean of all values with the same levels of these factors; of all for no
+                # factor.
+                own_codes = [codes[place] for place in part]
+                own_sizes = [sizes[place] for place in part]
+                flat = np.zeros(len(y), dtype=np.intp)
+                for levels, size in zip(own_codes, own_sizes, strict=True):
+                    flat = flat * size + levels
+                counts = np.bincount(flat, minlength=math.prod(own_sizes))
+                means[part] = cell_means(y, flat, counts)[flat]
         # An effect is a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean.
         signed = ((-1) ** (len(term) - len(part)) * means[part] for part in _parts(term))
         effect = sum(signed, np.zeros_like(y))
@@ -116,28 +133,6 @@ def alignments(design: Design) -> Iterator[Aligned]:
         room = np.full((1, aligned.size), (2 + 2 ** len(term)) * unsure)
         ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
         yield Aligned(design.source(between, axes), aligned, ranks.reshape(aligned.shape))
-
-
-def _level_codes(design: Design) -> tuple[list[Codes], list[int]]:
-    """Return every factor's level in each value, and how many levels each factor has; between factors come first."""
-    shape, sizes = design.cells.values.shape, [len(levels) for levels in design.groups.levels]
-    group = np.empty(shape[0], dtype=np.intp)
-    for place, people in enumerate(design.groups.groups):
-        group[people] = place
-    own = np.unravel_index(group, sizes) if sizes else ()
-    rest = math.prod(shape[1:])
-    codes_between = [np.repeat(codes, rest).astype(np.intp) for codes in own]
-    codes_within = [axis.ravel().astype(np.intp) for axis in np.indices(shape)[1:]]
-    return [*codes_between, *codes_within], [*sizes, *shape[1:]]
-
-
-def _mean_of_cell(y: Floats, codes: Sequence[Codes], sizes: Sequence[int]) -> Floats:
-    """Return for every value the mean of all values with the same levels of these factors; of all for no factor."""
-    flat = np.zeros(len(y), dtype=np.intp)
-    for levels, size in zip(codes, sizes, strict=True):
-        flat = flat * size + levels
-    counts = np.bincount(flat, minlength=math.prod(sizes))
-    return cell_means(y, flat, counts)[flat]
 
 
 def _parts(term: Term) -> Iterator[Term]:

@@ -31,7 +31,18 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
     `kind` is the kind of the test or figure.
     """
     by_name: dict[str, Idle] = {}
-    for setting in (*_of_rows(settings, kind), *settings.idle()):
+    of_rows: list[Idle] = []
+    if settings.table is not None:
+        one_answer = kind.takes == "table" or getattr(kind, "each", "") == "outcome"
+        names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
+        of_rows += (Idle(name, "with a table of the plan's own") for name in names)
+    elif (settings.source or kind.takes) == "words":
+        of_rows += (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
+    elif (settings.source or kind.takes) == "forms":
+        of_rows.append(Idle("normalise", "on a questionnaire's answers"))
+    if kind.takes == "table":
+        of_rows.append(Idle("missing", "with a table of the plan's own, of which every row counts"))
+    for setting in (*of_rows, *settings.idle()):
         if setting.name not in type(settings).model_fields:
             continue
         field = type(settings).model_fields[setting.name]
@@ -39,20 +50,6 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
         if getattr(settings, setting.name) != value:
             by_name.setdefault(setting.name, setting._replace(instead=value))
     return list(by_name.values())
-
-
-def _of_rows(settings: Any, kind: Any) -> Iterator[Idle]:
-    """Yield what changes nothing about the rows that are asked about."""
-    if settings.table is not None:
-        one_answer = kind.takes == "table" or getattr(kind, "each", "") == "outcome"
-        names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
-        yield from (Idle(name, "with a table of the plan's own") for name in names)
-    elif (settings.source or kind.takes) == "words":
-        yield from (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
-    elif (settings.source or kind.takes) == "forms":
-        yield Idle("normalise", "on a questionnaire's answers")
-    if kind.takes == "table":
-        yield Idle("missing", "with a table of the plan's own, of which every row counts")
 
 
 def outcomes_of_own_table(settings: Any) -> Iterator[Idle]:

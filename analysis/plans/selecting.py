@@ -73,7 +73,20 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
         return _without_outlying(material, rule.outlying, rule.because)
     if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
         # Leave out trials, each known by its session and place, in an imported table by all that the table says of it.
-        trials = _bad_trials(material, rule)
+        # The trials (participant, session, trial) that a rule leaves out.
+        if rule.where is not None:
+            trials = material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
+        else:
+            if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
+                raise DataRefused(
+                    f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out"
+                )
+            seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
+            if rule.faster_than_s is not None:
+                bad = seconds["response_time_s"] < rule.faster_than_s
+            else:
+                bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
+            trials = pd.DataFrame(seconds[bad])
         key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
         gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
         whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
@@ -123,20 +136,6 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
         if max(sum(sign.flagged for sign in own) for own in signs) >= least:
             bad.append(str(who))
     return bad
-
-
-def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
-    """Return the trials (participant, session, trial) that a rule leaves out."""
-    if rule.where is not None:
-        return material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
-    if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
-        raise DataRefused(f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out")
-    seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
-    if rule.faster_than_s is not None:
-        bad = seconds["response_time_s"] < rule.faster_than_s
-    else:
-        bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
-    return pd.DataFrame(seconds[bad])
 
 
 def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
@@ -239,7 +238,26 @@ class Selector:
             table = _where(table, table["attribute"].isin(outcomes))
         if not len(table) and takes != "words":
             raise DataRefused(f"{self.material.name!r}: no rows are left for {settings.name!r}")
-        return replace(self._selected(settings, table, outcomes, scale), unanswered=silent)
+        material, declared = self.material, self.plan.declared
+        study, ratings = material.study, material.ratings
+        listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
+        trials = self.trials(settings.where)
+        known = {column: level for column, level in settings.where.items() if column in trials.columns}
+        selected = Selected(
+            table=table,
+            trials=_where(material.trials, matching(trials, known, material.name)),
+            outcomes=outcomes,
+            levels=_levels(material.levels, table),
+            alpha=declared.alpha,
+            seed=declared.seed,
+            draws=declared.draws,
+            scale=scale,
+            offered=tuple(column.word for column in listed),
+            antonyms={} if ratings is None else ratings.antonyms,
+            categories={} if ratings is None else ratings.categories,
+            tables=self.tables,
+        )
+        return replace(selected, unanswered=silent)
 
     def by_outcome(self, selected: Selected) -> Iterator[Selected]:
         """Yield the selection of each outcome by itself; tests about all ratings of an outcome share one table."""
@@ -288,33 +306,6 @@ class Selector:
             alike = people.added(table, groups).assign(**one_group)
             refuse_small_groups(alike, groups, self.plan.declared.least_people, settings.name)
         return table, tuple(sorted(silent))
-
-    def _selected(
-        self,
-        settings: StatisticSettings | FigureSettings,
-        table: pd.DataFrame,
-        outcomes: tuple[str, ...],
-        scale: tuple[float, float] | None,
-    ) -> Selected:
-        material, declared = self.material, self.plan.declared
-        study, ratings = material.study, material.ratings
-        listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
-        trials = self.trials(settings.where)
-        known = {column: level for column, level in settings.where.items() if column in trials.columns}
-        return Selected(
-            table=table,
-            trials=_where(material.trials, matching(trials, known, material.name)),
-            outcomes=outcomes,
-            levels=_levels(material.levels, table),
-            alpha=declared.alpha,
-            seed=declared.seed,
-            draws=declared.draws,
-            scale=scale,
-            offered=tuple(column.word for column in listed),
-            antonyms={} if ratings is None else ratings.antonyms,
-            categories={} if ratings is None else ratings.categories,
-            tables=self.tables,
-        )
 
     def _table(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
         if takes == "table":

@@ -17,7 +17,6 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
-from palpate.analysis.ratings.reading import Material
 from palpate.analysis.regenerating.regeneration import read_table, run_tests
 from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.did_you_mean import nearest
@@ -153,7 +152,26 @@ def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue
     plan = only(read_plan(request.plan_file), request, study_files.study)
     study = with_effect(study_files.study, request.effect)
     material = simulated_material(study, request.lab, people(sizes[-1]), request.seed * MOST_RUNS + run)
-    return {size: _p_value(material, plan, request, size) for size in sizes}
+    p_value = {}
+    for size in sizes:
+        here = set(people(size))
+        ratings = material.ratings
+        parts: dict[str, Any] = {
+            name: table[table["participant"].isin(here)].reset_index(drop=True)
+            for name, table in (("trials", material.trials), ("words", material.words), ("forms", material.forms))
+        }
+        if ratings is not None:
+            rows = ratings.table
+            parts["ratings"] = replace(ratings, table=rows[rows["participant"].isin(here)].reset_index(drop=True))
+        left = apply_exclusions(replace(material, **parts), plan.declared).material
+        tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
+        answered = run_tests(Selector(left, plan, tables))
+        answer = next((result.answer for result in answered if result.answer is not None), None)
+        if answer is None:
+            p_value[size] = PValue(None, next((result.refused for result in answered), "no answer"))
+            continue
+        p_value[size] = p_of(answer, request.test, request.row, request.column)
+    return p_value
 
 
 def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
@@ -164,25 +182,6 @@ def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
     if (outcome := request.outcome or first) and (test.source or kind.takes) == "ratings":
         test = test.model_copy(update={"outcomes": (outcome,)})
     return replace(plan, tests=(test,), figures=())
-
-
-def _p_value(material: Material, plan: Plan, request: PowerRequest, size: int) -> PValue:
-    here = set(people(size))
-    ratings = material.ratings
-    parts: dict[str, Any] = {
-        name: table[table["participant"].isin(here)].reset_index(drop=True)
-        for name, table in (("trials", material.trials), ("words", material.words), ("forms", material.forms))
-    }
-    if ratings is not None:
-        rows = ratings.table
-        parts["ratings"] = replace(ratings, table=rows[rows["participant"].isin(here)].reset_index(drop=True))
-    left = apply_exclusions(replace(material, **parts), plan.declared).material
-    tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
-    answered = run_tests(Selector(left, plan, tables))
-    answer = next((result.answer for result in answered if result.answer is not None), None)
-    if answer is None:
-        return PValue(None, next((result.refused for result in answered), "no answer"))
-    return p_of(answer, request.test, request.row, request.column)
 
 
 def wilson(hits: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:

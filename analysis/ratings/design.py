@@ -88,7 +88,11 @@ def check_design(
     """
     groups = tuple(dict.fromkeys((*between, *(name for crossing in crossings for name in crossing.between))))
     labels = list(dict.fromkeys((participant, *cells, *nested, *groups)))
-    _demand_columns(table, (*labels, value))
+    columns = (*labels, value)
+    for column in columns:
+        if column not in table.columns:
+            known = ", ".join(map(str, table.columns))
+            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
     rows = _Rows(table[table[labels].notna().all(axis=1)], participant, tuple(cells), tuple(nested), groups)
     plan = _expected_cells(rows, crossings)
     problems = [
@@ -106,14 +110,6 @@ def check_design(
         problems=tuple(problem for problem in problems if problem.kind not in NOTES),
         notes=tuple(problem for problem in problems if problem.kind in NOTES),
     )
-
-
-def _demand_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
-    """Raise DataRefused on the first column that the table does not have."""
-    for column in columns:
-        if column not in table.columns:
-            known = ", ".join(map(str, table.columns))
-            raise DataRefused(f"the design check: no column {column!r}; the columns are {known}")
 
 
 def _unlabelled_rows(empty: pd.DataFrame) -> list[Place]:
@@ -215,14 +211,6 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
         if filled[key] < planned
     ]
     strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in expected]
-    return [
-        *gathered("missing", missing, limit),
-        *gathered("undeclared", strange, limit),
-        *gathered("duplicate", _duplicates(rows, keys, value, repeats), limit),
-    ]
-
-
-def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) -> list[Place]:
     values: dict[Label, list[object]] = {}
     for key, number in zip(keys, rows.table[value].tolist(), strict=True):
         values.setdefault(key, []).append(number)
@@ -232,7 +220,11 @@ def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) ->
             texts = [f"{rating:.10g}" if isinstance(rating, float) else str(rating) for rating in numbers[:5]]
             listed = ", ".join(texts) + (", ..." if len(numbers) > 5 else "")
             places.append(_place(rows, key, f"{count(len(numbers), 'rating')} ({listed}), {repeats} planned"))
-    return places
+    return [
+        *gathered("missing", missing, limit),
+        *gathered("undeclared", strange, limit),
+        *gathered("duplicate", places, limit),
+    ]
 
 
 def _place(rows: _Rows, key: Label, found: str) -> Place:

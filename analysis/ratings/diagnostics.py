@@ -208,7 +208,20 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
         f"They differ by {difference:.1%} of the scale on average ({count(n, 'pair')}); flagged above {limit:.0%}."
     )
     by_difference = Diagnostic(names[1], difference, "range", n, limit, flagged, sentence)
-    return _correlation(names[0], pairs, rater.limits), by_difference
+    r, n = _pearson(pairs), len(pairs)
+    if r is None:
+        why = "fewer than three pairs" if n < 3 else "all first or all second ratings are equal"
+        correlation = none(names[0], "r", f"{count(n, 'pair')} of ratings: {why}", n)
+    else:
+        few = n < rater.limits.least_pairs
+        rule = (
+            f"too few to judge (from {rater.limits.least_pairs})" if few else f"flagged below {rater.limits.retest_r:g}"
+        )
+        sentence = f"Ratings of repeated stimuli correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
+        correlation = Diagnostic(
+            names[0], r, "r", n, rater.limits.retest_r, not few and r < rater.limits.retest_r, sentence
+        )
+    return correlation, by_difference
 
 
 def missing(rater: Rater) -> Diagnostic:
@@ -231,17 +244,6 @@ def _per_item(rater: Rater) -> list[float]:
         for trial in rater.trials
         if trial.seconds is not None and trial.values
     ]
-
-
-def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits) -> Diagnostic:
-    r, n = _pearson(pairs), len(pairs)
-    if r is None:
-        why = "fewer than three pairs" if n < 3 else "all first or all second ratings are equal"
-        return none(name, "r", f"{count(n, 'pair')} of ratings: {why}", n)
-    few = n < limits.least_pairs
-    rule = f"too few to judge (from {limits.least_pairs})" if few else f"flagged below {limits.retest_r:g}"
-    sentence = f"Ratings of repeated stimuli correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
-    return Diagnostic(name, r, "r", n, limits.retest_r, not few and r < limits.retest_r, sentence)
 
 
 def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:

@@ -184,11 +184,17 @@ def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -
                 )
     rows = sorted(counted, key=lambda r: (r.participant, r.session, r.trial, order[r.attribute]))
     shared = [name for name in study.stimuli[0].columns if all(name in columns for columns in stimuli.values())]
+    for r in rows:
+        if r.value is not None and (isinstance(r.value, bool) or not isinstance(r.value, int | float)):
+            raise DataRefused(
+                f"session {r.session}, trial {r.trial}: {r.attribute} was answered with"
+                f" {r.value!r}, a number is expected: these answers are not ratings"
+            )
     return pd.DataFrame(
         {
             "participant": [r.participant for r in rows],
             "attribute": [r.attribute for r in rows],
-            "value": pd.Series([_number(r) for r in rows], dtype="float64"),
+            "value": pd.Series([r.value for r in rows], dtype="float64"),
             "group": [r.group_name or "" for r in rows],
             **{column_name(name): [stimuli[r.stimulus][name] for r in rows] for name in shared},
             "study": [study.study for _ in rows],
@@ -200,17 +206,6 @@ def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -
             "revised": pd.Series([bool(r.revised) for r in rows], dtype="bool"),
         }
     )
-
-
-def _number(rating: Rating) -> float:
-    if rating.value is None:
-        return float("nan")
-    if isinstance(rating.value, bool) or not isinstance(rating.value, int | float):
-        raise DataRefused(
-            f"session {rating.session}, trial {rating.trial}: {rating.attribute} was answered with"
-            f" {rating.value!r}, a number is expected: these answers are not ratings"
-        )
-    return float(rating.value)
 
 
 def left_out_sessions(choice: Choice, ratings: Sequence[Rating] = ()) -> tuple[Exclusion, ...]:

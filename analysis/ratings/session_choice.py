@@ -75,7 +75,15 @@ def chosen(
             else "the collected database holds no session; collect the session files first"
         )
     choice = choose_sessions(rows, study, digest, include_incomplete, simulated, withdrawn)
-    return _definition(connection, study, choice.digest), choice
+    definitions = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
+    stored = next((row["definition"] for row in definitions if row["study_digest"] == choice.digest), None)
+    if stored is None:
+        raise DataRefused(f"study {study!r}: its definition {choice.digest[:12]} is not in the database; collect again")
+    try:
+        return Study.model_validate(parse(stored.encode()) if isinstance(stored, str) else stored), choice
+    except ValueError as error:
+        lines = str(error).splitlines()
+        raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
 
 
 def choose_sessions(
@@ -156,20 +164,6 @@ def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[s
     except SQLAlchemyError as error:
         where, why = describe_url(connection.engine.url), database_reason(error)
         raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None
-
-
-def _definition(connection: Connection, study: str, digest: str) -> Study:
-    """Return one version of the study as it is stored. Raises DataRefused where it is missing or cannot be read."""
-    rows = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
-    stored = next((row["definition"] for row in rows if row["study_digest"] == digest), None)
-    if stored is None:
-        raise DataRefused(f"study {study!r}: its definition {digest[:12]} is not in the database; collect again")
-    definition = parse(stored.encode()) if isinstance(stored, str) else stored
-    try:
-        return Study.model_validate(definition)
-    except ValueError as error:
-        lines = str(error).splitlines()
-        raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
 
 
 def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:

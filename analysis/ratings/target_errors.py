@@ -84,7 +84,15 @@ def target_errors(
 
 def _targets(own: pd.DataFrame, target: str, scale: Ends | None, target_scale: Ends | None) -> Floats:
     texts = texts_of(own, target)
-    numbers = {text: _number(text, target) for text in set(texts)}
+    numbers = {}
+    for text in set(texts):
+        try:
+            value = float(text)
+        except ValueError:
+            value = NAN
+        if not math.isfinite(value):
+            raise DataRefused(f"column {target!r} holds {text!r}; a target is a finite number")
+        numbers[text] = value
     aims = np.array([numbers[text] for text in texts])
     if target_scale is not None:
         if scale is None:
@@ -98,16 +106,6 @@ def _targets(own: pd.DataFrame, target: str, scale: Ends | None, target_scale: E
             f" {listed((f'{a:g}' for a in beyond), len(beyond))}; give the scale that they are on as `target_scale`"
         )
     return aims
-
-
-def _number(text: str, column: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = NAN
-    if not math.isfinite(value):
-        raise DataRefused(f"column {column!r} holds {text!r}; a target is a finite number")
-    return value
 
 
 def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:

@@ -37,28 +37,33 @@ def diagnose_words(
     if n:
         empty = sum(not trial.words for trial in counted)
         no_word = of_share("no word at all", empty, n, limits.same_share, enough, "trials have no word")
+    if not counted:
+        amount = none("words per trial", "words", "no trial is answered yet")
+    elif any(trial.offered for trial in counted):
+        shares = [len(trial.words) / trial.offered for trial in counted if trial.offered]
+        value = median(shares)
+        amount = Diagnostic(
+            "words ticked",
+            value,
+            "share",
+            len(shares),
+            None,
+            False,
+            f"{value:.0%} of the words are ticked (median).",
+        )
+    else:
+        number = float(median([len(trial.words) for trial in counted]))
+        amount = Diagnostic(
+            "words per trial", number, "words", len(counted), None, False, f"{number:g} words (median)."
+        )
     return (
-        _amount(counted),
+        amount,
         of_run("same words in a row", max(lengths, default=0), n, limits.run, "the same words"),
         _always_the_same(counted, limits),
         no_word,
         *_times(counted, enough, limits),
         _missing(n, n if expected is None else expected),
     )
-
-
-def _amount(trials: list[Worded]) -> Diagnostic:
-    """Return how much was ticked of what was offered; how many words were written, where nothing was offered."""
-    if not trials:
-        return none("words per trial", "words", "no trial is answered yet")
-    if any(trial.offered for trial in trials):
-        shares = [len(trial.words) / trial.offered for trial in trials if trial.offered]
-        value = median(shares)
-        return Diagnostic(
-            "words ticked", value, "share", len(shares), None, False, f"{value:.0%} of the words are ticked (median)."
-        )
-    number = float(median([len(trial.words) for trial in trials]))
-    return Diagnostic("words per trial", number, "words", len(trials), None, False, f"{number:g} words (median).")
 
 
 def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:

@@ -180,6 +180,20 @@ def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], sec
         TableBlock(text_table(("package", "version"), study.software.items())),
     )
     lead = "Regenerated from the recorded sessions of {} by its analysis plan."
+    # The sentences of every test that states its result in one.
+    results: list[Block] = []
+    ratings = study.material.ratings
+    stated = [(test, points) for test in by_test(study.answered)
+              if (points := tuple(headlines(test, {} if ratings is None else ratings.antonyms)))]  # fmt: skip
+    if not stated:
+        results.append(Words("No test of the plan states a result in one sentence; their tables stand below."))
+    for test, points in stated:
+        results.append(Heading(test_name(test), about=test_kind(test), link=f"test-{test[0].settings.name}"))
+        brief = all(len(parts) == 1 and len(parts[0]) <= BRIEF for _, parts in points)
+        at_once = len(points) if brief or len(points) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
+        results.append(Points(points[:at_once], brief and len(points) > 2))
+        if rest := points[at_once:]:
+            results.append(Folded(f"{len(rest)} more outcomes", (Points(rest),)))
     return Page(
         title=study.title,
         lead=fill_in(lead, italic(study.material.name)),
@@ -187,7 +201,7 @@ def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], sec
         facts=facts(study),
         sections=(
             *([Section("figures", "Figures", figures)] if figures else []),
-            Section("results", "Results", tuple(_results(study))),
+            Section("results", "Results", tuple(results)),
             Section("tests", "Tests", tuple(_tests(study, mark_keys(drawings)))),
             Section("data", "Data and exclusions", tuple(_data(study))),
             Section("provenance", "Provenance", provenance),
@@ -219,22 +233,6 @@ def _figures(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None]) ->
     for figure in study.figures:
         if figure.data is None:
             yield Words(fill_in("{} is not drawn: {}", bold(figure.settings.name), figure.refused))
-
-
-def _results(study: RegeneratedStudy) -> Iterator[Block]:
-    """Yield the sentences of every test that states its result in one."""
-    ratings = study.material.ratings
-    stated = [(test, points) for test in by_test(study.answered)
-              if (points := tuple(headlines(test, {} if ratings is None else ratings.antonyms)))]  # fmt: skip
-    if not stated:
-        yield Words("No test of the plan states a result in one sentence; their tables stand below.")
-    for test, points in stated:
-        yield Heading(test_name(test), about=test_kind(test), link=f"test-{test[0].settings.name}")
-        brief = all(len(parts) == 1 and len(parts[0]) <= BRIEF for _, parts in points)
-        at_once = len(points) if brief or len(points) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
-        yield Points(points[:at_once], brief and len(points) > 2)
-        if rest := points[at_once:]:
-            yield Folded(f"{len(rest)} more outcomes", (Points(rest),))
 
 
 def headlines(test: Sequence[QuestionResult], antonyms: Mapping[str, str]) -> Iterator[Point]:

@@ -12,7 +12,7 @@ from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
 from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.reading import Plan, Rule
+from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.where import Condition, Range, Where, first_word, keeps, levels_of
 from palpate.analysis.ratings.people import ANSWER, CLOSED
 from palpate.analysis.ratings.rating_files import load_ratings
@@ -62,7 +62,14 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
         if test.table is None
         for problem in _problems(test, _takes(test), columns, outcomes, design)
     ]
-    problems += _rule_problems(plan.declared.exclusions, columns)
+    for place, rule in enumerate(plan.declared.exclusions):
+        for column, condition in (rule.where or {}).items():
+            of_rule = _level_problems(column, condition, columns)
+            problems += [Problem(("exclusions", place, *problem.path), problem.message) for problem in of_rule]
+        for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
+            if column not in columns:
+                at = ("exclusions", place, "outlying", "within", n)
+                problems.append(Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}"))
     if problems:
         raise plan.complaint(problems)
 
@@ -111,17 +118,6 @@ def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes
         "ratings": [attribute.name for attribute in study.attributes],
         "forms": [item.name for item in items],
     }
-
-
-def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
-    for place, rule in enumerate(rules):
-        for column, condition in (rule.where or {}).items():
-            for problem in _level_problems(column, condition, columns):
-                yield Problem(("exclusions", place, *problem.path), problem.message)
-        for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
-            if column not in columns:
-                at = ("exclusions", place, "outlying", "within", n)
-                yield Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}")
 
 
 def _takes(settings: StatisticSettings | FigureSettings) -> Takes:

@@ -155,7 +155,15 @@ def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
     The lab's own lies in LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set.
     Raises PlanError where there is none, and where the plan is that of another study.
     """
-    folder, name = _folder(request)
+    given, known = Path(request.name), names(request.lab)
+    if (given / STUDY_FILE).is_file():
+        folder, name = given, given.resolve().name
+    elif request.name in known:
+        folder, name = known[request.name].parent, request.name
+    elif (request.lab / IMPORTED / request.name).is_dir():
+        folder, name = request.lab / "studies" / request.name, request.name
+    else:
+        raise PlanError(f"no study and no imported data set is called {request.name!r}; {nearest(request.name, known)}")
     own = request.lab / "studies" / name / PLAN_FILE
     file = plan_file or (own if own.is_file() else folder / PLAN_FILE)
     if not file.is_file():
@@ -164,18 +172,6 @@ def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
     if plan.declared.study != name:
         raise PlanError(f"{file}: study: found {plan.declared.study!r}, the plan of {name!r} is expected")
     return name, plan
-
-
-def _folder(request: DataRequest) -> tuple[Path, str]:
-    path = Path(request.name)
-    if (path / STUDY_FILE).is_file():
-        return path, path.resolve().name
-    known = names(request.lab)
-    if request.name in known:
-        return known[request.name].parent, request.name
-    if (request.lab / IMPORTED / request.name).is_dir():
-        return request.lab / "studies" / request.name, request.name
-    raise PlanError(f"no study and no imported data set is called {request.name!r}; {nearest(request.name, known)}")
 
 
 def whole_material(

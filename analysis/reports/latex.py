@@ -64,23 +64,20 @@ def _table(numbered: NumberedTable) -> str:
     width = table_letters(numbered.table)
     turned = width > SIZES[-1][0]
     size, gap = next((size, gap) for most, size, gap in (TURNED if turned else SIZES) if width <= most)
-    lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}", *_longtable(numbered), "}"]
-    lines += [rf"{{\noindent\footnotesize {escaped(note)}\par}}" for note in numbered.notes]
-    return "\n".join([r"\begin{landscape}", *lines, r"\end{landscape}"] if turned else lines)
-
-
-def _longtable(numbered: NumberedTable) -> list[str]:
     table = numbered.table
     head = [r"\toprule", " & ".join(map(_head, table.heads)) + r" \\", r"\midrule"]
     name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in numbered.name)
     sides = "".join({"number": "r", "words": r"p{5cm}"}.get(head.kind, "l") for head in table.heads)
-    lines = [rf"\begin{{longtable}}{{@{{}}{sides}@{{}}}}", rf"\caption{{{escaped(numbered.title)}}}"]
+    lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}"]
+    lines += [rf"\begin{{longtable}}{{@{{}}{sides}@{{}}}}", rf"\caption{{{escaped(numbered.title)}}}"]
     lines += [rf"\label{{tab:{name}}}\\", *head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
     for place, row in enumerate(table.rows):
         if place in table.groups:
             lines += [rf"\multicolumn{{{len(table.heads)}}}{{@{{}}l}}{{\itshape {escaped(table.groups[place])}}}\\*"]
         lines.append(" & ".join(map(escaped, row)) + r" \\")
-    return [*lines, r"\end{longtable}"]
+    lines += [r"\end{longtable}", "}"]
+    lines += [rf"{{\noindent\footnotesize {escaped(note)}\par}}" for note in numbered.notes]
+    return "\n".join([r"\begin{landscape}", *lines, r"\end{landscape}"] if turned else lines)
 
 
 def _head(head: Head) -> str:

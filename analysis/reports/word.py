@@ -41,7 +41,15 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
             section.page_width, section.page_height = section.page_height, section.page_width
             section.left_margin = section.right_margin = Cm(2)
         end = document.add_paragraph()
-        for xml in (_label(table.number), _line(table.title, "<w:i/>", with_next=True), _grid(table.table)):
+        # "Table 3" as Word numbers tables itself, so that a list of tables and cross-references work.
+        number_xml = f"<w:r><w:rPr><w:b/></w:rPr><w:t>{table.number}</w:t></w:r>"
+        words = '<w:r><w:rPr><w:b/></w:rPr><w:t xml:space="preserve">Table </w:t></w:r>'
+        field = rf'<w:fldSimple w:instr=" SEQ Table \* ARABIC ">{number_xml}</w:fldSimple>'
+        for xml in (
+            f'<w:p><w:pPr><w:keepNext/><w:spacing w:before="240" w:after="0"/></w:pPr>{words}{field}</w:p>',
+            _line(table.title, "<w:i/>", with_next=True),
+            _grid(table.table),
+        ):
             end._p.addprevious(parse_xml(xml.replace(">", f" {nsdecls('w')}>", 1)))
         for note in table.notes:
             end._p.addprevious(parse_xml(_line(note, '<w:sz w:val="17"/>').replace(">", f" {nsdecls('w')}>", 1)))
@@ -57,14 +65,6 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
 def allowed(text: str) -> str:
     """Return the text without the characters that no XML can hold."""
     return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]", "", text)
-
-
-def _label(number: int) -> str:
-    """Return "Table 3" as Word numbers tables itself, so that a list of tables and cross-references work."""
-    number_xml = f"<w:r><w:rPr><w:b/></w:rPr><w:t>{number}</w:t></w:r>"
-    words = '<w:r><w:rPr><w:b/></w:rPr><w:t xml:space="preserve">Table </w:t></w:r>'
-    field = rf'<w:fldSimple w:instr=" SEQ Table \* ARABIC ">{number_xml}</w:fldSimple>'
-    return f'<w:p><w:pPr><w:keepNext/><w:spacing w:before="240" w:after="0"/></w:pPr>{words}{field}</w:p>'
 
 
 def _line(text: str, look: str, with_next: bool = False) -> str:

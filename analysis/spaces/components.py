@@ -7,7 +7,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
-from numpy.random import Generator
 
 from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, signs, varies
 from palpate.analysis.spaces.profiles import Profiles
@@ -131,7 +130,15 @@ def parallel_analysis(
     observed = _variances(small[None], kind)[0]
     rng = stream(seed, f"parallel analysis {reference}")
     parts = [min(BATCH, draws - done) for done in range(0, draws, BATCH)]
-    random = np.concatenate([_variances(_unrelated(small, size, reference, rng), kind) for size in parts])
+    simulated = []
+    for size in parts:
+        shape = (size, *small.shape)
+        if reference == "permuted":
+            unrelated: Floats = rng.permuted(np.broadcast_to(small, shape), axis=1)
+        else:
+            unrelated = rng.standard_normal(shape) * np.sqrt((small * small).sum(axis=0) / (len(small) - 1))
+        simulated.append(_variances(unrelated, kind))
+    random = np.concatenate(simulated)
     level = np.quantile(random, quantile, axis=0)
     exceeding = observed > level * (1 + 1e-12)
     retained = len(observed) if exceeding.all() else int(np.argmin(exceeding))
@@ -146,14 +153,6 @@ def parallel_analysis(
         }
     )
     return Parallel(rows, retained)
-
-
-def _unrelated(small: Floats, size: int, reference: Reference, rng: Generator) -> Floats:
-    shape = (size, *small.shape)
-    if reference == "permuted":
-        return rng.permuted(np.broadcast_to(small, shape), axis=1)
-    drawn: Floats = rng.standard_normal(shape) * np.sqrt((small * small).sum(axis=0) / (len(small) - 1))
-    return drawn
 
 
 def _variances(tables: Floats, kind: Kind) -> Floats:

@@ -90,10 +90,8 @@ def gather_profiles(
     rated = data.loc[~np.isnan(values)]
     if rated.empty:
         raise IncompleteCells(f"column {dv!r} holds no value at all")
-    return _shifted(_sparse(rated, values[~np.isnan(values)], [participant, stimulus, attribute], aggregate))
-
-
-def _sparse(rated: pd.DataFrame, values: Floats, names: list[Hashable], aggregate: Aggregate) -> Cells:
+    present_values = values[~np.isnan(values)]
+    names = [participant, stimulus, attribute]
     axes = [coded(rated[name], name) for name in names]
     shape = tuple(len(axis.labels) for axis in axes)
     flat = np.ravel_multi_index(tuple(axis.codes for axis in axes), shape)
@@ -103,12 +101,12 @@ def _sparse(rated: pd.DataFrame, values: Floats, names: list[Hashable], aggregat
             f"{int((count > 1).sum())} cells of a participant, stimulus and attribute hold several values; "
             "pass aggregate='mean' to average them"
         )
-    cells = cell_means(values, flat, count).reshape(shape)
+    cells = cell_means(present_values, flat, count).reshape(shape)
     empty = np.argwhere(np.isnan(cells).all(axis=0)).tolist()
     if empty:
         listing = listed((f"{axes[1].labels[i]!r} on {axes[2].labels[j]!r}" for i, j in empty), len(empty))
         raise IncompleteCells(f"nobody rated {listing}; leave these stimuli or attributes out")
-    return Cells(cells, axes[0].labels, names[1:], [axis.labels for axis in axes[1:]])
+    return _shifted(Cells(cells, axes[0].labels, names[1:], [axis.labels for axis in axes[1:]]))
 
 
 def _shifted(cells: Cells) -> Profiles:

@@ -62,18 +62,18 @@ def replications(between: Dissimilarities, points: Floats, method: Method, ties:
         raise BadOption("nothing is known of participants in these dissimilarities; name the column of participants")
     counts = resample(between.ratings, draws, stream(seed, "replications"))
     tables = [between.remade(means) for means in between.ratings.means(counts)]
-    maps = np.array([_mapped(table, points, method, ties) for table in tables])
+    mapped = []
+    for table in tables:
+        if method == "nonmetric":
+            order = order_of(squareform(table, checks=False), ties)
+            mapped.append(refine_map(minimise_stress(points, order, MAJORISED, POLISHED)[0], order, SETTLING))
+            continue
+        points_of_map, _, exponent = torgerson(table)
+        width = points.shape[1]
+        flat = points_of_map[:, :width] * float(np.ldexp(1.0, exponent))
+        mapped.append(np.pad(flat, ((0, 0), (0, width - flat.shape[1]))))
+    maps = np.array(mapped)
     return on_their_mean(maps, points)
-
-
-def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floats:
-    if method == "nonmetric":
-        order = order_of(squareform(between, checks=False), ties)
-        return refine_map(minimise_stress(points, order, MAJORISED, POLISHED)[0], order, SETTLING)
-    points_of_map, _, exponent = torgerson(between)
-    width = points.shape[1]
-    flat = points_of_map[:, :width] * float(np.ldexp(1.0, exponent))
-    return np.pad(flat, ((0, 0), (0, width - flat.shape[1])))
 
 
 def on_their_mean(maps: Floats, points: Floats) -> Floats:

@@ -50,22 +50,19 @@ def resample(ratings: Ratings, draws: int, rng: Generator) -> Floats:
     sizes = np.bincount(pattern.ravel())
     groups = [np.flatnonzero(pattern.ravel() == i) for i in range(len(sizes))]
     if sizes.min() < 2:
-        return _from_one_urn(present.astype(np.float64), draws, rng)
+        weights = present.astype(np.float64)
+        people = len(weights)
+        accepted = np.zeros((0, people))
+        for _ in range(TRIES):
+            counts = rng.multinomial(people, np.full(people, 1 / people), size=draws).astype(np.float64)
+            accepted = np.concatenate((accepted, counts[((counts @ weights) > 0).all(axis=1)]))
+            if len(accepted) >= draws:
+                return accepted[:draws]
+        raise IncompleteCells(
+            f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
+            "for an interval; ask for none, or leave these stimuli out"
+        )
     counts = np.zeros((draws, ratings.people))
     for members in groups:
         counts[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=draws)
     return counts
-
-
-def _from_one_urn(present: Floats, draws: int, rng: Generator) -> Floats:
-    people = len(present)
-    accepted = np.zeros((0, people))
-    for _ in range(TRIES):
-        counts = rng.multinomial(people, np.full(people, 1 / people), size=draws).astype(np.float64)
-        accepted = np.concatenate((accepted, counts[((counts @ present) > 0).all(axis=1)]))
-        if len(accepted) >= draws:
-            return accepted[:draws]
-    raise IncompleteCells(
-        f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
-        "for an interval; ask for none, or leave these stimuli out"
-    )

@@ -124,12 +124,34 @@ def effects(values: Floats, names: Sequence[str]) -> Iterator[Effect]:
     subject_ss = component(by_subject, (0,), 0)[1]
     parts = []
     for source, axes in zip(names, _subsets(x.ndim - 1), strict=True):
-        levels, ss = [x.shape[axis] for axis in axes], component(plain, axes)[1]
-        parts.append((source, levels, ss, *component(by_subject, (0, *axes), 0)))
+        levels, effect_ss = [x.shape[axis] for axis in axes], component(plain, axes)[1]
+        parts.append((source, levels, effect_ss, *component(by_subject, (0, *axes), 0)))
     within_ss = subject_ss + math.fsum(error_ss for *_, error_ss in parts)
     noise = x.size * ROUNDING**2
-    for source, levels, ss, residual, error_ss in parts:
-        yield _effect(source, len(x), levels, (ss, error_ss, within_ss), residual, noise, exponent)
+    n = len(x)
+    for source, levels, effect_ss, residual, error_ss in parts:
+        df1 = math.prod([level - 1 for level in levels])
+        df2 = df1 * (n - 1)
+        f = eps = eps_hf = math.nan
+        notes = []
+        if error_ss > noise:
+            f = effect_ss / df1 / (error_ss / df2)
+            eps = greenhouse_geisser(residual.reshape(n, -1), df1)
+            eps_hf = huynh_feldt(eps, n, df1)
+            if n - 1 < df1:
+                few = f"fewer than d + 1 = {df1 + 1} participants"
+                notes.append(f"{few}: Huynh-Feldt is undefined, use Greenhouse-Geisser")
+        else:
+            notes.append(undefined_f(effect_ss, error_ss, noise, "every participant shows the same effect"))
+        p = f_tail(f, df1, df2)
+        p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (eps, eps_hf)]
+        result, ms, result_error = [rescaled(value, 2 * exponent) for value in (effect_ss, effect_ss / df1, error_ss)]
+        notes += range_notes(((effect_ss, result), (error_ss, result_error)), (p, p_gg, p_hf))
+        np2, ng2 = share(effect_ss, error_ss, noise), share(effect_ss, within_ss, noise)
+        yield Effect(
+            *(source, result, df1, df2, ms, f, p, p_gg, p_hf),
+            *(eps, np2, ng2, eps_hf, result_error, "; ".join(notes)),
+        )
 
 
 def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
@@ -146,57 +168,21 @@ def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple
     """
     for axis in axes:
         pair = pair if axis == done else differences(pair, axis)
-    part = _summed(pair, axes)
+    # The pair summed over all axes but these.
+    high, low = pair
+    others = [axis for axis in range(high.ndim) if axis not in axes]
+    if not others:
+        part = high if low is None else high + low
+    else:
+        shape = [high.shape[axis] for axis in axes]
+        rows = (math.prod(shape), -1)
+        high = high.transpose(*axes, *others).reshape(rows)
+        low = None if low is None else low.transpose(*axes, *others).reshape(rows)
+        part = row_sums((high, low)).reshape(shape)
     for axis in range(part.ndim):
         part = centred(part, axis)
     summed = pair[0].size / part.size
     return part, sum_of_squares(part) / summed / part.size**2
-
-
-def _summed(pair: Pair, axes: Sequence[int]) -> Floats:
-    """Return the pair summed over all axes but these."""
-    high, low = pair
-    others = [axis for axis in range(high.ndim) if axis not in axes]
-    if not others:
-        return high if low is None else high + low
-    shape = [high.shape[axis] for axis in axes]
-    rows = (math.prod(shape), -1)
-    high = high.transpose(*axes, *others).reshape(rows)
-    low = None if low is None else low.transpose(*axes, *others).reshape(rows)
-    return row_sums((high, low)).reshape(shape)
-
-
-def _effect(
-    source: str,
-    n: int,
-    levels: list[int],
-    ss: tuple[float, float, float],
-    residual: Floats,
-    noise: float,
-    exponent: int,
-) -> Effect:
-    effect_ss, error_ss, within_ss = ss
-    df1 = math.prod([level - 1 for level in levels])
-    df2 = df1 * (n - 1)
-    f = eps = eps_hf = math.nan
-    notes = []
-    if error_ss > noise:
-        f = effect_ss / df1 / (error_ss / df2)
-        eps = greenhouse_geisser(residual.reshape(n, -1), df1)
-        eps_hf = huynh_feldt(eps, n, df1)
-        if n - 1 < df1:
-            notes.append(f"fewer than d + 1 = {df1 + 1} participants: Huynh-Feldt is undefined, use Greenhouse-Geisser")
-    else:
-        notes.append(undefined_f(effect_ss, error_ss, noise, "every participant shows the same effect"))
-    p = f_tail(f, df1, df2)
-    p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (eps, eps_hf)]
-    result, ms, result_error = [rescaled(value, 2 * exponent) for value in (effect_ss, effect_ss / df1, error_ss)]
-    notes += range_notes(((effect_ss, result), (error_ss, result_error)), (p, p_gg, p_hf))
-    np2, ng2 = share(effect_ss, error_ss, noise), share(effect_ss, within_ss, noise)
-    return Effect(
-        *(source, result, df1, df2, ms, f, p, p_gg, p_hf),
-        *(eps, np2, ng2, eps_hf, result_error, "; ".join(notes)),
-    )
 
 
 def greenhouse_geisser(residual: Floats, df: int) -> float:

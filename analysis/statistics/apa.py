@@ -63,7 +63,11 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
     df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
     if math.isnan(f):
         return f"F({_df(df1)}, {_df(df2)}) is undefined: {_reason(row, 'F')}"
-    kind = _kind(row, correction)
+    if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
+        raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
+    if correction in CORRECTED and row.get("eps") is None:
+        raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
+    kind = correction if correction != "auto" else "GG" if is_corrected(row) else "none"
     if kind == "none":
         return f"F({_df(df1)}, {_df(df2)}) {_equals(f)}, {apa_p(_value(row, 'p_unc'))}, {_eta(row, eta)}"
     name, eps_column = CORRECTED[kind]
@@ -145,16 +149,6 @@ def _eta(row: Row, eta: Eta) -> str:
         raise NoSuchOption(f"the row has no {eta} eta squared (column {ETA_COLUMNS[eta]!r})")
     name = ETA_NAMES[eta] if between is None else ETA_BETWEEN
     return f"{name} {_is(_share(float(value), 2))}"
-
-
-def _kind(row: Row, correction: str) -> str:
-    if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
-        raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
-    if correction in CORRECTED and row.get("eps") is None:
-        raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
-    if correction != "auto":
-        return correction
-    return "GG" if is_corrected(row) else "none"
 
 
 def _reason(row: Row, statistic: str) -> str:

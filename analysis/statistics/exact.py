@@ -19,7 +19,7 @@ import pandas as pd
 from palpate.analysis.statistics.anova import Effect
 from palpate.analysis.statistics.cells import Aggregate, Missing
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.hypotheses import EXACT_GROUPS, GroupSums, SumOfSquares, Whole, forms_of, subsets
+from palpate.analysis.statistics.hypotheses import EXACT_GROUPS, GroupSums, SumOfSquares, forms_of, subsets
 from palpate.analysis.statistics.mixed_anova import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 Cells: TypeAlias = dict[tuple[int, ...], int]
@@ -101,12 +101,28 @@ def exact_within(
     whole, unit = integers(values)
     table = dict(zip(product(*map(range, shape)), whole, strict=True))
     subject_ss = part_ss(summed_part(table, shape, (0,)), shape, (0,)) * unit
-    sums = [_parts(table, shape, axes, unit, epsilon) for axes in _subsets(len(names))]
+    # Effect and error sum of squares, and epsilon.
+    sums = []
+    for axes in _subsets(len(names)):
+        residual = summed_part(table, shape, (0, *axes))
+        df = math.prod(shape[axis] - 1 for axis in axes)
+        eps = exact_epsilon(list(residual.values()), shape[0], df) if epsilon else None
+        sums.append(
+            (
+                part_ss(summed_part(table, shape, axes), shape, axes) * unit,
+                part_ss(residual, shape, (0, *axes)) * unit,
+                eps,
+            )
+        )
     rest = subject_ss + sum((error for _, error, _ in sums), Fraction(0))
-    return [
-        _effect(":".join(names[axis - 1] for axis in axes), shape, axes, *parts, rest)
-        for axes, parts in zip(_subsets(len(names)), sums, strict=True)
-    ]
+    effects = []
+    for axes, (ss, error, eps) in zip(_subsets(len(names)), sums, strict=True):
+        source = ":".join(names[axis - 1] for axis in axes)
+        df1 = math.prod(shape[axis] - 1 for axis in axes)
+        df2 = df1 * (shape[0] - 1)
+        f, partial, generalized = exact_ratio(ss * df2, error * df1), *(exact_ratio(ss, ss + r) for r in (error, rest))
+        effects.append(ExactEffect(source, ss, error, df1, df2, f, eps, partial, generalized))
+    return effects
 
 
 def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
@@ -155,20 +171,6 @@ def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
     return Fraction(sum(value * value for value in part.values()) * size, math.prod(shape) * size**2)
 
 
-def _parts(
-    table: Cells, shape: Sequence[int], axes: tuple[int, ...], unit: Fraction, epsilon: bool
-) -> tuple[Fraction, Fraction, Fraction | None]:
-    """Return effect and error sum of squares, and epsilon."""
-    residual = summed_part(table, shape, (0, *axes))
-    df = math.prod(shape[axis] - 1 for axis in axes)
-    eps = exact_epsilon(list(residual.values()), shape[0], df) if epsilon else None
-    return (
-        part_ss(summed_part(table, shape, axes), shape, axes) * unit,
-        part_ss(residual, shape, (0, *axes)) * unit,
-        eps,
-    )
-
-
 def exact_epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
     """Return tr(S)^2 / (df tr(S^2)) from the residuals of each participant in turn."""
     k = len(residual) // n
@@ -178,21 +180,6 @@ def exact_epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
     squares = sum(sum(a * b for a, b in zip(u, v, strict=True)) ** 2 for u, v in product(vectors, vectors))
     trace = sum(value * value for value in residual)
     return Fraction(trace**2, df * squares) if squares else None
-
-
-def _effect(
-    source: str,
-    shape: Sequence[int],
-    axes: tuple[int, ...],
-    ss: Fraction,
-    error: Fraction,
-    eps: Fraction | None,
-    rest: Fraction,
-) -> ExactEffect:
-    df1 = math.prod(shape[axis] - 1 for axis in axes)
-    df2 = df1 * (shape[0] - 1)
-    f = exact_ratio(ss * df2, error * df1)
-    return ExactEffect(source, ss, error, df1, df2, f, eps, exact_ratio(ss, ss + error), exact_ratio(ss, ss + rest))
 
 
 def exact_ratio(top: Fraction, bottom: Fraction) -> Fraction | None:
@@ -206,39 +193,30 @@ def exact_mixed(design: Design, kind: SumOfSquares) -> list[ExactEffect]:
     flat, unit = integers(values.ravel().tolist())
     whole = np.array(flat, dtype=object).reshape(values.shape)
     parts = [whole[group] for group in design.groups.groups]
-    errors = {axes: _error(parts, axes) for axes in subsets(values.ndim - 1, first=1)}
+    # The error sum of squares within groups, and epsilon, of one set of within axes.
+    errors = {}
+    for axes in subsets(values.ndim - 1, first=1):
+        common = math.lcm(*map(len, parts))
+        ss, residual = Fraction(0), []
+        for part in parts:
+            table = dict(zip(product(*map(range, part.shape)), part.ravel().tolist(), strict=True))
+            own = summed_part(table, part.shape, (0, *axes))
+            ss += part_ss(own, part.shape, (0, *axes))
+            residual += [value * (common // len(part)) for value in own.values()]
+        d = math.prod(parts[0].shape[axis] - 1 for axis in axes)
+        errors[axes] = (ss, exact_epsilon(residual, sum(map(len, parts)), d) if axes else None)
     rest = sum((ss for ss, _ in errors.values()), Fraction(0))
     sums = GroupSums(np.array([part.sum(axis=0) for part in parts], dtype=object), 1, forms_of(design.groups, kind))
-    return list(_effects(design, sums, errors, (unit, rest)))
-
-
-def _effects(
-    design: Design,
-    sums: GroupSums,
-    errors: dict[tuple[int, ...], tuple[Fraction, Fraction | None]],
-    scale: tuple[Fraction, Fraction],
-) -> Iterator[ExactEffect]:
-    unit, rest = scale
+    effects = []
     for axes, between in design.terms():
         error, eps = errors[axes]
         rank, ss = sums.effect(between, axes)
-        d = math.prod(design.cells.values.shape[axis] - 1 for axis in axes)
+        d = math.prod(values.shape[axis] - 1 for axis in axes)
         df1, df2 = d * rank, d * design.error_df
         f, partial, generalized = exact_ratio(ss * df2, error * df1), *(exact_ratio(ss, ss + r) for r in (error, rest))
-        yield ExactEffect(design.source(between, axes), ss * unit, error * unit, df1, df2, f, eps, partial, generalized)
-
-
-def _error(parts: list[Whole], axes: tuple[int, ...]) -> tuple[Fraction, Fraction | None]:
-    """Return the error sum of squares within groups, and epsilon, of one set of within axes."""
-    common = math.lcm(*map(len, parts))
-    ss, residual = Fraction(0), []
-    for part in parts:
-        table = dict(zip(product(*map(range, part.shape)), part.ravel().tolist(), strict=True))
-        own = summed_part(table, part.shape, (0, *axes))
-        ss += part_ss(own, part.shape, (0, *axes))
-        residual += [value * (common // len(part)) for value in own.values()]
-    d = math.prod(parts[0].shape[axis] - 1 for axis in axes)
-    return ss, exact_epsilon(residual, sum(map(len, parts)), d) if axes else None
+        source = design.source(between, axes)
+        effects.append(ExactEffect(source, ss * unit, error * unit, df1, df2, f, eps, partial, generalized))
+    return effects
 
 
 def _row(effect: Effect, difference: float, number: str, exact: Fraction | None, note: str) -> dict[str, Any]:

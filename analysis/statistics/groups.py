@@ -71,7 +71,14 @@ def gather_groups(
     check_options(missing, aggregate)
     if subject is None:
         refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
-    factor = _one_factor(between)
+    # The factor that `between` names.
+    factors = name_list(between)
+    if len(factors) != 1:
+        raise BadOption(
+            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
+            "or join the factors into one column first"
+        )
+    factor = factors[0]
     check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
     y, group = numbers_of(data[dv], dv), coded(data[factor], factor)
     if len(group.labels) < 2:
@@ -89,17 +96,6 @@ def gather_groups(
             "pass missing='listwise' to leave them out"
         )
     return Groups(factor, group.labels, _values_by_group(y, group, factor), dropped, ratings)
-
-
-def _one_factor(between: Hashable | Iterable[Hashable]) -> Hashable:
-    """Return the factor that `between` names. Raises BadOption where it names several, or none."""
-    factors = name_list(between)
-    if len(factors) != 1:
-        raise BadOption(
-            f"between={factors!r} names {len(factors)} factors; this is a one-way test: name one factor, "
-            "or join the factors into one column first"
-        )
-    return factors[0]
 
 
 def _values_by_group(y: Floats, group: Coded, factor: Hashable) -> list[Floats]:

@@ -29,7 +29,7 @@ from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, check_c
 from palpate.analysis.statistics.doubles import ROUNDING, Floats, differences, rescaled, scaled
 from palpate.analysis.statistics.f_and_t import SMALLEST, f_tail, p_note
 from palpate.analysis.statistics.groups import Membership, membership
-from palpate.analysis.statistics.hypotheses import GroupSums, SumOfSquares, group_sums, subsets
+from palpate.analysis.statistics.hypotheses import SumOfSquares, group_sums, subsets
 from palpate.analysis.statistics.refusals import (
     NO_SUBJECT,
     BadOption,
@@ -194,34 +194,25 @@ def mixed_effects(design: Design, kind: SumOfSquares) -> Iterator[tuple[int, Eff
     sums = group_sums(x, design.groups, kind)
     errors = {stratum.axes: stratum for stratum in strata(design, x)}
     rest = math.fsum(stratum.ss for stratum in errors.values())
-    for axes, between in design.terms():
-        yield errors[axes].d, _effect(design, between, errors[axes], sums, rest, exponent)
-
-
-def _effect(
-    design: Design, between: tuple[int, ...], error: Stratum, sums: GroupSums, rest: float, exponent: int
-) -> Effect:
     noise = design.cells.values.size * ROUNDING**2
-    rank, exact_ss = sums.effect(between, error.axes)
-    ss = float(exact_ss)
-    df1, df2 = error.d * rank, error.d * design.error_df
-    reason = (
-        "every participant of a group shows the same effect" if error.axes else "the values of each group are equal"
-    )
-    notes = [note for note in (undefined_f(ss, error.ss, noise, reason),) if note]
-    f = math.nan if notes else ss / df1 / (error.ss / df2)
-    if design.error_df < error.d and not notes:
-        notes.append(
-            f"fewer than d = {error.d} participants more than groups: Huynh-Feldt is undefined, use Greenhouse-Geisser"
-        )
-    p = f_tail(f, df1, df2)
-    p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (error.eps, error.eps_hf)]
-    own, ms, own_error = [rescaled(value, 2 * exponent) for value in (ss, ss / df1, error.ss)]
-    notes += range_notes(((ss, own), (error.ss, own_error)), (p, p_gg, p_hf))
-    np2, ng2 = share(ss, error.ss, noise), share(ss, rest, noise)
-    source = design.source(between, error.axes)
-    numbers = (own, df1, df2, ms, f, p, p_gg, p_hf, error.eps, np2, ng2, error.eps_hf, own_error)
-    return Effect(source, *numbers, "; ".join(notes))
+    for axes, between in design.terms():
+        error = errors[axes]
+        rank, exact_ss = sums.effect(between, axes)
+        ss = float(exact_ss)
+        df1, df2 = error.d * rank, error.d * design.error_df
+        reason = "every participant of a group shows the same effect" if axes else "the values of each group are equal"
+        notes = [note for note in (undefined_f(ss, error.ss, noise, reason),) if note]
+        f = math.nan if notes else ss / df1 / (error.ss / df2)
+        if design.error_df < error.d and not notes:
+            few = f"fewer than d = {error.d} participants more than groups"
+            notes.append(f"{few}: Huynh-Feldt is undefined, use Greenhouse-Geisser")
+        p = f_tail(f, df1, df2)
+        p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (error.eps, error.eps_hf)]
+        own, ms, own_error = [rescaled(value, 2 * exponent) for value in (ss, ss / df1, error.ss)]
+        notes += range_notes(((ss, own), (error.ss, own_error)), (p, p_gg, p_hf))
+        np2, ng2 = share(ss, error.ss, noise), share(ss, rest, noise)
+        numbers = (own, df1, df2, ms, f, p, p_gg, p_hf, error.eps, np2, ng2, error.eps_hf, own_error)
+        yield error.d, Effect(design.source(between, axes), *numbers, "; ".join(notes))
 
 
 @dataclass(frozen=True)
@@ -266,20 +257,19 @@ def sphericities(design: Design) -> Iterator[Sphericity]:
     cells = math.prod(x.shape[1:])
     for stratum in strata(design, x):
         if stratum.d > 1:
-            yield _sphericity(design.source((), stratum.axes), stratum, design.error_df, cells)
-
-
-def _sphericity(source: str, stratum: Stratum, n: int, cells: int) -> Sphericity:
-    d = stratum.d
-    ddof = d * (d + 1) // 2 - 1
-    note, log_w = _log_w(stratum, n)
-    if note:
-        return Sphericity(source, d, math.nan, math.nan, ddof, math.nan, math.nan, note)
-    rho = 1 - (2 * d * d + d + 2) / (6 * d * n)
-    chi2 = -n * rho * log_w
-    p, by_anderson = (_tail(chi2, d, n * rho, size) for size in (cells, d))
-    w = max(math.exp(log_w), SMALLEST)
-    return Sphericity(source, d, w, chi2, ddof, p, by_anderson, p_note((p, w)))
+            source = design.source((), stratum.axes)
+            d = stratum.d
+            ddof = d * (d + 1) // 2 - 1
+            note, log_w = _log_w(stratum, design.error_df)
+            if note:
+                sphericity = Sphericity(source, d, math.nan, math.nan, ddof, math.nan, math.nan, note)
+            else:
+                rho = 1 - (2 * d * d + d + 2) / (6 * d * design.error_df)
+                chi2 = -design.error_df * rho * log_w
+                p, by_anderson = (_tail(chi2, d, design.error_df * rho, size) for size in (cells, d))
+                w = max(math.exp(log_w), SMALLEST)
+                sphericity = Sphericity(source, d, w, chi2, ddof, p, by_anderson, p_note((p, w)))
+            yield sphericity
 
 
 def _log_w(stratum: Stratum, n: int) -> tuple[str, float]:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.statistics.anova import refuse_too_few
-from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
+from palpate.analysis.statistics.cells import Aggregate, Missing, gather, name_list
 from palpate.analysis.statistics.doubles import (
     ROUNDING_ULPS,
     Floats,
@@ -116,8 +116,17 @@ def compare_levels(
     if between is not None:
         groups = gather_groups(data, dv, between, subject, missing, aggregate)
         return Comparisons(groups.factor, list(unpaired(groups.labels, groups.values)), False, groups.attrs())
-    factor, cells = _within(data, dv, within, subject, missing, aggregate)
-    return Comparisons(factor, list(paired(cells.levels[0], cells.values)), True, cells.attrs())
+    factors = name_list(within)
+    if len(factors) != 1:
+        raise BadOption(
+            f"within={factors!r} names {len(factors)} factors; compare the levels of one factor at a time, and pass "
+            "aggregate='mean' to average over the others"
+        )
+    if subject is None:
+        raise BadOption("within needs `subject`, the column of participants")
+    cells = gather(data, dv, factors, subject, missing, aggregate)
+    refuse_too_few(cells)
+    return Comparisons(factors[0], list(paired(cells.levels[0], cells.values)), True, cells.attrs())
 
 
 def _family(family: object, pairs: int) -> int:
@@ -129,22 +138,6 @@ def _family(family: object, pairs: int) -> int:
     if family < pairs:
         raise BadOption(f"family={family} is smaller than the {pairs} pairs tested here; a family holds all its tests")
     return int(family)
-
-
-def _within(
-    data: pd.DataFrame, dv: Hashable, within: Names, subject: Hashable | None, missing: Missing, aggregate: Aggregate
-) -> tuple[Hashable, Cells]:
-    factors = name_list(within)
-    if len(factors) != 1:
-        raise BadOption(
-            f"within={factors!r} names {len(factors)} factors; compare the levels of one factor at a time, and pass "
-            "aggregate='mean' to average over the others"
-        )
-    if subject is None:
-        raise BadOption("within needs `subject`, the column of participants")
-    cells = gather(data, dv, factors, subject, missing, aggregate)
-    refuse_too_few(cells)
-    return factors[0], cells
 
 
 def _table(comparisons: Comparisons, method: str, family: int) -> pd.DataFrame:

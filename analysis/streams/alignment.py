@@ -125,21 +125,17 @@ def speed_of(
         aligned = align(times_s, velocities, grid_s, used, rate_hz=rate_hz, grid_hz=grid_hz, longest_gap_s=0.0)
     except AlignError as error:
         raise StreamError(f"{stream.where}: speed over {options.window} samples: {error}") from error
-    return StreamSpeed(stream, axes, aligned.values, estimate, used, grid_hz, _noise_mm(stretches))
-
-
-def _noise_mm(stretches: list[Array]) -> float | None:
-    """Return an SD of an axis at least as large as the noise, from fourth differences: movement is smooth, noise is
-    not.
-    """
+    # An SD of an axis at least as large as the noise, from fourth differences: movement is smooth, noise is not.
     fourth = np.concatenate(
         [np.diff(stretch, 4, axis=0) for stretch in stretches if len(stretch) > 4] or [np.empty((0, 2))]
     )
     finite = fourth[np.isfinite(fourth).all(axis=1)]
     if not len(finite):
-        return None
-    robust = 1.4826 * np.median(np.abs(finite), axis=0)  # of a normal distribution: a few jerks do not count
-    return float(np.sqrt((robust**2).mean() / FOURTH))
+        noise_mm = None
+    else:
+        robust = 1.4826 * np.median(np.abs(finite), axis=0)  # of a normal distribution: a few jerks do not count
+        noise_mm = float(np.sqrt((robust**2).mean() / FOURTH))
+    return StreamSpeed(stream, axes, aligned.values, estimate, used, grid_hz, noise_mm)
 
 
 @dataclass(frozen=True)

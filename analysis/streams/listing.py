@@ -58,7 +58,33 @@ def format_lines(rows: Sequence[Row]) -> list[str]:
     """Return the rows as lines of text, with a heading; columns that are silent for every stream are left out."""
     if not rows:
         return []
-    cells = [_cells(row) for row in rows]
+    cells = []
+    for row in rows:
+        timing = row["timing"] or {}
+        measured = timing.get("drift_ppm") is not None
+        error, stamps = timing.get("drift_error_ppm"), row["stamps"] or {}
+        # By how much even the promptest samples came after their own stamps, where those are by the host's clock.
+        late_s = stamps.get("late_s")
+        cells.append(
+            {
+                "trial": f"{row['trial']}" + (f".{row['act']}" if row["act"] > 1 else ""),
+                "stimulus": row["stimulus"],
+                "stream": row["stream"],
+                "unit": ", ".join(dict.fromkeys(row["units"])),
+                "samples": f"{row['samples']:,}",
+                "Hz": f"{row['rate_hz']:g}" if timing else "noted",
+                "measured Hz": f"{timing['rate_hz']:.4f}" if measured else "-",
+                "drift ppm": f"{timing['drift_ppm']:+.2f}" + (f" +-{error:.2f}" if error is not None else "")
+                if measured
+                else "-",
+                "late ms": "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}",
+                "lost": f"{row['lost']:,}",
+                "gaps": f"{row['gap_count']:,}",
+                "seconds": f"{row['seconds']:.2f}" if timing else "-",
+                "clock": row["clock"],
+                "calibration": row["calibration"] or "-",
+            }
+        )
     columns = [name for name in cells[0] if any(row_cells[name] not in SILENT for row_cells in cells)]
     widths = {name: max(len(name), *(len(row_cells[name]) for row_cells in cells)) for name in columns}
     return [
@@ -67,29 +93,3 @@ def format_lines(rows: Sequence[Row]) -> list[str]:
         ).rstrip()
         for row_cells in [{name: name for name in columns}, *cells]
     ]
-
-
-def _cells(row: Row) -> dict[str, str]:
-    timing = row["timing"] or {}
-    measured = timing.get("drift_ppm") is not None
-    error, stamps = timing.get("drift_error_ppm"), row["stamps"] or {}
-    # By how much even the promptest samples came after their own stamps, where those are by the host's clock.
-    late_s = stamps.get("late_s")
-    return {
-        "trial": f"{row['trial']}" + (f".{row['act']}" if row["act"] > 1 else ""),
-        "stimulus": row["stimulus"],
-        "stream": row["stream"],
-        "unit": ", ".join(dict.fromkeys(row["units"])),
-        "samples": f"{row['samples']:,}",
-        "Hz": f"{row['rate_hz']:g}" if timing else "noted",
-        "measured Hz": f"{timing['rate_hz']:.4f}" if measured else "-",
-        "drift ppm": f"{timing['drift_ppm']:+.2f}" + (f" +-{error:.2f}" if error is not None else "")
-        if measured
-        else "-",
-        "late ms": "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}",
-        "lost": f"{row['lost']:,}",
-        "gaps": f"{row['gap_count']:,}",
-        "seconds": f"{row['seconds']:.2f}" if timing else "-",
-        "clock": row["clock"],
-        "calibration": row["calibration"] or "-",
-    }

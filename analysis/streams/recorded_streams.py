@@ -281,19 +281,15 @@ def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str
     for block in blocks:
         if block.first < expected:
             raise StreamError(f"{where}: sample {block.first} appears twice, or the blocks are out of order")
-        yield from _missing_samples(expected, block.first, named)
+        # The gaps that were named up to the block, and whatever they leave over.
+        for gap in named:
+            if expected <= gap.first and gap.first + gap.lost <= block.first:
+                yield from _unexplained_gap(expected, gap.first)
+                yield gap
+                expected = gap.first + gap.lost
+        yield from _unexplained_gap(expected, block.first)
         expected = block.first + block.count
     yield from (gap for gap in named if gap.first >= expected)
-
-
-def _missing_samples(first: int, end: int, named: Iterable[Gap]) -> Iterator[Gap]:
-    """Yield samples from `first` up to `end`: the gaps that were named there, and whatever they leave over."""
-    for gap in named:
-        if first <= gap.first and gap.first + gap.lost <= end:
-            yield from _unexplained_gap(first, gap.first)
-            yield gap
-            first = gap.first + gap.lost
-    yield from _unexplained_gap(first, end)
 
 
 def _unexplained_gap(first: int, end: int) -> Iterator[Gap]:

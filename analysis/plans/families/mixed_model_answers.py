@@ -133,22 +133,20 @@ def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:
         "effects": (),
         **rows_of,
         "groups": tuple({"group": name, "levels": levels} for name, levels in model.groups.items()),
-        "fit": (_fit(model),),
-    }
-
-
-def _fit(model: Fitted) -> Row:
-    return {
-        "values": model.values,
-        "criterion": "REML" if model.reml else "ML",
-        "deviance": model.criterion,
-        "log_likelihood": model.log_likelihood,
-        "parameters": model.parameters,
-        "aic": model.aic,
-        "bic": model.bic,
-        "marginal_r2": model.marginal_r2,
-        "conditional_r2": model.conditional_r2,
-        "singular": model.singular,
+        "fit": (
+            {
+                "values": model.values,
+                "criterion": "REML" if model.reml else "ML",
+                "deviance": model.criterion,
+                "log_likelihood": model.log_likelihood,
+                "parameters": model.parameters,
+                "aic": model.aic,
+                "bic": model.bic,
+                "marginal_r2": model.marginal_r2,
+                "conditional_r2": model.conditional_r2,
+                "singular": model.singular,
+            },
+        ),
     }
 
 

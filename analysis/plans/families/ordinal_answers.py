@@ -135,7 +135,14 @@ def likert_answer(selected: Selected, settings: Likert) -> Answer:
         if settings.form not in known:
             raise DataRefused(f"no form {settings.form!r}; {nearest(settings.form, known)}")
         table = table[table["form"].astype(str) == settings.form]
-    points = settings.points or _points(selected)
+    points: Sequence[float] = settings.points or ()
+    if not points:
+        if selected.scale is None:
+            raise DataRefused("the scale is not known; set `points`, as points: [1, 2, 3, 4, 5, 6, 7]")
+        low, high = selected.scale
+        if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
+            raise DataRefused(f"a scale from {low:g} to {high:g} has no countable points; set `points`")
+        points = [float(point) for point in range(int(low), int(high) + 1)]
     items = [name for name in selected.outcomes if (table["attribute"] == name).any()]
     rows: list[Row] = []
     words = []
@@ -171,16 +178,6 @@ _LIKERT = (
     "Counts and shares of each point; median and quartiles linear between order statistics (type 7 of Hyndman & Fan"
     " 1996); mean and SD take the points as equally far apart"
 )
-
-
-def _points(selected: Selected) -> Sequence[float]:
-    """Return every whole number of the scale."""
-    if selected.scale is None:
-        raise DataRefused("the scale is not known; set `points`, as points: [1, 2, 3, 4, 5, 6, 7]")
-    low, high = selected.scale
-    if low != int(low) or high != int(high) or not 1 <= high - low < MOST_POINTS:
-        raise DataRefused(f"a scale from {low:g} to {high:g} has no countable points; set `points`")
-    return [float(point) for point in range(int(low), int(high) + 1)]
 
 
 EXACT = "exact p given the ties"

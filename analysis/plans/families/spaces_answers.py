@@ -228,10 +228,33 @@ class _Map(NamedTuple):
 
 def mds_answer(selected: Selected, settings: Mds) -> Answer:
     """Return one row per stimulus: its place in the map."""
-    between, notes = _between(selected, settings)
-    result = (
-        _classical(between, settings) if settings.method == "classical" else _nonmetric(selected, between, settings)
-    )
+    if settings.pairs is None:
+        profiles = profiles_of(selected, settings)
+        between, notes = profile_distances(profiles, settings.scaled), gap_notes(profiles, selected)
+    else:
+        require_columns(selected.table, (*settings.pairs, "value"))
+        if len(selected.outcomes) > 1:
+            raise DataRefused(f"`pairs` needs one outcome; found {', '.join(selected.outcomes)}: name it in `outcomes`")
+        first, second = settings.pairs
+        top = None if settings.top is None else float(settings.top)
+        people = "participant" if "participant" in selected.table else None
+        table = numeric(selected.table, ("value",))
+        between, notes = pair_dissimilarities(table, "value", first, second, people, settings.meaning, top), []
+    if settings.method == "classical":
+        solution = classical_mds(between, settings.dimensions)
+        eigenvalues = pd.DataFrame(
+            {"dimension": range(1, len(solution.eigenvalues) + 1), "eigenvalue": solution.eigenvalues}
+        )
+        result = _Map(
+            solution.points,
+            "Classical multidimensional scaling (Torgerson 1952; Gower 1966)",
+            f"{settings.dimensions} dimensions hold {solution.fit_positive:.1%} of the positive eigenvalues "
+            f"({solution.fit_absolute:.1%} of all sizes)",
+            list(solution.notes),
+            {"eigenvalues": rows_of(eigenvalues)},
+        )
+    else:
+        result = _nonmetric(selected, between, settings)
     ellipses, why = _ellipses(selected, settings, between, result.points)
     places = {f"dim{i + 1}": f"coordinate on dimension {i + 1}" for i in range(settings.dimensions)}
     return Answer(
@@ -243,35 +266,6 @@ def mds_answer(selected: Selected, settings: Mds) -> Answer:
         headline=result.headline,
         notes=sentences([*result.notes, *notes, why]),
         more=result.more | ({"ellipses": ellipses} if ellipses else {}),
-    )
-
-
-def _between(selected: Selected, settings: Mds) -> tuple[Dissimilarities, list[str]]:
-    if settings.pairs is None:
-        profiles = profiles_of(selected, settings)
-        return profile_distances(profiles, settings.scaled), gap_notes(profiles, selected)
-    require_columns(selected.table, (*settings.pairs, "value"))
-    if len(selected.outcomes) > 1:
-        raise DataRefused(f"`pairs` needs one outcome; found {', '.join(selected.outcomes)}: name it in `outcomes`")
-    first, second = settings.pairs
-    top = None if settings.top is None else float(settings.top)
-    people = "participant" if "participant" in selected.table else None
-    table = numeric(selected.table, ("value",))
-    return pair_dissimilarities(table, "value", first, second, people, settings.meaning, top), []
-
-
-def _classical(between: Dissimilarities, settings: Mds) -> _Map:
-    solution = classical_mds(between, settings.dimensions)
-    eigenvalues = pd.DataFrame(
-        {"dimension": range(1, len(solution.eigenvalues) + 1), "eigenvalue": solution.eigenvalues}
-    )
-    return _Map(
-        solution.points,
-        "Classical multidimensional scaling (Torgerson 1952; Gower 1966)",
-        f"{settings.dimensions} dimensions hold {solution.fit_positive:.1%} of the positive eigenvalues "
-        f"({solution.fit_absolute:.1%} of all sizes)",
-        list(solution.notes),
-        {"eigenvalues": rows_of(eigenvalues)},
     )
 
 
@@ -367,7 +361,23 @@ def _groups(
     residuals: list[dict[str, Any]] = []
     for (one, first), (two, second) in combinations(parts.items(), 2):
         fit, people = _compared(selected, settings, profiles, first, second)
-        rows.append(_row(one, two, people, fit))
+        rows.append(
+            {
+                "group_a": one,
+                "group_b": two,
+                "participants_a": people[0],
+                "participants_b": people[1],
+                "stimuli": len(fit.fitted),
+                "r": fit.r,
+                "m2": fit.m2,
+                "squares": fit.squares,
+                "stretch": fit.stretch,
+                "reflected": fit.reflection,
+                "p": fit.p,
+                "draws": fit.draws,
+                "exact": fit.exact,
+            }
+        )
         for name, distance in fit.residuals.items():
             residuals.append({"group_a": one, "group_b": two, settings.over: str(name), "residual": float(distance)})
     named = "; ".join(
@@ -393,24 +403,6 @@ def _compared(
     drawn = {"draws": settings.draws or selected.draws, "seed": selected.seed} if test else {}
     fit = procrustes(maps[0], maps[1], settings.stretch, settings.reflection, **drawn)
     return fit, (len(first), len(second))
-
-
-def _row(one: str, two: str, people: tuple[int, int], fit: Compared) -> dict[str, Any]:
-    return {
-        "group_a": one,
-        "group_b": two,
-        "participants_a": people[0],
-        "participants_b": people[1],
-        "stimuli": len(fit.fitted),
-        "r": fit.r,
-        "m2": fit.m2,
-        "squares": fit.squares,
-        "stretch": fit.stretch,
-        "reflected": fit.reflection,
-        "p": fit.p,
-        "draws": fit.draws,
-        "exact": fit.exact,
-    }
 
 
 def _halves(

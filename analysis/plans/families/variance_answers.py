@@ -51,7 +51,19 @@ TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "un
 def anova_answer(selected: Selected, settings: Anova) -> Answer:
     """Return one row per effect; the tests of sphericity beside it."""
     require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
-    table = _table(selected.table, settings)
+    if not settings.between:
+        table = rm_anova(selected.table, "value", list(settings.within), **_options(settings))
+    elif not settings.within and len(settings.between) == 1:
+        table = anova(selected.table, "value", settings.between[0], **_options(settings))
+    else:
+        table = mixed_anova(
+            selected.table,
+            "value",
+            within=settings.within or None,
+            between=settings.between,
+            sum_of_squares=settings.sum_of_squares,
+            **_options(settings),
+        )
     records = table.to_dict("records")
     rows, sentences = [], []
     for record in records:
@@ -60,7 +72,12 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         limits = eta_squared_intervals(pd.DataFrame([record]), confidence=settings.interval, correction=correction)
         rows.append(_row(record, limits.to_dict("records")[0], settings))
         sentences.append(f"{record['Source']}: {apa_f(record, settings.eta, correction)}")
-    sphericity = _sphericity(selected.table, settings) if settings.within else ()
+    if settings.within:
+        between = settings.between or None
+        tests = mauchly_tests(selected.table, "value", within=settings.within, between=between, **_options(settings))
+        sphericity = plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
+    else:
+        sphericity = ()
     sizes = table.attrs.get("group_sizes", {}) if settings.between else {}
     groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
     return answer_of(
@@ -73,13 +90,6 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         notes=[*reversed(table_notes(table)), f"Participants by group: {groups}." if groups else ""],
         more={"sphericity": sphericity} if sphericity else {},
     )
-
-
-def _sphericity(rows: pd.DataFrame, settings: Anova) -> tuple[Row, ...]:
-    """Return Mauchly's test of each effect with more than one contrast; the tests decide nothing."""
-    between = settings.between or None
-    tests = mauchly_tests(rows, "value", within=settings.within, between=between, **_options(settings))
-    return plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
 
 
 def _method(settings: Anova) -> str:
@@ -119,21 +129,6 @@ def anova_with_gaps(selected: Selected, settings: Anova) -> Answer:
 def _options(settings: Anova) -> dict[str, Any]:
     missing = "listwise" if settings.missing == "listwise" else "raise"
     return {"subject": "participant", "missing": missing, "aggregate": "mean"}
-
-
-def _table(rows: pd.DataFrame, settings: Anova) -> pd.DataFrame:
-    if not settings.between:
-        return rm_anova(rows, "value", list(settings.within), **_options(settings))
-    if not settings.within and len(settings.between) == 1:
-        return anova(rows, "value", settings.between[0], **_options(settings))
-    return mixed_anova(
-        rows,
-        "value",
-        within=settings.within or None,
-        between=settings.between,
-        sum_of_squares=settings.sum_of_squares,
-        **_options(settings),
-    )
 
 
 def correction_of(row: Mapping[Hashable, Any], settings: Anova) -> str:
@@ -253,11 +248,22 @@ def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
     else:
         bounds = f"bounds {settings.bounds[0]:g} and {settings.bounds[1]:g} in the outcome's unit"
     kind = "paired" if within else "between groups (Welch's where they differ in size)"
+    interval = share(1 - 2 * selected.alpha, "interval of the mean difference")
+    equivalence_kinds = {
+        "mean_difference": "a minus b",
+        "interval_low": interval,
+        "interval_high": interval,
+        "df": "degrees of freedom",
+        "p_low": "one-sided p: the difference is above the lower bound",
+        "p_high": "one-sided p: the difference is below the upper bound",
+        "p": "the larger of the two one-sided p, not adjusted",
+        "equivalent": f"p < {_plain(selected.alpha)}",
+    }
     return answer_of(
         selected,
         rows,
         f"Two one-sided t tests, {kind} (TOST; Schuirmann 1987; Lakens 2017): {bounds}; no p adjusted for a family",
-        _equivalence_kinds(selected.alpha),
+        equivalence_kinds,
         headline=_count(
             f"are equivalent (TOST, p < {_plain(selected.alpha)})", [row for row in rows if row["equivalent"]], rows
         ),
@@ -321,20 +327,6 @@ def _equivalent(row: Mapping[str, Any]) -> Row:
             **{name: row[name] for name in ("p_low", "p_high", "p", "equivalent", "note")},
         }
     )
-
-
-def _equivalence_kinds(alpha: float) -> dict[str, str]:
-    interval = share(1 - 2 * alpha, "interval of the mean difference")
-    return {
-        "mean_difference": "a minus b",
-        "interval_low": interval,
-        "interval_high": interval,
-        "df": "degrees of freedom",
-        "p_low": "one-sided p: the difference is above the lower bound",
-        "p_high": "one-sided p: the difference is below the upper bound",
-        "p": "the larger of the two one-sided p, not adjusted",
-        "equivalent": f"p < {_plain(alpha)}",
-    }
 
 
 def _count(what: str, chosen: Sequence[Row], rows: Sequence[Row]) -> str:
