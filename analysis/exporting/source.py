@@ -137,8 +137,8 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         withdrawn(request.lab),
     )
     sessions: list[SharedSession] = []
-    for kept in choice.kept:
-        row = rows[kept.session]
+    for session in choice.sessions:
+        row = rows[session.session]
         number = session_number(row["session"])
         if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
             raise ExportRefused(
@@ -155,7 +155,7 @@ def _source(request: DataRequest, connection: Connection) -> Source:
         digest=choice.digest,
         sessions=tuple(sorted(sessions, key=lambda session: (natural_key(session.participant), session.number))),
         left_out=choice.left_out,
-        simulated=any(row.simulated for row in choice.kept),
+        simulated=any(row.simulated for row in choice.sessions),
         connection=connection,
     )
 

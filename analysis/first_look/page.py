@@ -13,7 +13,7 @@ from palpate.analysis.first_look.page_data import averaged
 from palpate.analysis.first_look.page_tests import (
     GROUPS_APART,
     comparisons,
-    groups_met,
+    describe_group_levels,
     headlines,
     pairs_words,
     refusals,
@@ -218,7 +218,7 @@ def methods(analysis: Analysis) -> Iterator[str]:
     if ratings.between and shared:
         yield f"{GROUPS_APART} These are {phrase(shared)}: there everyone is one sample, whatever the group."
     if "between" in kinds:
-        yield f"{BETWEEN} {groups_met(analysis)}".rstrip()
+        yield f"{BETWEEN} {describe_group_levels(analysis)}".rstrip()
     if "pairs" in kinds:
         yield PAIRS
     # Then say what was not done: adjusting across attributes, rounding p to zero, imputing.

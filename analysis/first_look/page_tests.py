@@ -78,7 +78,7 @@ def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
                 table = grouped_table(columns, rows, notes.lines())
             if tests:
                 description = question_words(question, tests, grouped=bool(analysis.ratings.between))
-                description = f"{description} {groups_met(analysis)}".rstrip() if between else description
+                description = f"{description} {describe_group_levels(analysis)}".rstrip() if between else description
                 yield VarianceTable(_title(question), description, table, tuple(all_sentences(tests)))
 
 
@@ -133,7 +133,7 @@ def refusals(analysis: Analysis) -> Iterator[str]:
         yield f"{'; '.join(named)}: {reason}"
 
 
-def groups_met(analysis: Analysis) -> str:
+def describe_group_levels(analysis: Analysis) -> str:
     """Return whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
     factors, differing = analysis.ratings.cells, differing_factors(analysis.ratings)
     if not differing:

@@ -29,7 +29,7 @@ class ForeignRating:
     within: Mapping[str, str]
     between: Mapping[str, str]
     stimulus: str
-    kept: Mapping[str, str]
+    extra: Mapping[str, str]
 
 
 def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[ForeignRating], list[Exclusion]]:
@@ -117,7 +117,7 @@ def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) ->
         within={**loops, **within},
         between=groups.of(person, line),
         stimulus=_label(column_map, line, columns.stimulus) if columns.stimulus else "",
-        kept={column: line[column] for column in columns.keep},
+        extra={column: line[column] for column in columns.keep},
     )
 
 
@@ -293,10 +293,10 @@ def settle_duplicates(
 def _mean(ratings: Sequence[ForeignRating]) -> ForeignRating:
     first = ratings[0]
     for rating in ratings[1:]:
-        for column, text in rating.kept.items():
-            if text != first.kept[column]:
+        for column, text in rating.extra.items():
+            if text != first.extra[column]:
                 raise TableRefused(
-                    f"{rating.where}: {column!r} is {text!r}, but {first.kept[column]!r} at {first.where}, with which"
+                    f"{rating.where}: {column!r} is {text!r}, but {first.extra[column]!r} at {first.where}, with which"
                     f" it is averaged; leave {column!r} out of keep"
                 )
     return first if len(ratings) == 1 else replace(first, value=statistics.mean(r.value for r in ratings))

@@ -77,7 +77,7 @@ def _rating_table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd
             **{factor: [r.within[factor] for r in ratings] for factor in column_map.within},
             **{factor: [r.between[factor] for r in ratings] for factor in column_map.columns.between},
             **stimulus,
-            **{column: [r.kept[column] for r in ratings] for column in column_map.columns.keep},
+            **{column: [r.extra[column] for r in ratings] for column in column_map.columns.keep},
         }
     )
 

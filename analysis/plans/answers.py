@@ -29,7 +29,7 @@ Row: TypeAlias = Mapping[str, Value]
 Takes = Literal["ratings", "words", "forms", "table"]
 Missing = Literal["refuse", "listwise", "mixed_model"]
 Normalise = Literal["none", "to_0_100", "to_-100_100", "z_within_participant", "range_within_participant"]
-CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
+ADJUSTMENTS = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
 _NONE: Mapping[str, Any] = MappingProxyType({})
 
 COLUMNS = (
@@ -275,7 +275,7 @@ def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
         "df": "degrees of freedom",
         "dz": "dz = mean / SD",
         "p": "two-sided p, not adjusted",
-        "p_corrected": f"two-sided p, {CORRECTED[correction]}",
+        "p_corrected": f"two-sided p, {ADJUSTMENTS[correction]}",
         "family_size": "tests in the family",
     }
 

@@ -15,7 +15,7 @@ import pandas as pd
 from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
-from palpate.analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
+from palpate.analysis.plans.where import Range, Where, first_word, levels_of, matching_rows
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
 from palpate.analysis.ratings.design import Faults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
@@ -155,10 +155,10 @@ def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
 
 
 def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
-    kept = pd.Series(True, index=table.index)
+    chosen = pd.Series(True, index=table.index)
     for column, condition in where.items():
-        kept &= kept_rows(table[column], condition)
-    return kept
+        chosen &= matching_rows(table[column], condition)
+    return chosen
 
 
 def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:

@@ -63,7 +63,7 @@ def keeps(condition: Condition, level: str) -> bool:
     return condition.holds(level) if isinstance(condition, Range) else level in levels_of(condition)
 
 
-def kept_rows(column: pd.Series, condition: Condition) -> pd.Series[bool]:
+def matching_rows(column: pd.Series, condition: Condition) -> pd.Series[bool]:
     """Return which rows of a column are kept; a missing value is in no range."""
     texts = column.astype(str)
     return texts.map(condition.holds).astype(bool) if isinstance(condition, Range) else texts.isin(levels_of(condition))

@@ -43,14 +43,6 @@ def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings"
     raise DataRefused(f"means {kind!r}: 'over ratings' or 'over participants' is expected")
 
 
-def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
-    """Return one row for each participant and combination of `by`: the mean of the ratings there, and their number."""
-    columns = ("participant", *by)
-    cells = _cells(ratings, columns)
-    rows = [(*label, statistics.mean(values), len(values)) for label, values in cells]
-    return _frame(rows, (*columns, "mean", "ratings"))
-
-
 def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | None, str]:
     """Return n, mean, sample SD and why it is missing; the statistics module sums fractions, without loss."""
     mean = statistics.mean(values)

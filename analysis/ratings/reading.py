@@ -113,7 +113,7 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; its answers are in the"
             f" {where} of the collected database"
         )
-    sessions = {session.session for session in choice.kept}
+    sessions = {session.session for session in choice.sessions}
     counted = [rating for rating in ratings if rating.session in sessions and not rating.practice]
     within, crossings = _factors(study)
     stimuli = {rating.stimulus for rating in counted}
@@ -123,7 +123,7 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         name=study.study,
         table=_table(study, counted, [rating for rating in ratings if rating.session in sessions]),
         within=within,
-        between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
+        between=("group",) if len({session.group_name for session in choice.sessions}) > 1 else (),
         attributes=tuple(attribute.name for attribute in study.attributes),
         scale=None if study.scale is None else Scale(study.scale.low, study.scale.high, study.scale.step),
         inputs=inputs_of(study, choice),
@@ -135,16 +135,16 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         sessions=study.sessions,
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
-        simulated=any(session.simulated for session in choice.kept),
+        simulated=any(session.simulated for session in choice.sessions),
         interrupted=tuple(
             f"{session.participant}, session {session.session}: {session.trials_answered} of"
             f" {session.trials_planned} trials"
-            for session in choice.kept
+            for session in choice.sessions
             if session.status != "complete"
         ),
-        seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
+        seeds=tuple(sorted({session.seed for session in choice.sessions if session.simulated})),
         stimulus_sources=dict(Counter(own[SOURCE] for own in columns)) if has_sources else {},
-        sample=collected_sample(study, choice.kept),
+        sample=collected_sample(study, choice.sessions),
     )
 
 
@@ -220,8 +220,8 @@ def left_out_sessions(choice: Choice, ratings: Sequence[Rating] = ()) -> tuple[E
 def _other_exclusions(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
     """Yield a line for each analysed session without a rating, which no row of the table shows, and for practice."""
     rated = {rating.session for rating in ratings if not rating.practice}
-    sessions = {session.session for session in choice.kept}
-    for session in choice.kept:
+    sessions = {session.session for session in choice.sessions}
+    for session in choice.sessions:
         if session.session not in rated:
             yield Exclusion("session", f"{session.participant}, session {session.session}", "holds no rating", 0)
     practised = Counter(
@@ -288,17 +288,17 @@ def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[
 
     Only one version of the study is analysed, with whatever models its sessions had.
     """
-    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
+    sessions = (*choice.sessions, *(session for session, _ in choice.left_out))
     counts = Counter(session.study_digest for session in sessions)
     for digest, number in sorted(counts.items()) if len(counts) > 1 else ():
         left_out = "" if digest == choice.digest else ", left out"
         yield Input(f"study {study.study}", digest, f"{count(number, 'session')}{left_out}")
     if not any(NEEDS[need].plays_models for need in study.needs):
         return
-    kept = {session.session for session in choice.kept}
+    counted = {session.session for session in choice.sessions}
     played: dict[str, dict[str, set[str]]] = {}
     for session, body in connection.execute(_REPLIES, {"study": study.study}):
-        for name, sha256 in models_in(json.loads(body)) if session in kept else ():
+        for name, sha256 in models_in(json.loads(body)) if session in counted else ():
             played.setdefault(name, {}).setdefault(sha256, set()).add(session)
     for name, versions in sorted(played.items()):
         for sha256, own in sorted(versions.items()) if len(versions) > 1 else ():
@@ -328,13 +328,13 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Row
         words=words,
         forms=forms,
         planned=Counter(row["session"] for row in rows.trials if not row["practice"]),
-        simulated=any(session.simulated for session in choice.kept),
-        seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
+        simulated=any(session.simulated for session in choice.sessions),
+        seeds=tuple(sorted({session.seed for session in choice.sessions if session.simulated})),
         inputs=inputs_of(study, choice),
         exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
         levels=study_levels(study, trials),
         people=people_of(rows.answers),
-        sessions=choice.kept,
+        sessions=choice.sessions,
     )
 
 
@@ -375,13 +375,13 @@ def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...
 
 
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
-    """Return the statement's rows of the sessions that are kept, with the participant and the group of each."""
-    kept = {session.session: session for session in choice.kept}
+    """Return the statement's rows of the sessions that count, with the participant and the group of each."""
+    sessions = {session.session: session for session in choice.sessions}
     rows = query(connection, statement, study.study)
     return [
-        {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
+        {"participant": sessions[row["session"]].participant, "group": sessions[row["session"]].group_name or "", **row}
         for row in rows
-        if row["session"] in kept
+        if row["session"] in sessions
     ]
 
 

@@ -54,10 +54,10 @@ class SessionRow:
 
 @dataclass(frozen=True)
 class Choice:
-    """The version of the study that is analysed, the sessions kept, and each one left out with the reason."""
+    """The version of the study that is analysed, its sessions that count, and each one left out with the reason."""
 
     digest: str
-    kept: tuple[SessionRow, ...]
+    sessions: tuple[SessionRow, ...]
     left_out: tuple[tuple[SessionRow, str], ...]
 
 
@@ -168,7 +168,7 @@ def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[s
 
 def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
     """Return the study and every session file, kept or left out, by their SHA-256."""
-    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
+    sessions = (*choice.sessions, *(session for session, _ in choice.left_out))
     return (
         Input(f"study {study.study}", choice.digest, "the compiled study"),
         *(Input(s.file, s.file_sha256, f"session {s.session}, last event {s.head_hash}") for s in sessions),

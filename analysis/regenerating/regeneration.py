@@ -33,7 +33,7 @@ from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
-from palpate.analysis.plans.where import Where, keeps, kept_rows
+from palpate.analysis.plans.where import Where, keeps, matching_rows
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.design import CellsRefused, Faults
 from palpate.analysis.ratings.design_report import Place, ProblemKind, data_notes
@@ -336,11 +336,11 @@ def handle_missing(
     more often than planned or are not of the design, and where nobody is left.
     """
     # The test is about those whom `where` keeps by what is the same in all of their trials.
-    kept = pd.Series(True, index=trials.index)
+    chosen = pd.Series(True, index=trials.index)
     for column, condition in where.items():
         if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
-            kept &= kept_rows(trials[column], condition)
-    people = set(trials.loc[kept, "participant"])
+            chosen &= matching_rows(trials[column], condition)
+    people = set(trials.loc[chosen, "participant"])
     gaps: dict[str, int] = {}
     for outcome in selected.outcomes:
         own = _places(outcome, people, faults, where, "missing")

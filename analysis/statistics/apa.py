@@ -14,7 +14,7 @@ Correction: TypeAlias = Literal["auto", "GG", "HF", "none"]
 ETA_COLUMNS = {"partial": "np2", "generalized": "ng2"}
 ETA_NAMES = {"partial": "η²p", "generalized": "η²G"}
 ETA_BETWEEN = "η²"  # one factor between groups: partial, generalized and classical eta squared are one number
-CORRECTED = {"GG": ("Greenhouse–Geisser", "eps"), "HF": ("Huynh–Feldt", "eps_HF")}
+SPHERICITY_CORRECTIONS = {"GG": ("Greenhouse–Geisser", "eps"), "HF": ("Huynh–Feldt", "eps_HF")}
 P_COLUMNS = {"GG": "p_GG_corr", "HF": "p_HF_corr", "none": "p_unc"}
 FAMILIES = {"bonf": "Bonferroni", "holm": "Holm"}
 
@@ -63,14 +63,14 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
     df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
     if math.isnan(f):
         return f"F({_df(df1)}, {_df(df2)}) is undefined: {_reason(row, 'F')}"
-    if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
+    if not isinstance(correction, str) or correction not in ("auto", "none", *SPHERICITY_CORRECTIONS):
         raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
-    if correction in CORRECTED and row.get("eps") is None:
+    if correction in SPHERICITY_CORRECTIONS and row.get("eps") is None:
         raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
     kind = correction if correction != "auto" else "GG" if is_corrected(row) else "none"
     if kind == "none":
         return f"F({_df(df1)}, {_df(df2)}) {_equals(f)}, {apa_p(_value(row, 'p_unc'))}, {_eta(row, eta)}"
-    name, eps_column = CORRECTED[kind]
+    name, eps_column = SPHERICITY_CORRECTIONS[kind]
     eps = _value(row, eps_column)
     if math.isnan(eps):
         raise NoSuchOption(f"{name} is undefined here: {row.get('note')}; pass correction='GG'")

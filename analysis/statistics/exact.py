@@ -125,19 +125,6 @@ def exact_within(
     return effects
 
 
-def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
-    """Return the one-way ANOVA of groups of any sizes; epsilon is None, generalized eta squared the classical one."""
-    whole, unit = integers(value for group in groups for value in group)
-    numbers, n = iter(whole), len(whole)
-    parts = [[next(numbers) for _ in group] for group in groups]
-    sums = sum((Fraction(sum(part) ** 2, len(part)) for part in parts), Fraction(0))
-    ss = (sums - Fraction(sum(whole) ** 2, n)) * unit
-    error = (sum(value * value for value in whole) - sums) * unit
-    df1, df2 = len(groups) - 1, n - len(groups)
-    eta2 = exact_ratio(ss, ss + error)
-    return ExactEffect("", ss, error, df1, df2, exact_ratio(ss * df2, error * df1), None, eta2, eta2)
-
-
 def integers(values: Iterable[float]) -> tuple[list[int], Fraction]:
     """Return the values as integers, and the square of their common unit."""
     ratios = [float(value).as_integer_ratio() for value in values]

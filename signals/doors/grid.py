@@ -23,11 +23,6 @@ def grid_angle_deg(index: int) -> float:
     return index / POINTS_PER_DEG
 
 
-def grid_index(angle_deg: float) -> int:
-    """Return the nearest grid point to an angle in degrees, kept inside the grid."""
-    return min(max(round(angle_deg * POINTS_PER_DEG), 0), POINTS - 1)
-
-
 def motion_end(force_N: list[float] | tuple[float, ...]) -> int:
     """Return the index of the last point before the zero padding of a door that opens less than 62 degrees.
 

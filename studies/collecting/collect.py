@@ -316,7 +316,7 @@ def _demand_ours(connection: Connection) -> None:
 
 OF_A_SESSION = (
     schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,
-    schema.responses, *schema.own_tables.values(), schema.trials, schema.sessions,
+    schema.responses, *schema.form_tables.values(), schema.trials, schema.sessions,
 )  # fmt: skip
 
 
@@ -377,7 +377,7 @@ def _insert(connection: Connection, session: SessionTables) -> None:
         (schema.answers, session.answers),
         (schema.switches, session.switches),
         (schema.anchors, session.anchors),
-        *((schema.own_tables[name], rows) for name, rows in session.own.items()),
+        *((schema.form_tables[name], rows) for name, rows in session.own.items()),
         (schema.events, session.events),
         (schema.streams, session.streams),
     ):

@@ -219,7 +219,7 @@ def _own_table(own: OwnTable) -> Table:
     )
 
 
-own_tables = {name: _own_table(own) for name, own in forms.own_tables().items()}
+form_tables = {name: _own_table(own) for name, own in forms.own_tables().items()}
 """The tables of tasks that bring one with them, by their names."""
 RATINGS = "ratings"
 

@@ -22,14 +22,14 @@ Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_s
 TICKED, WRITTEN = "ticked", "experiment"
 """A kind of word, and the source that the words written in a study are of."""
 LISTED = 20
-TOLD = {
+SHARE_OF = {
     "share_of_trials": "of the answered trials",
     "share_of_maximum": "of the most ticked word's ticks",
     "any_stimulus": "of the participants for some stimulus",
 }
 
 
-class AskedRelevance(StatisticSettings):
+class RelevanceSpec(StatisticSettings):
     """How relevant each offered word is; the normalisation and the threshold have no default, on purpose."""
 
     test: Literal["relevance"]
@@ -40,7 +40,7 @@ class AskedRelevance(StatisticSettings):
     confidence: Confidence = 0.95
 
 
-class AskedPairs(StatisticSettings):
+class PairsSpec(StatisticSettings):
     """Bipolar pairs from the kept words. `antonyms` are pairs, or the name of a table with columns word, antonym.
 
     A pair needs one kept word; with `need_both`, two. With `new_words` an antonym may be a word that was not offered.
@@ -54,14 +54,14 @@ class AskedPairs(StatisticSettings):
     new_words: bool = False
 
 
-class AskedAgreement(StatisticSettings):
+class AgreementSpec(StatisticSettings):
     """How far participants tick the same words."""
 
     test: Literal["word_agreement"]
     confidence: Confidence = 0.95
 
 
-class AskedLexicon(StatisticSettings):
+class LexiconSpec(StatisticSettings):
     """The words that participants wrote. `kinds` are kinds of word (None: all but the ticked ones).
 
     `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as. `lists` are
@@ -83,7 +83,7 @@ class AskedLexicon(StatisticSettings):
         return self
 
 
-def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
+def relevance_answer(selected: Selected, settings: RelevanceSpec) -> Answer:
     """Return the relevance of every word, most relevant first."""
     from palpate.analysis.adjectives.relevance import relevance
     from palpate.analysis.plans.answers import plain_rows
@@ -102,7 +102,7 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
     how = f"{settings.confidence:.0%} {settings.interval} interval, {draws} draws of participants, seed {selected.seed}"
     kinds = {
         "ticks": "trials in which the word was ticked",
-        "relevance": f"share {TOLD[settings.normalisation]} ({settings.normalisation})",
+        "relevance": f"share {SHARE_OF[settings.normalisation]} ({settings.normalisation})",
         "ci_low": how,
         "ci_high": how,
         "kept_chance": f"share of the draws in which the word reaches {settings.threshold:g}",
@@ -111,13 +111,12 @@ def relevance_answer(selected: Selected, settings: AskedRelevance) -> Answer:
     kept = relevances.loc[relevances["kept"], "word"].tolist()
     more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
     names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
-    headline = (
-        f"{len(kept)} of {len(relevances)} words reach {settings.threshold:g} {TOLD[settings.normalisation]}{names}."
-    )
+    of_what = SHARE_OF[settings.normalisation]
+    headline = f"{len(kept)} of {len(relevances)} words reach {settings.threshold:g} {of_what}{names}."
     return _answer(selected, selections, plain_rows(relevances, finite=True), method, kinds, headline)
 
 
-def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
+def pairs_answer(selected: Selected, settings: PairsSpec) -> Answer:
     """Return the bipolar pairs of the kept words; the kept words without a pair in `more`."""
     import pandas as pd
 
@@ -156,7 +155,7 @@ def pairs_answer(selected: Selected, settings: AskedPairs) -> Answer:
     return _answer(selected, selections, rows, method, kinds, headline, notes, {"left_out": left})
 
 
-def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
+def agreement_answer(selected: Selected, settings: AgreementSpec) -> Answer:
     """Return agreement by word, and by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
     from palpate.analysis.plans.answers import plain_rows, with_interval
@@ -185,7 +184,7 @@ def agreement_answer(selected: Selected, settings: AskedAgreement) -> Answer:
     return _answer(selected, selections, plain_rows(by_word.words, finite=True), method, kinds, headline, notes, more)
 
 
-def lexicon_answer(selected: Selected, settings: AskedLexicon) -> Answer:
+def lexicon_answer(selected: Selected, settings: LexiconSpec) -> Answer:
     """Return the different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
     from palpate.analysis.plans.answers import plain_rows, require_columns
@@ -249,7 +248,7 @@ def _selections(selected: Selected) -> Selections:
     return gather_selections(ticked, selected.trials, selected.offered)
 
 
-def _lists(selected: Selected, settings: AskedLexicon) -> dict[str, list[str]]:
+def _lists(selected: Selected, settings: LexiconSpec) -> dict[str, list[str]]:
     """Return the words of each list. Raises DataRefused for a table without words, or with the study's own name."""
     from palpate.analysis.ratings.dataset import DataRefused
 
@@ -295,8 +294,8 @@ def _answer(
 
 
 KINDS: Mapping[str, Kind] = {
-    "relevance": Kind("relevance of words", AskedRelevance, relevance_answer, takes="words", each="all"),
-    "adjective_pairs": Kind("pairs of adjectives", AskedPairs, pairs_answer, takes="words", each="all"),
-    "word_agreement": Kind("agreement on words", AskedAgreement, agreement_answer, takes="words", each="all"),
-    "lexicon": Kind("words written", AskedLexicon, lexicon_answer, takes="words", each="all"),
+    "relevance": Kind("relevance of words", RelevanceSpec, relevance_answer, takes="words", each="all"),
+    "adjective_pairs": Kind("pairs of adjectives", PairsSpec, pairs_answer, takes="words", each="all"),
+    "word_agreement": Kind("agreement on words", AgreementSpec, agreement_answer, takes="words", each="all"),
+    "lexicon": Kind("words written", LexiconSpec, lexicon_answer, takes="words", each="all"),
 }

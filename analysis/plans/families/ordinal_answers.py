@@ -13,7 +13,7 @@ from palpate.analysis.ordinal.nemenyi import nemenyi
 from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
 from palpate.analysis.ordinal.wilcoxon import wilcoxon_tests
 from palpate.analysis.plans.answers import (
-    CORRECTED,
+    ADJUSTMENTS,
     answer_of,
     plain_row,
     plain_rows,
@@ -279,7 +279,7 @@ def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
         **{"shift": "Hodges-Lehmann estimate of A minus B", "ci_low": shift, "ci_high": shift, "p_exact": EXACT},
         **{"p_normal": "p, normal approximation with continuity correction"},
         **{"p_unc": "two-sided p, exact where computed, not adjusted", "family": "tests in the family"},
-        "p_corr": f"two-sided p, {CORRECTED[settings.correction]}",
+        "p_corr": f"two-sided p, {ADJUSTMENTS[settings.correction]}",
     }
     name = (
         "Wilcoxon's rank-sum test (Mann-Whitney)"
@@ -287,7 +287,7 @@ def wilcoxon_answer(selected: Selected, settings: Wilcoxon) -> Answer:
         else f"Wilcoxon's signed-rank test, {ZEROS[settings.zeros]}"
     )
     method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
-    headline = _count_words(settings.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[settings.correction])
+    headline = _count_words(settings.factor, table["p_corr"].tolist(), selected.alpha, ADJUSTMENTS[settings.correction])
     notes = [*table_notes(table)]
     if between and settings.zeros != "wilcoxon":
         notes.append(idle_note("zeros", "between participants: rank sums have no differences of zero"))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class AskedIcc(StatisticSettings):
+class IccSpec(StatisticSettings):
     """Intraclass correlations: `raters` judge `targets`, whose ratings stand in `value`."""
 
     test: Literal["icc"]
@@ -33,7 +33,7 @@ class AskedIcc(StatisticSettings):
     confidence: Confidence = 0.95
 
 
-class AskedAlpha(StatisticSettings):
+class AlphaSpec(StatisticSettings):
     """Cronbach's alpha: `items` tells items apart, a case is a combination of `cases` (None: of who rated what).
 
     Items in `reverse` are keyed the other way round. `missing: listwise` leaves out cases with gaps.
@@ -52,7 +52,7 @@ class AskedAlpha(StatisticSettings):
         yield from outcomes_of_own_table(self)
 
 
-class AskedConcordance(StatisticSettings):
+class ConcordanceSpec(StatisticSettings):
     """Kendall's W. `p` is "auto" (exact where it can be enumerated), "exact", "permutation" or "chi2"."""
 
     test: Literal["kendall_w"]
@@ -68,7 +68,7 @@ class AskedConcordance(StatisticSettings):
             yield Idle("normalise", ON_RANKS)
 
 
-class AskedKrippendorff(StatisticSettings):
+class KrippendorffSpec(StatisticSettings):
     """Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
 
     test: Literal["krippendorff_alpha"]
@@ -84,7 +84,7 @@ class AskedKrippendorff(StatisticSettings):
         yield from missing_without_effect(self, "on Krippendorff's alpha, which takes gaps as they are")
 
 
-class AskedRetest(StatisticSettings):
+class RetestSpec(StatisticSettings):
     """First against second answers to the same `targets`, in the order of `order`."""
 
     test: Literal["retest"]
@@ -98,7 +98,7 @@ class AskedRetest(StatisticSettings):
         yield from missing_without_effect(self, "on pairs of answers, which are left out where one is missing")
 
 
-class AskedRaters(StatisticSettings):
+class RatersSpec(StatisticSettings):
     """Each participant against the others, flagged below a correlation of `least_r` (our judgement)."""
 
     test: Literal["raters"]
@@ -111,7 +111,7 @@ class AskedRaters(StatisticSettings):
         yield from missing_without_effect(self, "on raters, who are compared on what they rated")
 
 
-def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
+def icc_answer(selected: Selected, settings: IccSpec) -> Answer:
     """Return the six intraclass correlations of one outcome."""
     from palpate.analysis.plans.answers import averaged, plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.intraclass import icc
@@ -143,7 +143,7 @@ def icc_answer(selected: Selected, settings: AskedIcc) -> Answer:
     return _answer(selected, settings.value, rows, method, kinds, f"{headline} ({sizes}).", notes)
 
 
-def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
+def alpha_answer(selected: Selected, settings: AlphaSpec) -> Answer:
     """Return Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
     from palpate.analysis.plans.answers import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
@@ -182,7 +182,7 @@ def alpha_answer(selected: Selected, settings: AskedAlpha) -> Answer:
     )
 
 
-def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer:
+def concordance_answer(selected: Selected, settings: ConcordanceSpec) -> Answer:
     """Return Kendall's W of one outcome."""
     from palpate.analysis.plans.answers import averaged, coefficient, plain_rows, require_columns
     from palpate.analysis.reliability.concordance import kendall_w
@@ -212,7 +212,7 @@ def concordance_answer(selected: Selected, settings: AskedConcordance) -> Answer
     return _answer(selected, settings.value, plain_rows(result, finite=True), method, kinds, headline, notes)
 
 
-def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answer:
+def krippendorff_answer(selected: Selected, settings: KrippendorffSpec) -> Answer:
     """Return Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
@@ -240,7 +240,7 @@ def krippendorff_answer(selected: Selected, settings: AskedKrippendorff) -> Answ
     return _answer(selected, settings.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
 
 
-def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
+def retest_answer(selected: Selected, settings: RetestSpec) -> Answer:
     """Return the agreement of first and second answers of one outcome; people and pairs in `more`."""
     from palpate.analysis.plans.answers import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
@@ -269,7 +269,7 @@ def retest_answer(selected: Selected, settings: AskedRetest) -> Answer:
     return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
 
 
-def raters_answer(selected: Selected, settings: AskedRaters) -> Answer:
+def raters_answer(selected: Selected, settings: RatersSpec) -> Answer:
     """Return each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
@@ -331,15 +331,15 @@ def _answer(
     return Answer(rows, method, kinds, people, int(table[value].notna().sum()), headline, tuple(notes), more or {})
 
 
-def _whole_targets(settings: AskedIcc | AskedConcordance) -> tuple[str, ...]:
+def _whole_targets(settings: IccSpec | ConcordanceSpec) -> tuple[str, ...]:
     return (settings.targets,) if settings.raters == "participant" else ()
 
 
 KINDS: Mapping[str, Kind] = {
-    "icc": Kind("intraclass correlation", AskedIcc, icc_answer, complete=_whole_targets),
-    "cronbach_alpha": Kind("Cronbach's alpha", AskedAlpha, alpha_answer, each="all"),
-    "kendall_w": Kind("Kendall's W", AskedConcordance, concordance_answer, complete=_whole_targets),
-    "krippendorff_alpha": Kind("Krippendorff's alpha", AskedKrippendorff, krippendorff_answer),
-    "retest": Kind("test and retest", AskedRetest, retest_answer),
-    "raters": Kind("rater diagnostics", AskedRaters, raters_answer, each="all"),
+    "icc": Kind("intraclass correlation", IccSpec, icc_answer, complete=_whole_targets),
+    "cronbach_alpha": Kind("Cronbach's alpha", AlphaSpec, alpha_answer, each="all"),
+    "kendall_w": Kind("Kendall's W", ConcordanceSpec, concordance_answer, complete=_whole_targets),
+    "krippendorff_alpha": Kind("Krippendorff's alpha", KrippendorffSpec, krippendorff_answer),
+    "retest": Kind("test and retest", RetestSpec, retest_answer),
+    "raters": Kind("rater diagnostics", RatersSpec, raters_answer, each="all"),
 }

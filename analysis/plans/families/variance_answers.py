@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from palpate.analysis.plans.answers import (
-    CORRECTED,
+    ADJUSTMENTS,
     answer_of,
     plain_row,
     plain_rows,
@@ -44,6 +44,8 @@ NAMES = {
     "eps_HF": "epsilon_huynh_feldt",
 }
 ETAS = {"np2": "partial_eta_squared", "ng2": "generalized_eta_squared", "eta2": "eta_squared"}
+MOST_NAMED = 6
+"""Pairs that a headline names; it counts more of them."""
 HF_UNDEFINED = "Huynh-Feldt is undefined: p is Greenhouse-Geisser's"
 TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "unweighted means, sum-to-zero contrasts"}
 
@@ -73,6 +75,7 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
         rows.append(_row(record, limits.to_dict("records")[0], settings))
         sentences.append(f"{record['Source']}: {apa_f(record, settings.eta, correction)}")
     if settings.within:
+        # Mauchly's tests stand beside the answer; they decide nothing.
         between = settings.between or None
         tests = mauchly_tests(selected.table, "value", within=settings.within, between=between, **_options(settings))
         sphericity = plain_rows(tests.rename(columns={"Source": "effect", "d": "contrasts", "ddof": "df"}))
@@ -189,9 +192,6 @@ def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
 
 
-TOLD = 6
-
-
 def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
     """Return one row per pair, the earlier level minus the later one, in the order of the study."""
     options = _pair_options(selected, settings, settings.factor)
@@ -217,10 +217,10 @@ def pairs_answer(selected: Selected, settings: Pairs) -> Answer:
     return answer_of(
         selected,
         rows,
-        f"{test}; {CORRECTED[settings.correction]} over a family of {family}",
+        f"{test}; {ADJUSTMENTS[settings.correction]} over a family of {family}",
         _pair_kinds(size, settings),
         headline=_count(
-            f"differ (p < {_plain(selected.alpha)}; {CORRECTED[settings.correction]}, family of {family})",
+            f"differ (p < {_plain(selected.alpha)}; {ADJUSTMENTS[settings.correction]}, family of {family})",
             [row for row in rows if isinstance(p := row["p"], float) and p < selected.alpha],
             rows,
         ),
@@ -310,7 +310,7 @@ def _pair_kinds(size: str, settings: Pairs) -> dict[str, str]:
         "ci95_low": "95% interval of the mean difference, not adjusted",
         "ci95_high": "95% interval of the mean difference, not adjusted",
         "df": "degrees of freedom",
-        "p": f"two-sided p, {CORRECTED[settings.correction]}",
+        "p": f"two-sided p, {ADJUSTMENTS[settings.correction]}",
         "family": "tests in the family",
         "p_uncorrected": "two-sided p, not adjusted",
         **{name: meaning, f"{name}_low": interval, f"{name}_high": interval},
@@ -332,7 +332,7 @@ def _equivalent(row: Mapping[str, Any]) -> Row:
 def _count(what: str, chosen: Sequence[Row], rows: Sequence[Row]) -> str:
     """Return a sentence on how many of the pairs were chosen, and which where they are few."""
     named = ", ".join(f"{row['a']} – {row['b']}" for row in chosen)
-    which = f": {named}" if 0 < len(chosen) <= TOLD else ""
+    which = f": {named}" if 0 < len(chosen) <= MOST_NAMED else ""
     return f"{len(chosen)} of {len(rows)} pairs {what}{which}"
 
 

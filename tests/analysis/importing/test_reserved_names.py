@@ -11,7 +11,7 @@ from palpate.analysis.first_look.analysis import analyse_ratings
 from palpate.analysis.first_look.page import report_html
 from palpate.analysis.importing.map_file import MapRefused, read_map
 from palpate.analysis.ratings.dataset import RESERVED, DataRefused
-from palpate.analysis.ratings.describe import describe, participant_means
+from palpate.analysis.ratings.describe import describe
 from palpate.analysis.ratings.reading import read_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings
 from tests.analysis.tables_for_tests import COLUMNS, imported, write_map
@@ -64,7 +64,7 @@ def test_every_column_that_means_are_given_in_is_reserved() -> None:
     rows = [(p, a, level, 1.0) for p in ("P1", "P2") for a in ("Soft", "Warm") for level in ("x", "y")]
     ratings = small_ratings(rows)
     tables = [describe(ratings, ("attribute", "level"), kind=kind) for kind in ("over ratings", "over participants")]
-    columns = {str(name) for table in (*tables, participant_means(ratings, ("attribute",))) for name in table.columns}
+    columns = {str(name) for table in tables for name in table.columns}
     assert columns - {"level"} <= RESERVED
 
 

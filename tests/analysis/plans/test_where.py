@@ -6,7 +6,7 @@ import pytest
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import Rule
 from palpate.analysis.plans.selecting import apply_exclusions
-from palpate.analysis.plans.where import Range, keeps, kept_rows
+from palpate.analysis.plans.where import Range, keeps, matching_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.people import people_of
 from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
@@ -36,7 +36,7 @@ def test_a_range_includes_both_ends_and_may_have_one():
     ages = ["17.5", "18", "18.0", "30", "30.5", "nan", "n"]
     assert [age for age in ages if keeps(Range(**{"from": 18, "to": 30}), age)] == ["18", "18.0", "30"]
     assert [age for age in ages if keeps(Range(**{"to": 18}), age)] == ["17.5", "18", "18.0"]
-    assert kept_rows(pd.Series([17.0, 18.0, float("nan")]), Range(**{"from": 18})).tolist() == [False, True, False]
+    assert matching_rows(pd.Series([17.0, 18.0, float("nan")]), Range(**{"from": 18})).tolist() == [False, True, False]
     assert str(Range(**{"from": 18, "to": 30.5})) == "from 18 to 30.5"
 
 

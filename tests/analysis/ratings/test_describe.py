@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.analysis.ratings.dataset import LARGEST, DataRefused
-from palpate.analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe, participant_means
+from palpate.analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.examples import examples
 
@@ -60,11 +60,6 @@ def test_over_participants_first_averages_within_each_participant() -> None:
     assert (over_people["kind"], over_people["n"], over_people["mean"]) == ("over participants", 2, 4.0)
     assert over_people["sd"] == pytest.approx(8**0.5, rel=1e-15)
     assert (over_people["ratings_min"], over_people["ratings_max"]) == (1, 2)
-    means = participant_means(ratings, ["attribute"])
-    assert means.to_dict("records") == [
-        {"participant": "P1", "attribute": "Soft", "mean": 2.0, "ratings": 2},
-        {"participant": "P2", "attribute": "Soft", "mean": 6.0, "ratings": 1},
-    ]
 
 
 @pytest.mark.parametrize(("kind", "reason"), [("over ratings", ONE_RATING), ("over participants", ONE_PARTICIPANT)])
@@ -81,7 +76,6 @@ def test_rows_are_in_the_order_of_the_study() -> None:
     assert list(zip(description["attribute"], description["level"], strict=True)) == [
         ("Warm", "g2"), ("Warm", "g10"), ("Soft", "g2"), ("Soft", "g10"),
     ]  # fmt: skip
-    assert list(participant_means(ratings, ["attribute"])["participant"]) == ["P2", "P2", "P10", "P10"]
 
 
 def test_attributes_are_averaged_only_when_a_category_is_requested() -> None:

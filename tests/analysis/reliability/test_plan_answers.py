@@ -108,7 +108,7 @@ def test_gaps_are_refused_left_out_or_kept_as_each_statistic_can() -> None:
 
 
 def test_the_cells_that_must_be_filled_are_named_for_the_plan() -> None:
-    settings = asking.AskedIcc(name="x", test="icc", targets="texture")
+    settings = asking.IccSpec(name="x", test="icc", targets="texture")
     assert asking.KINDS["icc"].complete is not None
     assert asking.KINDS["icc"].complete(settings) == ("texture",)
 

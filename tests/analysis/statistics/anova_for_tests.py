@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
+
 import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
 from palpate.analysis import StatisticsError, rm_anova
+from palpate.analysis.statistics.exact import ExactEffect, exact_ratio, integers
 
 NAMES = {  # reference name -> our column
     "SS": "SS",
@@ -58,3 +62,16 @@ def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -
         rm_anova(table, **arguments)  # type: ignore[arg-type]
     assert isinstance(caught.value, ValueError)
     return str(caught.value)
+
+
+def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
+    """Return the one-way ANOVA of groups of any sizes; epsilon is None, generalized eta squared the classical one."""
+    whole, unit = integers(value for group in groups for value in group)
+    numbers, n = iter(whole), len(whole)
+    parts = [[next(numbers) for _ in group] for group in groups]
+    sums = sum((Fraction(sum(part) ** 2, len(part)) for part in parts), Fraction(0))
+    ss = (sums - Fraction(sum(whole) ** 2, n)) * unit
+    error = (sum(value * value for value in whole) - sums) * unit
+    df1, df2 = len(groups) - 1, n - len(groups)
+    eta2 = exact_ratio(ss, ss + error)
+    return ExactEffect("", ss, error, df1, df2, exact_ratio(ss * df2, error * df1), None, eta2, eta2)

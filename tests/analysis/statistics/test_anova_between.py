@@ -9,9 +9,8 @@ import pandas as pd
 import pytest
 
 from palpate.analysis import anova
-from palpate.analysis.statistics.exact import exact_one_way
 from palpate.analysis.statistics.references import nist_table, nist_values
-from tests.analysis.statistics.anova_for_tests import relative_error
+from tests.analysis.statistics.anova_for_tests import exact_one_way, relative_error
 
 NIST = nist_values()
 

@@ -9,11 +9,11 @@ import pytest
 
 from palpate.analysis import anova, apa_f, pairwise_tests, rm_anova
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.exact import exact_one_way, exact_within
+from palpate.analysis.statistics.exact import exact_within
 from palpate.analysis.statistics.f_and_t import f_tail
 from palpate.analysis.statistics.references import edge_cases, edge_table, reference_values
 from palpate.analysis.statistics.refusals import TooFew
-from tests.analysis.statistics.anova_for_tests import NAMES, long_table, relative_error
+from tests.analysis.statistics.anova_for_tests import NAMES, exact_one_way, long_table, relative_error
 
 EXACT = reference_values("edge_cases_exact")
 REFUSED = {"n1_k4": "one participant", "k1": "one level"}

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from palpate.analysis.statistics.cells import gather
-from palpate.analysis.statistics.exact import exact_one_way, exact_within
+from palpate.analysis.statistics.exact import exact_within
 from palpate.analysis.statistics.references import (
     edge_cases,
     edge_table,
@@ -18,6 +18,7 @@ from palpate.analysis.statistics.references import (
     reference_table,
     reference_values,
 )
+from tests.analysis.statistics.anova_for_tests import exact_one_way
 
 SETS = {name: entry for name, entry in reference_values("exact_reference").items() if "effects" in entry}
 EDGE = reference_values("edge_cases_exact")

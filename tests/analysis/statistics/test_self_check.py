@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.analysis.statistics import exact as checking
-from palpate.analysis.statistics.exact import exact_mixed, exact_one_way, exact_within, self_check
+from palpate.analysis.statistics.exact import exact_mixed, exact_within, self_check
 from palpate.analysis.statistics.mixed_anova import gather_design
 from palpate.analysis.statistics.references import reference_table, reference_values
-from tests.analysis.statistics.anova_for_tests import long_table
+from tests.analysis.statistics.anova_for_tests import exact_one_way, long_table
 from tests.analysis.statistics.variance_for_tests import UNEQUAL, R, design, r_table
 
 SETS = {name: entry for name, entry in reference_values("r_reference").items() if "effects" in entry}

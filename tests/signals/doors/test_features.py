@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
 from palpate.signals.doors.features import describe, landmarks, peaks_of, plateau_after_second_peak
-from palpate.signals.doors.grid import POINTS, DoorDataError, grid_index, motion_end
+from palpate.signals.doors.grid import POINTS, DoorDataError, motion_end
 from tests.examples import examples
 
 
@@ -78,7 +78,3 @@ def test_a_profile_without_features_has_finite_columns(force_N) -> None:
     assert np.isfinite(list(columns.values())).all()
     assert columns["peak_count"] == 0
     assert columns["drop_N"] == 0
-
-
-def test_grid_index_stays_inside() -> None:
-    assert [grid_index(angle) for angle in (-3, 0, 0.26, 62, 90)] == [0, 0, 3, 620, 620]
