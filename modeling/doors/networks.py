@@ -1,6 +1,6 @@
-"""The two networks of thesis 5.4 and 5.6 with exactly its shapes, what their trainings share, and their export.
+"""The two networks of thesis 5.4 and 5.6 with its shapes, the rows of their trainings, and their export.
 
-An exported network is a list of steps with float32 tensors: what the rig's own runtime needs to answer as it does."""
+An exported network is a list of steps with float32 tensors, which the rig's own runtime computes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Self
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from palpate.modeling.doors.data import ModelDataError
@@ -19,7 +18,7 @@ from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, rows_of
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.regression import CONSTANT
-from palpate.modeling.training.steps import answers_of
+from palpate.modeling.training.steps import answers_of, exported_float32
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
@@ -115,17 +114,6 @@ class PerceptionToForce(nn.Module):
         return force
 
 
-def shapes(force: Tensor, network: ForceToPerception) -> dict[str, tuple[int, ...]]:
-    """Return the shape of every stage for a batch of forces (batch, 621), by name; channels before length."""
-    with torch.no_grad():
-        latent = network.encoder(force.unsqueeze(1))
-        restored = network.decoder(latent)
-        hidden = network.head[:2](restored)
-        out = network.head[2:](hidden)
-    stages = {"latent": latent, "restored": restored, "hidden": hidden, "ratings": out}
-    return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
-
-
 class Rescale(nn.Module):
     """y = gain * x + offset, by element; fixed, never trained."""
 
@@ -177,7 +165,7 @@ def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
 
 
 def answers(network: nn.Module, given: Array) -> Array:
-    """What a network answers to rows (n, in), as float64 (n, out), dropout off and on one thread: sums in one order.
+    """Return a network's answers (n, out) to rows (n, in) as float64, without dropout, on one thread.
 
     Raises ModelDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
@@ -195,7 +183,9 @@ def exported_network(network: nn.Module, *after: Step) -> Exported:
     are not finite.
     """
     pieces = list(_pieces(network, ""))
-    tensors = {name: _float32(name, value) for _, named in pieces for name, value in named.items()}
+    tensors = {
+        name: exported_float32(name, value, ModelDataError) for _, named in pieces for name, value in named.items()
+    }
     return Exported((*(step for step, _ in pieces), *after), tensors)
 
 
@@ -298,10 +288,3 @@ def _whole(value: object, name: str) -> int:
     if not isinstance(value, int | float) or value != int(value):
         raise ModelDataError(f"{name}: model cards know whole numbers of neighbours only, found {value}.")
     return int(value)
-
-
-def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
-    array = np.array(value.detach().numpy(), dtype=np.float32, order="C")
-    if not np.isfinite(array).all():
-        raise ModelDataError(f"{name}: holds values that are not finite; this network cannot be used.")
-    return array

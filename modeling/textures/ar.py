@@ -1,4 +1,4 @@
-"""Piecewise autoregression over speed and force (Culbertson et al. 2014), cut, placed and levelled without a hand."""
+"""Piecewise autoregression over speed and force (Culbertson et al. 2014), segmented and placed automatically."""
 
 from __future__ import annotations
 
@@ -24,40 +24,40 @@ from palpate.signals.models.card_steps import Autoregression
 
 WINDOW = 30
 RADIUS = 0.998
-"""All poles of what runs lie within, at every speed and force: see `FittedAr.exported`."""
+"""The radius of all poles of the exported filters, at every speed and force: see `FittedAr.exported`."""
 OWN_RADIUS = 0.997
-"""The poles of each point's predictor lie within."""
+"""The radius of the poles of each point's predictor."""
 GAP = 0.004
-"""Radians between line spectral frequencies at least: they rise also in half precision."""
+"""The least distance of line spectral frequencies in radians, so that they rise in half precision too."""
 POINTS = 24
 SAMPLES = 400
-"""A point has so many samples at least, where there are more than one."""
+"""The least number of samples of a point, where there are several."""
 PER_COEFFICIENT = 20
 """The least number of samples for each coefficient."""
 MOST = 200
-"""Samples of a stretch at most: longer ones are cut, since the hand moves on."""
+"""The most samples of a piece: longer stretches are cut, since speed and force change along them."""
 SILENT = 1e-8
-"""Share of the training part's power that counts as none: a log SD without end would reach its neighbours."""
+"""Share of the training part's power that is added to every error, so that no log SD is infinite."""
 AT_ONCE = 4096
 STEP = 25
-"""Samples between places where a border may lie."""
+"""Samples between the places where a border may lie."""
 SHORTEST, LONGEST = 4, 80
 """Steps of a stretch: 0.1 s to 2 s."""
 HIGHEST = 20
-"""Order that a stretch's cost is looked at with."""
+"""The highest order that the cost of a stretch is computed for."""
 LEAST = 1e-20
 """Power, relative to the whole recording's, below which a stretch is silent."""
 PRIOR = 4.0
-"""So many samples' worth of belief in the level that a point's own stretches have."""
+"""The weight, in samples, of the level that a point's own stretches have."""
 NEWTON_STEPS, SMALLEST_STEP = 50, 1e-9
 LARGEST_STEP = 1.0
-"""A Newton step changes no log SD by more."""
+"""The most that a Newton step changes a log SD."""
 PER = (100.0, 1.0)
-"""mm/s and N that count as equally far."""
+"""The units of distance: so many mm/s count as much as so many N."""
 NARROW = 1e-6
 """Points that differ less than this share of the wider side, or of `PER`, lie on a line."""
 EDGE = -1e-9
-"""A place so little outside a triangle is on its edge."""
+"""Barycentric shares down to this count as inside a triangle."""
 Rows = NDArray[np.int64]
 
 
@@ -93,18 +93,17 @@ class FittedAr:
             raise TextureDataError(f"windows of shape {given.shape}; (n, 3, {self.window}) are expected")
         if not np.isfinite(given).all():
             raise TextureDataError("a window holds a number that is not finite; correct or leave out its stretch")
-        parts = [self._answers(given[at : at + AT_ONCE]) for at in range(0, len(given), AT_ONCE)]
-        return np.concatenate(parts) if parts else np.empty(0)
+        parts: list[Array] = [np.empty(0)]
+        for at in range(0, len(given), AT_ONCE):
+            past, speed, force = given[at : at + AT_ONCE].swapaxes(0, 1)
+            filters = self.filters(speed[:, -1], force[:, -1])
+            parts.append(-(filters[:, 1:] * past[:, : -filters.shape[1] : -1]).sum(axis=1))
+        return np.concatenate(parts)
 
     def filters(self, speed_mm_s: Array, force_N: Array) -> Array:
         """Return the error filters (n, order + 1) at speeds and forces (n,)."""
         hand = np.stack([speed_mm_s, force_N], axis=1)
         return expanded(filters_of(self.mesh.shares(hand) @ self.frequencies), 1 / RADIUS)
-
-    def _answers(self, given: Array) -> Array:
-        filters = self.filters(given[:, 1, -1], given[:, 2, -1])
-        order = filters.shape[1] - 1
-        return np.asarray(-(filters[:, 1:] * given[:, 0, : -order - 1 : -1]).sum(axis=1))
 
     def exported(self) -> Exported:
         """Return the window, its past acceleration k samples back times RADIUS**k, and the predictors without that.
@@ -125,36 +124,39 @@ class FittedAr:
 
 
 def fit(learning: Learning) -> FittedAr:
-    """Cut the training part where its spectrum or level changes, gather what is alike in speed and force, fit each.
+    """Fit predictors to groups of stretches of the training part that are alike in speed and force.
 
-    Every group's predictor is Burg's; its place is the group's mean speed and force. `Learning.window`, else 30, is the
-    order, or less where the training part has fewer than 20 samples a coefficient. Raises TextureDataError where the
-    acceleration is silent or constant, or where there is too little of it.
+    The training part is cut where its spectrum or level changes. Every group's predictor is Burg's, at the group's mean
+    speed and force. The order is `Learning.window`, else 30, or less where the training part has fewer than 20 samples
+    a coefficient. Raises TextureDataError where the acceleration is silent or constant, or too short.
     """
     window = learning.window or WINDOW
     samples = learning.recording.acceleration_m_s2
     order = _order(learning, window)
     stretches = segmented(samples, learning.parts.train)
-    pieces = tuple(piece for stretch in stretches for piece in _pieces(stretch))
+    pieces: list[tuple[int, int]] = []
+    for stretch in stretches:  # in equal pieces of at most `MOST` samples
+        number = -(-(stretch.stop - stretch.start) // MOST)
+        pieces += pairwise(np.linspace(stretch.start, stretch.stop, number + 1).round().astype(int).tolist())
     groups = _groups(learning, pieces)
     learning.report(f"{len(stretches)} stretches, {len(groups)} points, order {order}")
     hand = learning.recording.signals[1:].T
     floor = SILENT * float(np.mean([np.mean(samples[a:b] ** 2) for a, b in pieces]))
     predictors = [_predictor([samples[a:b] for a, b in group], order) for group in groups]
     places = [np.concatenate([hand[a:b] for a, b in group]).mean(axis=0) / PER for group in groups]
-    mesh = meshed(np.array(places))
+    mesh = mesh_of(np.array(places))
     frequencies = np.array([frequencies_of(weights) for weights, _ in predictors])
     log_sd = np.array([0.5 * np.log(error + floor) for _, error in predictors])
     plain = FittedAr(window, mesh, frequencies, log_sd, stretches)
     at = np.concatenate([np.arange(a, b) for a, b in learning.parts.train])
     acceleration, speed, force = learning.recording.signals[:, at]
     shares = plain.mesh.shares(np.stack([speed, force], axis=1))
-    levels = levelled(plain.log_sd, shares, acceleration**2 + floor, power_gain(plain.filters(speed, force)))
+    levels = match_levels(plain.log_sd, shares, acceleration**2 + floor, power_gain(plain.filters(speed, force)))
     return replace(plain, log_sd=levels)
 
 
 def _order(learning: Learning, window: int) -> int:
-    """Return how far the predictors look back. Raises TextureDataError."""
+    """Return the order of the predictors. Raises TextureDataError for too few samples, or constant ones."""
     name = learning.recording.texture
     parts = learning.parts.train
     total = sum(b - a for a, b in parts)
@@ -171,15 +173,8 @@ def _order(learning: Learning, window: int) -> int:
     return order
 
 
-def _pieces(stretch: Stretch) -> list[tuple[int, int]]:
-    """Return a stretch in equal pieces of at most `MOST` samples."""
-    count = -(-(stretch.stop - stretch.start) // MOST)
-    edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int).tolist()
-    return list(pairwise(edges))
-
-
 def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Pieces that are alike in speed and force together (Ward 1963), each group with samples enough."""
+    """Group pieces that are alike in speed and force (Ward 1963), with about `SAMPLES` samples or more in each."""
     hand = learning.recording.signals[1:].T / PER
     places = np.array([hand[a:b].mean(axis=0) for a, b in pieces])
     total = sum(b - a for a, b in pieces)
@@ -191,25 +186,20 @@ def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[
 
 
 def _predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
-    """Return the filter whose poles are those of Burg's divided by RADIUS, and the error of Burg's."""
+    """Return Burg's filter with its poles divided by RADIUS, and its error."""
     weights, error = burg(stretches, order)
     inner = damped_within(weights, OWN_RADIUS)
-    while _gap(expanded(inner, RADIUS)) < GAP:
+    while np.diff(frequencies_of(expanded(inner, RADIUS)), prepend=0.0, append=np.pi).min() < GAP:
         inner = damped_within(inner, OWN_RADIUS * float(np.abs(np.roots(inner)).max()))
     return expanded(inner, RADIUS), error
 
 
-def _gap(weights: Array) -> float:
-    frequencies = frequencies_of(weights)
-    return float(np.diff(np.concatenate([[0.0], frequencies, [np.pi]])).min())
+def match_levels(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Array:
+    """Return the log SD of the innovations at each point (k,), starting from the stretches' own.
 
-
-def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Array:
-    """Return the log SD of the innovations at each point (k,), from what the stretches gave.
-
-    Where sample n, of the square `squares` (n,), has the shares (n, k) of the points and a predictor that makes white
-    noise `gains` (n,) times as strong, its variance is gains exp(2 shares log_sd). The negative log likelihood of that,
-    with the prior that nothing is to change, is convex in log_sd: Newton's method finds its one maximum.
+    Sample n has the square `squares` (n,), the shares (n, k) of the points, and a predictor that amplifies white noise
+    by `gains` (n,), so its variance is gains exp(2 shares log_sd). The negative log likelihood of that, with a prior
+    around the given log SDs, is convex in log_sd, so Newton's method finds its one minimum.
     """
     powers = squares / gains
     result = log_sd.copy()
@@ -228,8 +218,8 @@ def levelled(log_sd: Array, shares: Array, squares: Array, gains: Array) -> Arra
 def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[Stretch, ...]:
     """Return the stretches of least description length within each part [start, stop); all of it where it is short.
 
-    The cost of a cut is that of AutoPARM (Davis et al. 2006): what it takes to tell the borders, each stretch's order,
-    its coefficients, and the samples that they leave unexplained. AutoPARM searches with a genetic algorithm; here
+    The cost of a cut is that of AutoPARM (Davis et al. 2006): the code length of the borders, of each stretch's order
+    and coefficients, and of the samples that they leave unexplained. AutoPARM searches with a genetic algorithm; here
     borders lie on a grid, so the best cut of all is found by dynamic programming.
     """
     floor = LEAST * float(np.mean([np.mean(acceleration[a:b] ** 2) for a, b in parts])) + np.finfo(float).tiny
@@ -265,7 +255,7 @@ def _borders(samples: Array, floor: float, total: int) -> list[int]:
 
 
 def _lags(samples: Array) -> Array:
-    """(steps, HIGHEST + 1): the autocorrelation about each step, tapered: any sum of them belongs to a signal."""
+    """Return the tapered autocorrelation about each step, (steps, HIGHEST + 1); their sums are autocorrelations too."""
     width = 2 * STEP
     padded = np.pad(samples, (STEP // 2, STEP // 2 + width))
     count = len(samples) // STEP
@@ -274,13 +264,13 @@ def _lags(samples: Array) -> Array:
 
 
 def _costs(lags: Array, floor: float, total: int) -> Array:
-    """(LONGEST + 1, steps): the description length in nats of so many steps from each one on."""
+    """Return the description length in nats of so many steps from each one on, (LONGEST + 1, steps)."""
     count = len(lags)
     sums = np.concatenate([np.zeros((1, lags.shape[1])), np.cumsum(lags, axis=0)])
     costs = np.full((LONGEST + 1, count), np.inf)
     taper = float((hann(2 * STEP, sym=False) ** 2).sum())
     for steps in range(SHORTEST, min(LONGEST, count) + 1):
-        errors = _errors((sums[steps:] - sums[:-steps]) / (steps * taper), floor)
+        errors = _prediction_errors((sums[steps:] - sums[:-steps]) / (steps * taper), floor)
         size = steps * STEP
         orders = np.arange(1, HIGHEST + 1)
         code_length = np.log(total) + np.log(orders) + (orders + 2) / 2 * np.log(size)
@@ -288,8 +278,8 @@ def _costs(lags: Array, floor: float, total: int) -> Array:
     return costs
 
 
-def _errors(lags: Array, floor: float) -> Array:
-    """(n, HIGHEST): the error of the best predictor of each order, by the recursion of Levinson and Durbin."""
+def _prediction_errors(lags: Array, floor: float) -> Array:
+    """Return the error of the best predictor of each order, (n, HIGHEST), by the Levinson-Durbin recursion."""
     error = lags[:, 0] + floor
     result = np.empty((len(lags), HIGHEST))
     filters = np.zeros((len(lags), HIGHEST + 1))
@@ -322,9 +312,9 @@ class Mesh:
     rim: Rows
 
     def shares(self, hand: Array) -> Array:
-        """(n, 2) speed in mm/s and force in N to the share (n, k) of each point, together 1.
+        """Return the share (n, k) of each point, 1 in sum, for speeds in mm/s and forces in N (n, 2).
 
-        Outside the triangles the nearest place on the rim counts.
+        Outside the triangles it is that of the nearest place on the rim.
         """
         places = np.asarray(hand, dtype=np.float64) / PER
         result = np.zeros((len(places), len(self.points)))
@@ -362,8 +352,8 @@ class Mesh:
         np.add.at(shares, (rows, self.rim[edge, 1]), of_edge)
 
 
-def meshed(points: Array) -> Mesh:
-    """Points (k, 2) and their Delaunay triangles; on a line, its pieces."""
+def mesh_of(points: Array) -> Mesh:
+    """Return points (k, 2) with their Delaunay triangles; for points on a line, with its segments."""
     spread = np.ptp(points, axis=0)
     if (spread < NARROW * max(1.0, float(spread.max()))).any():
         return _line(points)
@@ -375,7 +365,7 @@ def meshed(points: Array) -> Mesh:
 
 
 def _line(points: Array) -> Mesh:
-    """Neighbours along the longer side."""
+    """Return the mesh of points on a line: edges between neighbours along the longer side."""
     order = np.argsort(points[:, np.ptp(points, axis=0).argmax()], kind="stable")
     first, second = (order[:-1], order[1:]) if len(order) > 1 else (order, order)
     edges = np.stack([first, second], axis=1).astype(np.int64)

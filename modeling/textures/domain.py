@@ -23,13 +23,13 @@ from palpate.protocols.code_digest import code_digest, module_of
 from palpate.signals.textures.voice import play
 
 MODELS = "models"
-"""Below the folder of finished jobs."""
+"""The folder of models below that of finished jobs."""
 PLAYER = "palpate.signals.textures.voice"
-"""What a model runs free in, and makes the start of a touch with."""
+"""The module that plays a model in a free run, and for the start of a touch."""
 DRIVING = ("speed", "force", "truth", "again")
 """The arrays of another exploration."""
 SECONDS, QUICK_SECONDS = 60.0, 10.0
-"""How long a model runs free."""
+"""The seconds of a free run."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Explore:
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The name of the job in progress and errors."""
         return f"{self.texture}: another exploration"
 
 
@@ -55,26 +55,26 @@ class Fit:
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The name of the job in progress and errors."""
         own = "" if self.loss is None else f", window {self.window}, {self.loss}"
         return f"{self.texture}: {self.method}{own}"
 
     @property
     def of_the_grid(self) -> bool:
-        """Whether its window and loss are only compared with others: it gets no file and does not run free."""
+        """Whether it only compares a window and a loss: such a fit writes no file and does not run free."""
         return self.loss is not None
 
 
 @dataclass(frozen=True)
 class Play:
-    """A fitted model that runs free; `sampled` or by its mean alone."""
+    """A free run of a fitted model, with its noise (`sampled`) or by its mean alone."""
 
     fit: Fit
     sampled: bool = True
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The name of the job in progress and errors."""
         return f"{self.fit.name}, running free{'' if self.sampled else ', its mean alone'}"
 
 
@@ -88,8 +88,8 @@ TextureResult = Result[Job]
 class TextureDomain(Domain[Job]):
     """The recordings, their parts and the methods.
 
-    `explore`: the surfaces are simulated, so that more of them can be explored, for `seconds`. `left_out`: recordings
-    that could not be split, and why.
+    With `explore` the surfaces are simulated, and another exploration of `seconds` drives the models. `left_out` holds
+    the recordings that could not be split, each with the reason.
     """
 
     work: Path
@@ -107,7 +107,19 @@ class TextureDomain(Domain[Job]):
             drive = explored(self.simulator, job.texture, self.seconds, self.seed)
             return Result(job, {"cycle": drive.cycle}, {name: getattr(drive, name) for name in DRIVING})
         if isinstance(job, Play):
-            return self._play(job)
+            model = result_of(job.fit, self)
+            if model.refused or not model.files:
+                raise TextureDataError(model.refused or f"{job.fit.name}: there is no file of it.")
+            drive = drive_for(job.fit.texture, self)
+            start = self.clock()
+            generated = np.asarray(play(model.files[0], drive.speed, drive.force, self.seed, job.sampled))
+            scores = {"played_s": self.clock() - start, **free_run_scores(generated, drive)}
+            signals: dict[str, NDArray[Any]] = {
+                "density": density(generated)[1],
+                "envelope": envelope(generated),
+                "made": generated.astype(np.float32),
+            }
+            return Result(job, scores, signals)
         settings = {**self.settings, "checkpoint": self.checkpoint(job)}
         recording, parts = self.recordings[job.texture], self.parts[job.texture]
         given = learning_for(recording, parts, job.window, job.loss, self.seed, settings)
@@ -115,23 +127,8 @@ class TextureDomain(Domain[Job]):
         numbers, arrays, files = fit_and_score(self.methods[job.method], given, folder, self.clock)
         return Result(job, numbers, arrays, files=files)
 
-    def _play(self, job: Play) -> TextureResult:
-        model = result_of(job.fit, self)
-        if model.refused or not model.files:
-            raise TextureDataError(model.refused or f"{job.fit.name}: there is no file of it.")
-        drive = drive_for(job.fit.texture, self)
-        start = self.clock()
-        made = np.asarray(play(model.files[0], drive.speed, drive.force, self.seed, job.sampled))
-        numbers = {"played_s": self.clock() - start, **free_run_scores(made, drive)}
-        arrays: dict[str, NDArray[Any]] = {
-            "density": density(made)[1],
-            "envelope": envelope(made),
-            "made": made.astype(np.float32),
-        }
-        return Result(job, numbers, arrays)
-
     def decides(self, job: Job) -> dict[str, Any]:
-        """Return what decides a job's result, and that of the jobs which it builds on."""
+        """Return everything that the job's result depends on, the jobs that it builds on included."""
         if isinstance(job, Explore):
             kind = type(self.simulator)
             return {
@@ -165,7 +162,7 @@ def _player_digest() -> str:
 
 
 def drive_for(texture: str, domain: TextureDomain) -> Drive:
-    """Return what the models of a texture are driven by. Raises TextureDataError, or what the simulator raises."""
+    """Return the hand that drives the models of a texture. Raises TextureDataError, or what the simulator raises."""
     if not domain.explore:
         return from_recording(domain.recordings[texture], domain.parts[texture], domain.seconds)
     exploration = result_of(Explore(texture), domain)

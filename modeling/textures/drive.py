@@ -1,4 +1,4 @@
-"""What a model is driven by when it runs free, and what it is compared with: a hand, the truth, and the truth again."""
+"""The hand that drives a free run, the true acceleration for it, and another realisation of the truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.signals.arrays import Array
 
 LEAST_S = 2.0
-"""A test part below this says too little of level and spectrum: the whole recording's hand is taken then."""
+"""A shorter test part does not determine level and spectrum: the whole recording's hand is taken then."""
 MOVES = 0.1
 """The share of the time that the hand has to move and press, or the renderer is silent nearly always."""
 SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
@@ -56,17 +56,17 @@ class Drive:
 
     @property
     def seconds(self) -> float:
-        """How long the models run."""
+        """The seconds of the free run."""
         return float(len(self.truth) / RATE_HZ)
 
 
 def explored(simulator: TextureSimulator, texture: str, seconds: float, seed: int) -> Drive:
-    """Another free exploration of a simulated surface, and its ceiling: the same hand elsewhere on it.
+    """Return another free exploration of a simulated surface, and that of the same hand elsewhere on it.
 
-    Raises what the simulator raises, TextureDataError for what is no exploration.
+    Raises what the simulator raises, and TextureDataError for signals of another shape or that are not finite.
     """
-    truth, speed, force = _three(texture, simulator.scene(texture, seconds, seed))
-    again = _three(texture, simulator.again(texture, seconds, seed))[0]
+    truth, speed, force = _checked_exploration(texture, simulator.scene(texture, seconds, seed))
+    again = _checked_exploration(texture, simulator.again(texture, seconds, seed))[0]
     return Drive(texture, "another exploration", speed, force, truth, again, same_hand=True, cycle=cycle(truth))
 
 
@@ -91,18 +91,13 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
     half = recording.signals.shape[1] // 2
     again = recording.signals[0, :half] if seen else samples_of(recording, parts.validation)[0]
     count = max(1, round(seconds * RATE_HZ))
-    truth, speed, force = (_there_and_back(signal, count) for signal in signals)
+    # forwards, backwards, forwards ...: continuous, and of the same spectrum
+    truth, speed, force = (np.resize(np.concatenate([signal, signal[::-1]]), count) for signal in signals)
     repeats, window = _cycle(recording, parts.test)
     return Drive(
         recording.texture, "whole recording" if seen else "test part", speed, force, truth,
         again if len(again) else None, cycle=repeats, cycle_window=window, seen=seen,
     )  # fmt: skip
-
-
-def _there_and_back(signal: Array, count: int) -> Array:
-    """Return `count` samples of the signal forwards, backwards, forwards ...: continuous, of the same spectrum."""
-    whole = np.concatenate([signal, signal[::-1]])
-    return np.resize(whole, count)
 
 
 def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
@@ -123,7 +118,7 @@ def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
     return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
 
 
-def _three(texture: str, signals: Array) -> Array:
+def _checked_exploration(texture: str, signals: Array) -> Array:
     if signals.ndim != 2 or len(signals) != 3 or not np.isfinite(signals).all():
         raise TextureDataError(
             f"{texture}: an exploration of shape {signals.shape}; (3, n) finite numbers are expected."

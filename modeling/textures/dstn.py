@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.textures.exporting import Pieces, attending, pieces
+from palpate.modeling.textures.exporting import Pieces, attention_steps, pieces
 from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length, shaped
 from palpate.modeling.textures.foten_network import loss_named
 from palpate.modeling.textures.informer_layers import ProbSparse
@@ -69,14 +69,14 @@ def _(layer: Dstn, name: str) -> Pieces:
         yield from pieces(getattr(layer, part), f"{name}{part}.")
         yield Activation(function="relu"), {}
     yield Keep(kept=seen), {}
-    yield from attending(layer.local, f"{name}local.")
+    yield from attention_steps(layer.local, f"{name}local.")
     yield Add(kept=seen), {}
     yield from pieces(layer.norm, f"{name}norm.")
     yield from pieces(layer.encoder, f"{name}encoder.")
     yield Keep(kept=encoded), {}
     yield Part(start=layer.window - 1, stop=layer.window, along="length"), {}
     yield Keep(kept=newest), {}
-    yield from attending(layer.across, f"{name}across.", encoded)
+    yield from attention_steps(layer.across, f"{name}across.", encoded)
     yield Keep(kept=mattering), {}
     yield Recall(kept=newest), {}
     yield Join(kept=(mattering,)), {}

@@ -1,4 +1,4 @@
-"""Texture networks as steps and float32 tensors: what the rig's own runtimes need to answer as the networks do.
+"""The export of texture networks as steps and float32 tensors for the rig's own runtimes.
 
 `pieces` knows the layers of FoTEN and of the Informer, and plain ones. A network with layers of its own registers them
 in its own file: `@pieces.register`, then `def _(layer: Mine, name: str) -> Pieces`. A value is (channels, length),
@@ -30,7 +30,7 @@ from palpate.modeling.textures.informer_layers import Attended, Distilled, Embed
 from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
-from palpate.modeling.training.steps import answers_of
+from palpate.modeling.training.steps import answers_of, exported_float32
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Step
 from palpate.signals.models.card_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 
@@ -39,14 +39,14 @@ Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 
 
 def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
-    """A network as it answers, from a texture window (3 * window, units) to the mean, or mean and log SD (m/s^2).
+    """Export a network from a texture window (3 * window, in units) to the mean, or to mean and log SD (m/s^2).
 
     Raises TextureDataError for a layer that model cards have no step for, and for weights that are not finite.
     """
     exported_pieces = list(pieces(network, ""))
     tensors: dict[str, NDArray[np.float32]] = {}
     for _, named in exported_pieces:
-        tensors |= {name: _float32(name, value) for name, value in named.items()}
+        tensors |= {name: exported_float32(name, value, TextureDataError) for name, value in named.items()}
     down = Affine(gain="down.gain", offset="down.offset")
     tensors["down.gain"] = (1.0 / scale.sd[:, None]).astype(np.float32)
     tensors["down.offset"] = (-scale.mean / scale.sd)[:, None].astype(np.float32)
@@ -68,7 +68,7 @@ def pieces(layer: nn.Module, name: str) -> Pieces:
     raise TextureDataError(f"{name or 'network'}: model cards have no step for a layer of kind {type(layer).__name__}.")
 
 
-def each_place(layer: nn.Linear, name: str) -> Pieces:
+def dense_per_place(layer: nn.Linear, name: str) -> Pieces:
     """Yield the dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
     named = {f"{name}weight": layer.weight[..., None], f"{name}bias": layer.bias}
     yield Conv(weight=f"{name}weight", bias=f"{name}bias"), named
@@ -105,7 +105,7 @@ def _(layer: nn.LayerNorm, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: Embedding, name: str) -> Pieces:
-    yield from each_place(layer.dense, f"{name}dense.")
+    yield from dense_per_place(layer.dense, f"{name}dense.")
     if layer.place.numel():
         yield Affine(offset=f"{name}place"), {f"{name}place": layer.place.T}
 
@@ -121,9 +121,9 @@ def _(layer: EncoderLayer, name: str) -> Pieces:
     yield Add(kept=before), {}
     yield from pieces(layer.after_attention, f"{name}after_attention.")
     yield Keep(kept=between), {}
-    yield from each_place(layer.wide, f"{name}wide.")
+    yield from dense_per_place(layer.wide, f"{name}wide.")
     yield Activation(function="relu"), {}
-    yield from each_place(layer.narrow, f"{name}narrow.")
+    yield from dense_per_place(layer.narrow, f"{name}narrow.")
     yield Add(kept=between), {}
     yield from pieces(layer.after_forward, f"{name}after_forward.")
 
@@ -132,7 +132,7 @@ def _(layer: EncoderLayer, name: str) -> Pieces:
 def _(layer: SpectrumEncoder, name: str) -> Pieces:
     yield from pieces(layer.embedding, f"{name}embedding.")
     yield from pieces(layer.encoder, f"{name}encoder.")
-    yield from each_place(layer.dense, f"{name}dense.")
+    yield from dense_per_place(layer.dense, f"{name}dense.")
 
 
 @pieces.register
@@ -211,7 +211,7 @@ def _(layer: Foten, name: str) -> Pieces:
     yield from pieces(layer.embedding, f"{name}embedding.")
     yield from pieces(layer.encoder, f"{name}encoder.")
     yield Join(kept=(hand,) if layer.spectral is None else (block, hand)), {}
-    yield from _head(layer, f"{name}head.")
+    yield from _head_steps(layer, f"{name}head.")
 
 
 @pieces.register
@@ -231,7 +231,7 @@ def _(layer: Matched, name: str) -> Pieces:
     yield Add(kept=answer), {}
 
 
-def _head(layer: Foten, name: str) -> Pieces:
+def _head_steps(layer: Foten, name: str) -> Pieces:
     """Yield the head: its first dense layer reads place after place in torch, channel after channel in a step."""
     for place, inner in layer.head.named_children():
         if place == "0" and isinstance(inner, nn.Linear):
@@ -241,40 +241,33 @@ def _head(layer: Foten, name: str) -> Pieces:
             yield from pieces(inner, f"{name}{place}.")
 
 
-def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
-    array = np.array(value.detach().numpy(), dtype=np.float32, order="C")
-    if not np.isfinite(array).all():
-        raise TextureDataError(f"{name}: holds values that are not finite; this network cannot be used.")
-    return array
-
-
-def attending(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:
-    """(width, length) to the same; `memory` is the name of the stored keys and values."""
+def attention_steps(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:
+    """Yield the step of an attention (width, length) to the same; `memory` names the stored keys and values."""
     tensors = {"weight": layer.mix.weight, "bias": layer.mix.bias, "out": layer.out.weight, "out_bias": layer.out.bias}
     named = {key: f"{name}{key}" for key in tensors}
     step = Attention(heads=layer.heads, memory=memory, causal=layer.causal, sparse=layer.asking, **named)
     yield step, {named[key]: value for key, value in tensors.items()}
 
 
-def attended(layer: Attended, name: str, memory: str | None = None) -> Pieces:
-    """Attention with its way around and its norm."""
+def attention_block_steps(layer: Attended, name: str, memory: str | None = None) -> Pieces:
+    """Yield the steps of an attention with its residual connection and its norm."""
     yield Keep(kept=f"{name}kept"), {}
-    yield from attending(layer.attention, f"{name}attention.", memory)
+    yield from attention_steps(layer.attention, f"{name}attention.", memory)
     yield Add(kept=f"{name}kept"), {}
     yield from pieces(layer.norm, f"{name}norm.")
 
 
 @pieces.register
 def _(layer: Attended, name: str) -> Pieces:
-    yield from attended(layer, name)
+    yield from attention_block_steps(layer, name)
 
 
 @pieces.register
 def _(layer: Forward, name: str) -> Pieces:
     yield Keep(kept=f"{name}kept"), {}
-    yield from each_place(layer.wide, f"{name}wide.")
+    yield from dense_per_place(layer.wide, f"{name}wide.")
     yield Activation(function="gelu"), {}
-    yield from each_place(layer.narrow, f"{name}narrow.")
+    yield from dense_per_place(layer.narrow, f"{name}narrow.")
     yield Add(kept=f"{name}kept"), {}
     yield from pieces(layer.norm, f"{name}norm.")
 

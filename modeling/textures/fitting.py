@@ -32,20 +32,20 @@ AT_ONCE = 512
 """Windows that a network answers at a time."""
 QUICK_EPOCHS, QUICK_BATCH = 2, 128
 SAMPLES = 14_000
-"""The training part of 20 s (thesis 4.3.3), for which a method's epochs are meant."""
+"""The length of the training part of 20 s (thesis 4.3.3), for which a method's epochs are set."""
 MOST_TIMES = 10.0
-"""Times as many epochs at most."""
+"""The most that epochs are multiplied by for a short recording."""
 LEVEL = 0.006
 """The SD of what follows at rest, in SDs of the acceleration: -44 dB. Less would outweigh all other rows."""
 _REST = 71
-"""Tells this use of a seed from the trainer's own."""
+"""The key of this use of a seed, beside the trainer's own."""
 Make = Callable[[int], nn.Module]
-"""The window's length to a network with fresh weights."""
+"""From the window's length to a network with fresh weights."""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Normalised windows (n, 3, window) to train on and to watch, with the next acceleration (n, 1), and the scale."""
+    """Normalised windows (n, 3, window) to train on and to validate with, the next acceleration (n, 1), the scale."""
 
     train: Pairs
     held: Pairs
@@ -53,15 +53,14 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Diet:
-    """What is done to the rows while training, and how the rate falls.
+class Augmentation:
+    """Changes of the rows while training, and the schedule of the learning rate.
 
-    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `hand` that of what is added to
-    a whole window's speed, and to its force, in theirs: within a recording they tell the moment, which is not to be
-    learned by heart; `mirrored`: half of the rows, others every time, have the sign of their acceleration turned, since
-    it only tells how a sensor was mounted; `rest` is the share of rows at rest, added to the training and validation
-    rows: no speed, no force, and silence to follow. `cosine`: the rate falls along a cosine over all epochs; by itself
-    it stays as it is, or is lowered as the settings say.
+    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995). `hand` is the SD, in theirs, of
+    offsets of a whole window's speed and force, which would otherwise identify a moment of the recording. `mirrored`
+    changes the sign of the acceleration of half of the rows, others every time, since it only depends on how a sensor
+    was mounted. `rest` is the share of rows at rest, added to the training and validation rows: no speed, no force, and
+    silence to follow. With `cosine` the rate falls along a cosine over all epochs, else as the settings say.
     """
 
     noise: float = 0.0
@@ -73,7 +72,7 @@ class Diet:
 
 @dataclass(frozen=True)
 class FittedWindows:
-    """A trained network and the scale that it sees the world by."""
+    """A trained network and the scale of its inputs and answers."""
 
     network: nn.Module
     scale: Scale
@@ -104,23 +103,23 @@ def fit_windows(
     settings: Settings,
     *,
     window: int,
-    diet: Diet = Diet(),
+    augmentation: Augmentation = Augmentation(),
     optimiser: Optimise | None = None,
 ) -> FittedWindows:
     """Train what `make` makes on the training part of a recording, stopped early by its validation part.
 
     `window` is the method's own; `Learning.window` goes before it, and its settings before `settings`.
-    The optimiser is Adam; where `Diet.cosine` says so, its rate falls along a cosine over all epochs.
+    The optimiser is Adam; where `Augmentation.cosine` says so, its rate falls along a cosine over all epochs.
     Raises TextureDataError for a recording that nothing can be learned from, TrainingError for a training that fails.
     """
     length = learning.window or window
     chosen = settings_for(learning, settings)
     rows = rows_of(learning, length)
     network = seeded(lambda: make(length), chosen.seed)
-    held = with_rest(rows.held, diet.rest, rows.scale, chosen.seed + 1)
-    data = fed(rows, diet, chosen.seed)
+    held = add_rest(rows.held, augmentation.rest, rows.scale, chosen.seed + 1)
+    data = augmented(rows, augmentation, chosen.seed)
     steps = chosen.epochs * math.ceil(len(data) / chosen.batch)
-    how = optimiser or (cosine(steps) if diet.cosine else adam)
+    how = optimiser or (cosine(steps) if augmentation.cosine else adam)
     trained = train_network(network, data, held, loss, chosen, optimiser=how, report=learning.report)
     return FittedWindows(network, rows.scale, length, trained)
 
@@ -134,42 +133,41 @@ def rows_of(learning: Learning, window: int) -> Rows:
     scale = scale_of(learning.recording, learning.parts)
     train_part = windows(learning.recording, learning.parts.train, window)
     held_part = windows(learning.recording, learning.parts.validation, window)
-    if not np.ptp(train_part.wanted) > 0:
+    if not np.ptp(train_part.target) > 0:
         raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
     train, held = (
-        pairs(scale.down(part.given), ((part.wanted - scale.mean[0]) / scale.sd[0])[:, None])
+        pairs(scale.down(part.given), ((part.target - scale.mean[0]) / scale.sd[0])[:, None])
         for part in (train_part, held_part)
     )
     return Rows(train, held, scale)
 
 
-def fed(rows: Rows, diet: Diet, seed: int) -> Source:
-    """The training rows with rest among them; noise, moves and signs are drawn afresh every time that they are seen."""
-    whole = with_rest(rows.train, diet.rest, rows.scale, seed)
-    if not (diet.noise or diet.hand or diet.mirrored):
+def augmented(rows: Rows, augmentation: Augmentation, seed: int) -> Source:
+    """Return the training rows with rest among them; noise, offsets and signs are drawn anew for every batch."""
+    whole = add_rest(rows.train, augmentation.rest, rows.scale, seed)
+    if not (augmentation.noise or augmentation.hand or augmentation.mirrored):
         return whole
 
     def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        given, wanted = whole.batch(chosen, chance)
-        inputs, targets = torch.as_tensor(given).clone(), torch.as_tensor(wanted)
-        if diet.noise:
-            inputs[:, 0] += diet.noise * torch.randn(inputs[:, 0].shape, generator=chance)
-        if diet.hand:
-            inputs[:, 1:] += diet.hand * torch.randn((len(inputs), 2, 1), generator=chance)
-        if diet.mirrored:
+        given, expected = whole.batch(chosen, chance)
+        inputs, targets = torch.as_tensor(given).clone(), torch.as_tensor(expected)
+        if augmentation.noise:
+            inputs[:, 0] += augmentation.noise * torch.randn(inputs[:, 0].shape, generator=chance)
+        if augmentation.hand:
+            inputs[:, 1:] += augmentation.hand * torch.randn((len(inputs), 2, 1), generator=chance)
+        if augmentation.mirrored:
             sign = torch.randint(0, 2, (len(inputs), 1), generator=chance, dtype=inputs.dtype).mul_(2).sub_(1)
             inputs[:, 0] *= sign
             targets = targets * sign
         return inputs, targets
 
-    return GeneratedRows(len(whole), make, f"{whole.digest} by {diet!r}")
+    return GeneratedRows(len(whole), make, f"{whole.digest} by {augmentation!r}")
 
 
 def settings_for(learning: Learning, default: Settings) -> Settings:
-    """A method's settings with the caller's wishes over them; `quick` trains for few epochs, many rows at a time, where
-    nothing else is asked for.
+    """Return a method's settings with the caller's over them; `quick` trains few epochs with large batches.
 
-    Raises TrainingError for a value without sense.
+    Raises TrainingError for a value out of range.
     """
     if learning.settings.get("quick"):
         default = replace(default, batch=max(default.batch, QUICK_BATCH))
@@ -177,7 +175,7 @@ def settings_for(learning: Learning, default: Settings) -> Settings:
 
 
 def checked(given: Array, window: int) -> Array:
-    """Windows (n, 3, window) as they are. Raises TextureDataError where they are none, or not finite."""
+    """Return windows (n, 3, window) unchanged. Raises TextureDataError for another shape, or for numbers not finite."""
     if given.ndim != 3 or given.shape[1:] != (3, window):
         raise TextureDataError(f"windows of shape {given.shape}: (n, 3, {window}) is expected.")
     if not np.isfinite(given).all():
@@ -186,7 +184,7 @@ def checked(given: Array, window: int) -> Array:
 
 
 def answers(network: nn.Module, given: Array) -> Array:
-    """What a network answers to normalised windows, as float64, dropout off and on one thread: sums in one order.
+    """Return a network's float64 answers (n, k) to normalised windows (n, 3, window), without dropout, on one thread.
 
     Raises TextureDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
@@ -197,7 +195,7 @@ def answers(network: nn.Module, given: Array) -> Array:
 
 
 def for_length(settings: Settings, learning: Learning) -> Settings:
-    """Epochs and patience for the length of the recording's training part; at 20 s and above they are as given."""
+    """Return the settings with more epochs and patience for a training part below 20 s."""
     samples = sum(stop - start for start, stop in learning.parts.train)
     times = min(MOST_TIMES, max(1.0, SAMPLES / max(1, samples)))
     patience = {
@@ -208,11 +206,11 @@ def for_length(settings: Settings, learning: Learning) -> Settings:
     return replace(settings, epochs=round(times * settings.epochs), **patience)
 
 
-def with_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
-    """Return the rows, and `share` times as many more that rest; decided by the seed.
+def add_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
+    """Return the rows and `share` times as many more at rest, drawn by the seed.
 
-    Their past acceleration is that of rows made quieter, from as it is down to silence: a model that runs on its own
-    output meets all of these while it dies away.
+    Their past acceleration is that of rows at a random level from their own down to silence: a model that runs on its
+    own output passes through all of these while it dies away.
     """
     count = round(share * len(rows))
     if not count:
@@ -233,7 +231,7 @@ def _float32(values: object) -> Tensor:
 
 
 def shaped(x: Tensor, *sides: int) -> Tensor:
-    """(batch, *sides) as it is. Raises TextureDataError for another shape."""
+    """Return (batch, *sides) unchanged. Raises TextureDataError for another shape."""
     if x.shape[1:] != sides:
         expected = ", ".join(map(str, ("batch", *sides)))
         raise TextureDataError(f"a network came to shape {tuple(x.shape)}: ({expected}) is expected.")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import torch
+from scipy.linalg import convolution_matrix
 from scipy.signal import firwin
 from torch import Tensor, nn
 
@@ -32,19 +33,14 @@ SETTINGS = Settings(epochs=100, batch=64, learning_rate=2e-3, plateau_patience=4
 
 
 def bands(window: int) -> Array:
-    """(3 window, window): each band of a window, one below the other; together they are the window again.
+    """Return the matrix (3 window, window) from a window to its bands, one below the other; their sum is the window.
 
-    Linear-phase filters (Hamming), centred, so that a band has no delay; beyond the window's ends stand zeros.
+    The filters are linear-phase (Hamming) and centred, so that a band has no delay; the window is padded with zeros.
     """
-    low = [_convolving(firwin(TAPS, border, fs=RATE_HZ), window) for border in BORDERS_HZ]
+    kernels = [firwin(TAPS, border, fs=RATE_HZ) for border in BORDERS_HZ]
+    low = [convolution_matrix(taps, window)[TAPS // 2 : TAPS // 2 + window] for taps in kernels]
     whole = np.eye(window)
     return np.concatenate([low[0], low[1] - low[0], whole - low[1]])
-
-
-def _convolving(taps: Array, window: int) -> Array:
-    apart = np.arange(window)[:, None] - np.arange(window) + len(taps) // 2
-    within = (apart >= 0) & (apart < len(taps))
-    return np.where(within, taps[np.clip(apart, 0, len(taps) - 1)], 0.0)
 
 
 class Fnn(nn.Module):
@@ -60,18 +56,19 @@ class Fnn(nn.Module):
         super().__init__()
         self.window, self.count = window, len(BORDERS_HZ) + 1
         self.register_buffer("split", torch.from_numpy(bands(window)).float())
-        self.bands = nn.ModuleList(_band(window + 2) for _ in range(self.count))
+        self.bands = nn.ModuleList(
+            nn.Sequential(
+                nn.Linear(window + 2, UNITS), nn.Tanh(), nn.Linear(UNITS, UNITS), nn.Tanh(), nn.Linear(UNITS, 1)
+            )
+            for _ in range(self.count)
+        )
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the sum of what the bands' networks answer."""
+        """(batch, 3, window) to (batch, 1): the sum of the bands' networks."""
         hand = shaped(x, 3, self.window)[:, 1:, -1]
         parts = shaped(x[:, 0] @ self.split.T, self.count * self.window).chunk(self.count, dim=1)
         answers = [band(torch.cat([part, hand], dim=1)) for band, part in zip(self.bands, parts, strict=True)]
         return shaped(torch.stack(answers).sum(dim=0), 1)
-
-
-def _band(inputs: int) -> nn.Sequential:
-    return nn.Sequential(nn.Linear(inputs, UNITS), nn.Tanh(), nn.Linear(UNITS, UNITS), nn.Tanh(), nn.Linear(UNITS, 1))
 
 
 @pieces.register

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from palpate.modeling.textures.fitting import Diet, FittedWindows, fit_windows
-from palpate.modeling.textures.foten_network import DROPOUT, WINDOW, Foten, FourierBlock, Spectral, loss_named, nll
+from palpate.modeling.textures.fitting import Augmentation, FittedWindows, Make, fit_windows
+from palpate.modeling.textures.foten_network import DROPOUT, WINDOW, Foten, FourierBlock, loss_named, nll
 from palpate.modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
@@ -26,7 +26,7 @@ PATIENCE = 14
 GENERATIVE_SETTINGS = Settings(
     epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=PATIENCE, every_epochs=4
 )
-GENERATIVE_DIET = Diet(noise=0.01, hand=0.15, mirrored=True, rest=0.05, cosine=True)
+GENERATIVE_ROWS = Augmentation(noise=0.01, hand=0.15, mirrored=True, rest=0.05, cosine=True)
 STEPS, MOST_EPOCHS = 1550, 120
 """A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs, and
 not for more than `PATIENCE` epochs after the best one of the validation part."""
@@ -34,32 +34,34 @@ FARTHEST_DB = 3.0
 """Felt distance and level together may be so far off: about a just noticeable difference of amplitude (1.5 dB) each."""
 
 
-def _fit(learning: Learning) -> FittedWindows:
-    loss = loss_named(str(learning.settings.get("loss", LOSS)))
-    return fit_windows(Foten, learning, loss, SETTINGS, window=WINDOW)
+def _fit_with(make: Make, window: int, loss: str) -> Callable[[Learning], FittedWindows]:
+    """Return a fit of what `make` makes; the settings and `Learning.window` go before its loss and window."""
+
+    def fit(learning: Learning) -> FittedWindows:
+        chosen = loss_named(str(learning.settings.get("loss", loss)))
+        return fit_windows(make, learning, chosen, SETTINGS, window=window)
+
+    return fit
 
 
 def literal(window: int) -> Foten:
-    """The network to the thesis' letter: each layer normalises first as well (4.4.3), and there is dropout "within the
-    entire network" (4.4.5): after the embedding and in the head, too. Its width, which the thesis does not give, is
-    ours."""
+    """Return the network to the thesis' letter: layers also normalise first (4.4.3), dropout is everywhere (4.4.5).
+
+    Dropout "within the entire network" follows the embedding and lies in the head, too. Its width, which the thesis
+    does not give, is ours.
+    """
     spectral = partial(FourierBlock, normalised_first=True)
     return Foten(window, spectral, normalised_first=True, head_dropout=DROPOUT)
 
 
-def _fit_literal(learning: Learning) -> FittedWindows:
-    loss = loss_named(str(learning.settings.get("loss", LOSS)))
-    return fit_windows(literal, learning, loss, SETTINGS, window=WINDOW)
-
-
 def generative(window: int) -> Foten:
-    """The network with a conditional scale; without dropout, which would be learned as if it were the texture's."""
+    """Return the network with a conditional scale, and without dropout, which would be learned as texture noise."""
     return Foten(window, generative=True, dropout=0.0)
 
 
 def _fit_generative(learning: Learning) -> FittedWindows:
     settings = replace(GENERATIVE_SETTINGS, epochs=epochs_for(learning))
-    fitted = fit_windows(generative, learning, nll, settings, window=GENERATIVE_WINDOW, diet=GENERATIVE_DIET)
+    fitted = fit_windows(generative, learning, nll, settings, window=GENERATIVE_WINDOW, augmentation=GENERATIVE_ROWS)
     matched = Matched(fitted.network, fitted.window)
     rounds = QUICK_ROUNDS if learning.settings.get("quick") else ROUNDS
     distance = match(matched, learning.recording, learning.parts, fitted.scale, learning.seed, rounds)
@@ -84,15 +86,15 @@ def missed_aims(distance_dB: float, gain: float) -> Iterator[str]:
 
 
 def epochs_for(learning: Learning) -> int:
-    """Epochs that come to `STEPS` steps, at least those of `GENERATIVE_SETTINGS`."""
+    """Return the epochs that take `STEPS` steps, at least those of `GENERATIVE_SETTINGS`."""
     samples = sum(stop - start for start, stop in learning.parts.train)
     steps = max(1, math.ceil(samples / GENERATIVE_SETTINGS.batch))
     return min(MOST_EPOCHS, max(GENERATIVE_SETTINGS.epochs, round(STEPS / steps)))
 
 
-FOTEN = Method(name="foten", title="FoTEN", fit=_fit, window=WINDOW, source="thesis 4.4")
+FOTEN = Method(name="foten", title="FoTEN", fit=_fit_with(Foten, WINDOW, LOSS), window=WINDOW, source="thesis 4.4")
 FOTEN_THESIS = Method(
-    name="foten_thesis", title="FoTEN, to the letter", fit=_fit_literal, window=WINDOW,
+    name="foten_thesis", title="FoTEN, to the letter", fit=_fit_with(literal, WINDOW, LOSS), window=WINDOW,
     source="thesis 4.4, normalised first and with dropout in the whole network",
 )  # fmt: skip
 FOTEN_GENERATIVE = Method(
@@ -105,22 +107,15 @@ FOTEN_GENERATIVE = Method(
 )
 
 
-def _variant(spectral: Spectral | None, window: int, loss: str) -> Callable[[Learning], FittedWindows]:
-    """With the window and loss that served it best in the thesis, unless the settings name others."""
-
-    def fit(learning: Learning) -> FittedWindows:
-        chosen = loss_named(str(learning.settings.get("loss", loss)))
-        return fit_windows(lambda length: Foten(length, spectral), learning, chosen, SETTINGS, window=window)
-
-    return fit
-
-
-TEN = Method(name="ten", title="TEN", fit=_variant(None, 25, "huber-2.0"), window=25, source="thesis 4.6.3, Table 4.2")
+TEN = Method(
+    name="ten", title="TEN", fit=_fit_with(partial(Foten, spectral=None), 25, "huber-2.0"), window=25,
+    source="thesis 4.6.3, Table 4.2",
+)  # fmt: skip
 TEN_MFCC = Method(
-    name="ten_mfcc", title="TEN + MFCC", fit=_variant(MelBlock, 30, "huber-1.6"), window=30,
+    name="ten_mfcc", title="TEN + MFCC", fit=_fit_with(partial(Foten, spectral=MelBlock), 30, LOSS), window=30,
     source="thesis 4.6.3, Table 4.2",
 )  # fmt: skip
 TEN_WAVELET = Method(
-    name="ten_wavelet", title="TEN + wavelet", fit=_variant(WaveletBlock, 30, "mse"), window=30,
-    source="thesis 4.6.3, Table 4.2",
+    name="ten_wavelet", title="TEN + wavelet", fit=_fit_with(partial(Foten, spectral=WaveletBlock), 30, "mse"),
+    window=30, source="thesis 4.6.3, Table 4.2",
 )  # fmt: skip

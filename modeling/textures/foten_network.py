@@ -40,7 +40,7 @@ LEAST_LOG_SD = math.log(0.003)
 
 
 def positions(length: int, width: int) -> Tensor:
-    """Equations 4.2 and 4.3: (length, width), sines in even and cosines in odd places."""
+    """Return the positional encoding (length, width) of equations 4.2 and 4.3: sines in even, cosines in odd places."""
     place = torch.arange(length, dtype=torch.float64)[:, None]
     even = torch.arange(0, width, 2, dtype=torch.float64)
     turns = place / 10000.0 ** (even / width)
@@ -134,7 +134,7 @@ class Encoder(nn.Sequential):
 
 
 def transform(length: int) -> tuple[Tensor, Tensor]:
-    """Equation 4.6 as matrix (2 length, length) and offset (2 length): real parts above, imaginary parts below.
+    """Return equation 4.6 as matrix (2 length, length) and offset (2 length): real parts, then imaginary parts.
 
     Bin length - k holds the conjugate of bin k to the bit.
     """
@@ -253,15 +253,13 @@ def head(inputs: int, generative: bool = False, dropout: float = 0.0) -> nn.Sequ
     first, second = UNITS
     drop = [Dropout(dropout)] if dropout else []
     layers = [nn.Linear(inputs, first), nn.ReLU(), *drop, nn.Linear(first, second), nn.ReLU(), *drop]
-    return nn.Sequential(*layers, *(_generative(second) if generative else [nn.Linear(second, 1)]))
-
-
-def _generative(inputs: int) -> list[nn.Module]:
-    """It begins with an SD of about 1, that of the acceleration: from a small one the first steps lead astray."""
-    last = nn.Linear(inputs, 2)
+    last = nn.Linear(second, 2 if generative else 1)
+    if not generative:
+        return nn.Sequential(*layers, last)
+    # training starts with an SD of about 1, that of the acceleration: from a small one the first steps diverge
     with torch.no_grad():
         last.bias.copy_(torch.tensor([0.0, -LEAST_LOG_SD]))
-    return [last, Spread()]
+    return nn.Sequential(*layers, last, Spread())
 
 
 def mae(answer: Tensor, target: Tensor) -> Tensor:
@@ -275,7 +273,7 @@ def mse(answer: Tensor, target: Tensor) -> Tensor:
 
 
 def huber(delta: float) -> Loss:
-    """Equation 4.9, in SDs of the acceleration."""
+    """Return the Huber loss of equation 4.9, its delta in SDs of the acceleration."""
 
     def loss(answer: Tensor, target: Tensor) -> Tensor:
         return functional.huber_loss(answer, target, delta=delta)
@@ -284,7 +282,7 @@ def huber(delta: float) -> Loss:
 
 
 def nll(answer: Tensor, target: Tensor) -> Tensor:
-    """The negative log-likelihood (in nats, without its constant) of mean and log SD (batch, 2), target (batch, 1)."""
+    """Return the negative log-likelihood (nats, without its constant) of targets (batch, 1) by mean and log SD."""
     mean, log_sd = answer[:, :1], answer[:, 1:]
     return (0.5 * ((target - mean) * torch.exp(-log_sd)).square() + log_sd).mean()
 

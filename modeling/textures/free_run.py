@@ -26,13 +26,13 @@ from palpate.signals.arrays import Array
 
 Numbers = dict[str, float | None]
 LEVEL, GFC, ENVELOPE, CYCLE = (0.85, 1.15), 0.98, 0.9, 0.1
-"""What the project set out to reach, of every texture."""
+"""The project's targets for every texture."""
 NEAR = 0.95
-"""Of what another realisation of the truth reaches: more cannot be asked of a model where that is below a limit."""
+"""The share of another realisation's score that is enough, where that score is below a limit itself."""
 SILENT = {"smoothed_gfc": 0.0, "envelope": 0.0}
-"""What silence counts as where the truth sounds: it breaks more limits than a model that lives."""
+"""The scores of silence where the truth sounds, so that it breaks more limits than a model that sounds."""
 MANY = 2
-"""More windows than this have a correlation."""
+"""The number of windows up to which there is no correlation."""
 LIMITS: Mapping[str, str] = {
     "level": f"level {LEVEL[0]:g} to {LEVEL[1]:g}",
     "smoothed_gfc": f"smoothed GFC at least {GFC:g}",
@@ -40,29 +40,33 @@ LIMITS: Mapping[str, str] = {
     "cycle_excess": f"autocorrelation at most {CYCLE:g} above the truth's",
     "greatest": f"at most {GREATEST:g} times as great as the truth at its greatest",
 }
-"""The limits by what they are of, in words."""
+"""The limits in words, by score."""
 
 
-def free_run_scores(made: Array, drive: Drive) -> Numbers:
-    """Return all scores of one minute (n,) in m/s^2 that a model made for this drive.
+def free_run_scores(generated: Array, drive: Drive) -> Numbers:
+    """Return all scores of a model's free run (n,), in m/s^2, for this drive.
 
     `level`, `smoothed_gfc`, `raw_gfc`, `envelope` (with the truth's), `with_speed`, `with_force`, `cycle`,
     `cycle_excess` (over the truth's), `felt_dB`, `greatest`; None where it cannot be said. Raises TextureDataError
-    where what was made is not finite or of another length.
+    where what was generated is not finite or of another length.
     """
-    if made.shape != drive.truth.shape or not np.isfinite(made).all():
+    if generated.shape != drive.truth.shape or not np.isfinite(generated).all():
         raise TextureDataError(
-            f"{drive.texture}: {made.shape} samples were generated for {drive.truth.shape}, or some are not finite."
+            f"{drive.texture}: {generated.shape} samples were generated for {drive.truth.shape},"
+            " or some are not finite."
         )
-    slowly = envelope(made)
+    slowly, true_envelope = envelope(generated), envelope(drive.truth)
+    follows = correlation(slowly, true_envelope)
+    if follows is None and len(true_envelope) > MANY and np.ptp(true_envelope) > 0:
+        follows = 0.0  # an envelope that does not vary where the truth's does
     scores: Numbers = {
-        **_by_spectrum(made, drive.truth),
-        "raw_gfc": raw_gfc(drive.truth, made),
-        "envelope": _follows(slowly, envelope(drive.truth)),
+        **_by_spectrum(generated, drive.truth),
+        "raw_gfc": raw_gfc(drive.truth, generated),
+        "envelope": follows,
         "with_speed": correlation(slowly, slow(drive.speed)),
         "with_force": correlation(slowly, slow(drive.force)),
-        "cycle": cycle(made, drive.cycle_window),
-        "greatest": greatest_ratio(made, drive.truth),
+        "cycle": cycle(generated, drive.cycle_window),
+        "greatest": greatest_ratio(generated, drive.truth),
     }
     return scores | {"cycle_excess": _excess(scores["cycle"], drive.cycle)}
 
@@ -83,7 +87,7 @@ def ceiling(drive: Drive) -> Numbers:
 
 
 def truth_of(drive: Drive) -> Numbers:
-    """Return what the truth itself is like: how its envelope goes with the hand, how far it repeats itself."""
+    """Return the truth's own scores: correlation of its envelope with the hand, repetition, level."""
     slowly = envelope(drive.truth)
     return {
         "with_speed": correlation(slowly, slow(drive.speed)),
@@ -115,22 +119,16 @@ def beyond(
 
 
 def at_least(limit: float, again: float | None) -> float:
-    """Return what a correlation or a GFC has to reach, given what another realisation of the truth does."""
+    """Return the limit of a correlation or a GFC, given that of another realisation of the truth."""
     return limit if again is None or again >= limit else NEAR * again
 
 
-def _follows(made: Array, truth: Array) -> float | None:
-    """Return the correlation of two envelopes; one that does not vary where the truth's does follows it not at all."""
-    likeness = correlation(made, truth)
-    return 0.0 if likeness is None and len(truth) > MANY and np.ptp(truth) > 0 else likeness
-
-
-def _by_spectrum(made: Array, truth: Array) -> Numbers:
-    short = min(len(made), len(truth)) < SMOOTHED
+def _by_spectrum(generated: Array, truth: Array) -> Numbers:
+    short = min(len(generated), len(truth)) < SMOOTHED
     return {
-        "level": level_ratio(made, truth),
-        "smoothed_gfc": None if short else smoothed_gfc(truth, made),
-        "felt_dB": None if short else felt_distance(truth, made),
+        "level": level_ratio(generated, truth),
+        "smoothed_gfc": None if short else smoothed_gfc(truth, generated),
+        "felt_dB": None if short else felt_distance(truth, generated),
     }
 
 

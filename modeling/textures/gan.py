@@ -25,7 +25,7 @@ from torch.nn import functional
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.textures.exporting import (
     Pieces,
-    attended,  # noqa: F401 - convolutions are registered there
+    attention_block_steps,  # noqa: F401 - convolutions are registered there
     pieces,
 )
 from palpate.modeling.textures.fitting import for_length, settings_for, shaped
@@ -84,7 +84,7 @@ class Frames:
 
     @property
     def span(self) -> int:
-        """Samples that a block's frames reach over."""
+        """The samples that a block's frames span."""
         return self.size + (self.count - 1) * self.hop
 
 
@@ -167,7 +167,7 @@ class Critic(nn.Module):
 
 @dataclass(frozen=True)
 class FittedGan:
-    """A trained generator, and what its numbers mean."""
+    """A trained generator, the cut of its blocks, and the scale of its numbers."""
 
     network: Adversaries
     cut: Frames
@@ -191,7 +191,7 @@ class FittedGan:
 
     @property
     def drawn(self) -> int:
-        """Random numbers that a block takes beside speed and force."""
+        """The random numbers of a block, beside speed and force."""
         return NOISE
 
     def predict(self, given: Array) -> Array:
@@ -220,10 +220,10 @@ def fit(learning: Learning) -> FittedGan:
     scale = spectra_scale(blocks)
     network = seeded(lambda: Adversaries(Generator(frames), Critic(frames)), chosen.seed)
     trained = train(
-        network, fed(blocks, scale), watched(held, scale, chosen.seed), energy_distance, chosen,
+        network, training_source(blocks, scale), watched(held, scale, chosen.seed), energy_distance, chosen,
         optimiser=two_adams, train_one=STEP, report=learning.report,
     )  # fmt: skip
-    return FittedGan(network, frames, levelled(network, blocks, scale, chosen.seed), trained)
+    return FittedGan(network, frames, match_power(network, blocks, scale, chosen.seed), trained)
 
 
 def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int, name: str) -> Spectra:
@@ -242,7 +242,7 @@ def least_magnitude(learning: Learning, frames: Frames) -> float:
     return FAINTEST * sd * float(np.sqrt(0.375 * frames.size))
 
 
-def fed(blocks: Spectra, scale: SpectraScale) -> Source:
+def training_source(blocks: Spectra, scale: SpectraScale) -> Source:
     """Return the training rows: speed and force with fresh noise every time, and the real spectrogram."""
     rows = pairs(scale.hand_down(blocks.drive), scale.down(blocks.log_magnitude))
 
@@ -253,7 +253,7 @@ def fed(blocks: Spectra, scale: SpectraScale) -> Source:
     return GeneratedRows(len(rows), make, f"{rows.digest} with {NOISE} numbers drawn")
 
 
-def levelled(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:
+def match_power(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: int) -> SpectraScale:
     """Return the scale that gives generated blocks the mean power of real ones in each bin.
 
     Both are compared at the speeds and forces of the training part. The power of a log magnitude is decided by its
@@ -261,8 +261,8 @@ def levelled(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed: i
     """
     rows = watched(blocks, scale, seed)
     with training_state(0, 1), torch.no_grad():
-        made = network(*rows.inputs).numpy().astype(np.float64)
-    power, true_power = (np.exp(2 * logs).mean(axis=(0, 1)) for logs in (scale.up(made), blocks.log_magnitude))
+        generated = network(*rows.inputs).numpy().astype(np.float64)
+    power, true_power = (np.exp(2 * logs).mean(axis=(0, 1)) for logs in (scale.up(generated), blocks.log_magnitude))
     return replace(scale, mean=scale.mean + 0.5 * np.log(true_power / power))
 
 

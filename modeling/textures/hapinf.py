@@ -14,7 +14,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.textures.exporting import Pieces, attended, fixed, pieces
+from palpate.modeling.textures.exporting import Pieces, attention_block_steps, fixed, pieces
 from palpate.modeling.textures.fitting import FittedWindows, fit_windows, for_length, shaped
 from palpate.modeling.textures.foten_network import loss_named
 from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
@@ -99,7 +99,7 @@ def _(layer: HapInf, name: str) -> Pieces:
     yield Reshape(shape=(3, layer.asked)), {}
     yield from pieces(layer.wanted, f"{name}wanted.")
     yield from pieces(layer.among, f"{name}among.")
-    yield from attended(layer.across, f"{name}across.", memory)
+    yield from attention_block_steps(layer.across, f"{name}across.", memory)
     yield from pieces(layer.forward_layer, f"{name}forward_layer.")
     yield from pieces(layer.decoded, f"{name}decoded.")
     yield Part(start=layer.newer, stop=layer.asked, along="length"), {}

@@ -47,19 +47,19 @@ TOLD_HZ = 0.05
 
 
 def multiples_of(mains_hz: float, rate_hz: float) -> range:
-    """1, 2, ... up to the last multiple that is looked at."""
+    """Return the multiples 1, 2, ... of the mains up to `USED` of the rate."""
     return range(1, int(USED * rate_hz / mains_hz) + 1)
 
 
-def turned(axes: Array, cycles: Array, multiple: float) -> Complex:
-    """(n, k) with what turns by so many cycles (n,), times a multiple, held still."""
+def demodulated(axes: Array, cycles: Array, multiple: float) -> Complex:
+    """Return axes (n, k) demodulated by so many cycles (n,) times a multiple."""
     still: Complex = axes * np.exp(-2j * math.pi * multiple * cycles)[:, None]
     return still
 
 
-def each_turned(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> Iterator[tuple[int, Complex]]:
-    """Yield each multiple of the mains, and (n, k) with it held still."""
-    back = turned(np.ones((len(axes), 1)), cycles, 1)
+def demodulated_multiples(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> Iterator[tuple[int, Complex]]:
+    """Yield each multiple of the mains, with the axes (n, k) demodulated by it."""
+    back = demodulated(np.ones((len(axes), 1)), cycles, 1)
     held = axes.astype(np.complex128)
     for multiple in multiples_of(mains_hz, rate_hz):
         held = held * back
@@ -92,7 +92,7 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
             score += power[at] / (np.median(power[beside]) + np.finfo(float).tiny)
         cycles = float(tried[int(np.argmax(score))]) * seconds
         for wanders in (False, True, True):
-            away = _away(axes, rate_hz, mains_hz, cycles, wanders)
+            away = _phase_error(axes, rate_hz, mains_hz, cycles, wanders)
             cycles = cycles + away
             if np.abs(np.diff(cycles) * rate_hz - mains_hz).max() <= 2 * WANDERS * mains_hz:
                 yield cycles
@@ -100,14 +100,17 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
                 break
 
 
-def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: bool) -> Array:
-    """By how many cycles (n,) the phase of the mains runs away from one that is nearly right: straight, or bent."""
+def _phase_error(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: bool) -> Array:
+    """Return the error (n,), in cycles, of a nearly right phase of the mains: a line, or a spline where it wanders."""
     from scipy.interpolate import LSQUnivariateSpline
 
     count = int(len(axes) / (STEP_S * rate_hz))
-    beside = turned(np.ones((len(axes), 1)), np.arange(len(axes)) / rate_hz, BESIDE_HZ)
+    beside = demodulated(np.ones((len(axes), 1)), np.arange(len(axes)) / rate_hz, BESIDE_HZ)
     leaks = LEAKS * float((axes**2).sum(axis=1).mean())
-    strengths = [_turning(*turning, beside, count, leaks) for turning in each_turned(axes, rate_hz, mains_hz, cycles)]
+    strengths = [
+        _phase_steps(*turning, beside, count, leaks)
+        for turning in demodulated_multiples(axes, rate_hz, mains_hz, cycles)
+    ]
     weight = sum(strength[0] for strength in strengths)
     if count < 4 or not weight > 0:
         return np.zeros(len(axes))
@@ -120,18 +123,18 @@ def _away(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: 
     return np.asarray(bent(np.arange(len(axes))))
 
 
-def _turning(multiple: int, held: Complex, beside: Complex, count: int, leaks: float) -> tuple[float, Array]:
-    """Return how much a multiple tells, and by how many cycles of the first it turns from step to step (count - 1,)."""
-    still = _steps(held, count)
-    others = [_steps(held * way, count) for way in (beside, beside.conj())]
+def _phase_steps(multiple: int, held: Complex, beside: Complex, count: int, leaks: float) -> tuple[float, Array]:
+    """Return the weight of a multiple, and its phase steps (count - 1,) in cycles of the first."""
+    still = _step_means(held, count)
+    others = [_step_means(held * way, count) for way in (beside, beside.conj())]
     noise = float(np.mean([(np.abs(other) ** 2).sum(axis=1).mean() for other in others])) + leaks
     clear = float((np.abs(still) ** 2).sum(axis=1).mean()) / noise
     turns = np.angle((still[1:] * still[:-1].conj()).sum(axis=1)) / (2 * math.pi * multiple)
     return (clear * multiple**2 if clear > CLEAR else 0.0), turns
 
 
-def _steps(values: Complex, count: int) -> Complex:
-    """The means (count, k) of so many stretches, weighed by a raised cosine: no other multiple leaks into them."""
+def _step_means(values: Complex, count: int) -> Complex:
+    """Return means (count, k) of so many stretches, weighed by a raised cosine against leakage of other multiples."""
     edges = np.linspace(0, len(values), count + 1).astype(int)
     lengths = np.diff(edges)
     within = (np.arange(len(values)) - np.repeat(edges[:-1], lengths) + 0.5) / np.repeat(lengths, lengths)
@@ -163,13 +166,13 @@ class Hum:
     cycles: Array
 
     def between_hz(self) -> tuple[float, float]:
-        """Return the least and the most that the mains' frequency was."""
+        """Return the least and the greatest frequency of the mains."""
         pace = np.diff(self.cycles) * self.lines[0].frequency_hz * (len(self.cycles) - 1)
         first = pace / (self.lines[0].multiple * (self.cycles[-1] - self.cycles[0]))
         return float(first.min()), float(first.max())
 
     def note(self) -> str:
-        """Return what was done, in a sentence."""
+        """Return a sentence that says what was removed."""
         at = ", ".join(f"{line.frequency_hz:.2f}" for line in self.lines)
         low, high = self.between_hz()
         wanders = f" (the mains wander from {low:.2f} to {high:.2f} Hz)" if high - low > TOLD_HZ else ""
@@ -196,7 +199,7 @@ def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
         (mains_hz, cycles, lines)
         for mains_hz in MAINS_HZ
         for cycles in phases(axes, rate_hz, mains_hz)
-        if (lines := _lines(axes, rate_hz, mains_hz, cycles))
+        if (lines := _lines_at(axes, rate_hz, mains_hz, cycles))
     ]
     if not candidates:
         return vibration, None
@@ -211,7 +214,7 @@ def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
 def before_filter(
     vibration: Array, felt: Array, hum: Hum, rate_hz: float, filtered: Callable[[Array], Array]
 ) -> Array:  # fmt: skip
-    """Axes (n, k) filtered, and without hum that was found in what the filter left of them, `felt`.
+    """Return axes (n, k) filtered and without the hum that was detected in `felt`, which are the axes filtered before.
 
     A filter takes a signal to go on mirrored about its last value, which hum does not: it would ring at both ends. So
     the steady part of the hum is taken off before the filter, and only what is left after it.
@@ -222,7 +225,7 @@ def before_filter(
 
 
 def notched(axes: Array, rate_hz: float, cycles: Array, multiples: Sequence[int]) -> Array:
-    """(n, k) without what lies within `NOTCH_HZ` about multiples of a frequency with phase `cycles`, without delay.
+    """Return axes (n, k) with notches of `NOTCH_HZ` at multiples of a frequency with phase `cycles`, without delay.
 
     The steady part of each line is fitted and taken off first, so that the notches have nothing to ring with at the
     ends of a short recording.
@@ -235,8 +238,8 @@ def notched(axes: Array, rate_hz: float, cycles: Array, multiples: Sequence[int]
     b, a = butter(1, edge_hz, fs=rate_hz)
     pad = min(len(cleaned) - 1, math.ceil(rate_hz / NOTCH_HZ))
     for multiple in multiples:
-        slow = filtfilt(b, a, turned(cleaned, cycles, multiple), axis=0, padtype="even", padlen=pad)
-        cleaned = cleaned - 2 * turned(slow, cycles, -multiple).real
+        slow = filtfilt(b, a, demodulated(cleaned, cycles, multiple), axis=0, padtype="even", padlen=pad)
+        cleaned = cleaned - 2 * demodulated(slow, cycles, -multiple).real
     return np.asarray(cleaned)
 
 
@@ -248,19 +251,19 @@ def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:
     return np.asarray(waves[:, :-1] @ weights[:-1])
 
 
-def _lines(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple[Line, ...]:
-    """Return the multiples of the mains at which a line stands; beside a clear one, fainter ones too."""
+def _lines_at(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple[Line, ...]:
+    """Return the multiples of the mains that are lines; beside a clear one, fainter ones count too."""
     own_hz = float(cycles[-1] - cycles[0]) * rate_hz / (len(cycles) - 1)
     lines = []
-    for multiple, still in each_turned(axes, rate_hz, mains_hz, cycles):
-        power, stands_out = _standing(still, rate_hz)
+    for multiple, still in demodulated_multiples(axes, rate_hz, mains_hz, cycles):
+        power, stands_out = _line_power(still, rate_hz)
         if stands_out >= BESIDE and _steadiness(still, rate_hz) >= STEADY:
             lines.append(Line(multiple, multiple * own_hz, math.sqrt(2 * power), stands_out))
     return tuple(lines) if any(line.stands_out >= STANDS_OUT for line in lines) else ()
 
 
-def _standing(still: Complex, rate_hz: float) -> tuple[float, float]:
-    """Power (half a sine's squared amplitude, all axes together) of what is held still, and over that around it.
+def _line_power(still: Complex, rate_hz: float) -> tuple[float, float]:
+    """Return the power of a demodulated line (half a sine's squared amplitude, all axes), and its ratio to that around.
 
     The power of noise is estimated by the median within 8 Hz to either side (ln 2 of an exponential's mean).
     """

@@ -28,9 +28,13 @@ class ProbSparse(nn.Module):
 
     def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
         """(batch, length, width) to the same shape; keys and values from the memory (batch, any, width) or from x."""
-        queries, keys, values = self._projected(x, x if memory is None else memory)
+        sources = (x, x, x) if memory is None else (x, memory, memory)
+        weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
+        rows = (functional.linear(*parts) for parts in zip(sources, weights, biases, strict=True))
+        # each (batch, heads, length, width / heads)
+        queries, keys, values = (row.view(*row.shape[:2], self.heads, -1).transpose(1, 2) for row in rows)
         scores = queries @ keys.transpose(-1, -2) / math.sqrt(queries.shape[-1])
-        asks = self._asks(scores.detach())
+        asks = self._active_queries(scores.detach())
         if self.causal:
             scores = scores.masked_fill(torch.ones(scores.shape[-2:], dtype=torch.bool).triu(1), -math.inf)
         answers = scores.softmax(dim=-1) @ values
@@ -40,15 +44,8 @@ class ProbSparse(nn.Module):
         joined: Tensor = self.out(answers.transpose(1, 2).flatten(2))
         return joined
 
-    def _projected(self, x: Tensor, memory: Tensor) -> list[Tensor]:
-        """Queries, keys, values: (batch, heads, length, width / heads) each."""
-        weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
-        sources = (x, memory, memory)
-        rows = (functional.linear(*parts) for parts in zip(sources, weights, biases, strict=True))
-        return [row.view(*row.shape[:2], self.heads, -1).transpose(1, 2) for row in rows]
-
-    def _asks(self, scores: Tensor) -> Tensor | None:
-        """(batch, heads, length): which places ask; None where all do."""
+    def _active_queries(self, scores: Tensor) -> Tensor | None:
+        """Return a mask (batch, heads, length) of the places that ask; None where all do."""
         if self.asking is None or self.asking >= scores.shape[2]:
             return None
         apart = scores.max(dim=-1).values - scores.mean(dim=-1)

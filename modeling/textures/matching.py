@@ -1,4 +1,4 @@
-"""What a sampled model comes to on its own output, and a linear correction that makes it sound as the recording does.
+"""The linear correction that makes a sampled model, on its own output, feel like the recording.
 
 One step ahead a likelihood is content with a mean and an SD that are a little off; on the model's own output such
 errors come back with every step, most of all at frequencies of which a window holds less than a period.
@@ -71,7 +71,7 @@ class Matched(nn.Module):
 
 
 def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, seed: int, rounds: int = ROUNDS) -> float:
-    """Set the correction with which the network, on its own output, feels most like the recording; the distance left.
+    """Set the correction with which the network, on its own output, feels most like the recording; return its distance.
 
     It runs freely along the speeds and forces of the training and validation parts, from what was recorded before each
     stretch; `correction` tells what to add so that it feels as what was recorded, and a share of that is
@@ -95,7 +95,7 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
         return math.nan
     ends = np.cumsum([stop - start - window for start, stop in stretches])[:-1]
     stiff, truths = STIFF, np.tile(truth, DRAWS)
-    best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone(), truths, np.zeros(window))
+    best = _Candidate(math.inf, network.weight.clone(), network.log_gain.clone(), truths, np.zeros(window))
     for left in range(rounds, -1, -1):
         played = free_run(network, recording, stretches, scale, seed, DRAWS)
         finite: Array = np.nan_to_num(played, nan=0.0, posinf=0.0, neginf=0.0)  # silence is left of what runs away
@@ -105,10 +105,10 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
         distance = felt_distance(truths, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
         if distance < best.distance:
             own = predictor([part for run in runs for part in np.split(run, ends)], window)
-            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), made, own)
+            best = _Candidate(distance, network.weight.clone(), network.log_gain.clone(), made, own)
         else:
             stiff *= STIFFER
-        best.back(network)
+        best.apply(network)
         if left and math.isfinite(best.distance):
             # a share of what the network lacks, within limits
             weights, gain = correction(truths, best.made, best.own, stiff)
@@ -118,8 +118,8 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
 
 
 @dataclass(frozen=True)
-class _Tried:
-    """A correction, how far off the network is with it, what it made, and the linear predictor of that."""
+class _Candidate:
+    """A correction, the network's distance and output with it, and the linear predictor of that output."""
 
     distance: float
     weight: Tensor
@@ -127,8 +127,8 @@ class _Tried:
     made: Array
     own: Array
 
-    def back(self, network: Matched) -> None:
-        """Set it."""
+    def apply(self, network: Matched) -> None:
+        """Set the network's correction."""
         network.weight.copy_(self.weight)
         network.log_gain.copy_(self.log_gain)
 
@@ -186,18 +186,18 @@ def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Arr
     made_power = density(made)[1]
     weigh = third_octaves(hertz) * (hertz[1] / np.array([[threshold_m_s2(middle)] for middle in BANDS_HZ]) ** 2)
     lags = np.exp(-2j * np.pi * hertz[:, None] / RATE_HZ * np.arange(len(own), 0, -1))
-    whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt(weigh @ true_power)
+    whitened, heard, goal = 1 - lags @ own, hertz >= LOWEST_HZ, _felt_dB(weigh @ true_power)
 
     def off(change: Array) -> Array:
         response = np.maximum(np.abs(whitened - lags @ change[:-1]), NEAREST)
         more = 2 * (change[-1] + np.log(np.maximum(np.abs(whitened), NEAREST) / response))
         spread = KEPT * _DB * more[heard] / np.sqrt(heard.sum())
-        return np.concatenate([_felt(weigh @ (made_power * np.exp(more))) - goal, spread, stiff * change[:-1]])
+        return np.concatenate([_felt_dB(weigh @ (made_power * np.exp(more))) - goal, spread, stiff * change[:-1]])
 
     best = least_squares(off, np.zeros(len(own) + 1), max_nfev=ATTEMPTS).x
     return np.asarray(best[:-1]), float(best[-1])
 
 
-def _felt(power: Array) -> Array:
-    """Power over that at the threshold, in dB: smooth at 0, where a level ends that nobody feels."""
+def _felt_dB(power: Array) -> Array:
+    """Return power over that at the threshold in dB, smooth towards 0 for levels that are not felt."""
     return np.asarray(_DB * np.log1p(power))

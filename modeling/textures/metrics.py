@@ -24,7 +24,7 @@ SHORTEST_MS = 900
 SOUNDS = 0.1
 """A window below this share of the whole signal's level counts as rest."""
 GREATEST = 2.0
-"""What is made may be at most so many times as great as the truth at its greatest."""
+"""What is generated may be at most so many times as great as the truth at its greatest."""
 SAME = 1e-9
 """What varies by less than this of its size varies by rounding alone."""
 
@@ -55,14 +55,14 @@ def level(signal: Array) -> float:
     return float(np.sqrt(np.mean(np.square(signal))))
 
 
-def level_ratio(made: Array, truth: Array) -> float | None:
-    """RMS of what was made over that of the truth; None where the truth is silent."""
+def level_ratio(generated: Array, truth: Array) -> float | None:
+    """Return the RMS of a generated signal over that of the truth; None where the truth is silent."""
     whole = level(truth)
-    return None if whole <= 0 else level(made) / whole
+    return None if whole <= 0 else level(generated) / whole
 
 
 def goodness(one: Array, other: Array) -> float | None:
-    """Equation 4.11 for two amplitude spectra (k,): the cosine of the angle between them, 0 to 1, blind to level.
+    """Return equation 4.11 for two amplitude spectra (k,): the cosine of their angle, 0 to 1, independent of level.
 
     None where either is nothing at all (Hernandez-Andres, Romero and Lee 2001).
     """
@@ -73,22 +73,22 @@ def goodness(one: Array, other: Array) -> float | None:
 
 
 def gfc(actual: Array, answered: Array) -> float | None:
-    """Equation 4.11 over the raw DFT amplitudes of two whole signals (n,), 0 to 1."""
+    """Return equation 4.11 over the raw DFT amplitudes of two whole signals (n,), 0 to 1."""
     demand_alike(actual, answered)
     return goodness(np.abs(np.fft.rfft(actual)), np.abs(np.fft.rfft(answered)))
 
 
-def raw_gfc(truth: Array, made: Array) -> float | None:
+def raw_gfc(truth: Array, generated: Array) -> float | None:
     """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
-    demand_alike(truth, made)
-    pairs = zip(blocks(truth, BLOCK), blocks(made, BLOCK), strict=True)
+    demand_alike(truth, generated)
+    pairs = zip(blocks(truth, BLOCK), blocks(generated, BLOCK), strict=True)
     values = [share for a, b in pairs if (share := gfc(a, b)) is not None]
     return float(np.mean(values)) if values else None
 
 
-def smoothed_gfc(truth: Array, made: Array) -> float | None:
-    """Equation 4.11 over the square roots of Welch spectra (`density`), so over signals of any two lengths, 0 to 1."""
-    one, other = (np.sqrt(density(signal)[1]) for signal in (truth, made))
+def smoothed_gfc(truth: Array, generated: Array) -> float | None:
+    """Return equation 4.11 over the square roots of Welch spectra (`density`) of signals of any length, 0 to 1."""
+    one, other = (np.sqrt(density(signal)[1]) for signal in (truth, generated))
     return goodness(one, other)
 
 
@@ -106,7 +106,7 @@ def density(signal: Array) -> tuple[Array, Array]:
 
 
 def blocks(signal: Array, size: int) -> Iterator[Array]:
-    """Consecutive blocks of `size` samples (what is left over at the end is none), or the whole where it is shorter."""
+    """Yield consecutive blocks of `size` samples without the remainder, or the whole signal where it is shorter."""
     if len(signal) < size:
         yield signal
         return
@@ -120,7 +120,7 @@ def mean_of(values: Iterable[float | None]) -> float | None:
 
 
 def felt_levels(signal: Array) -> Array:
-    """The level (bands,) in dB above the threshold of each third octave of an acceleration (n,) in m/s^2, at least 0.
+    """Return the level (bands,), in dB above threshold and at least 0, of each third octave of an acceleration (n,).
 
     Raises TextureDataError for a signal that is too short for a spectrum (256 samples).
     """
@@ -135,7 +135,7 @@ def felt_levels(signal: Array) -> Array:
 
 
 def third_octaves(hertz: Array) -> Array:
-    """(bands, bins): the share of each bin of a spectrum that lies within each third octave; bins are evenly apart."""
+    """Return the share (bands, bins) of each bin of a spectrum within each third octave; bins are evenly spaced."""
     step = float(hertz[1])
     edges = np.array([band_edges_hz(middle) for middle in BANDS_HZ])
     low, high = edges[:, :1], edges[:, 1:]
@@ -143,17 +143,17 @@ def third_octaves(hertz: Array) -> Array:
     return np.asarray(np.clip(within / step, 0.0, 1.0))
 
 
-def felt_distance(truth: Array, made: Array) -> float:
+def felt_distance(truth: Array, generated: Array) -> float:
     """Return the RMS difference in dB between the two signals' levels above the threshold, over all third octaves.
 
     0 where no third octave differs in level; what is not felt counts as at the threshold.
     """
-    off = felt_levels(truth) - felt_levels(made)
+    off = felt_levels(truth) - felt_levels(generated)
     return float(np.sqrt(np.mean(off**2)))
 
 
 def envelope(signal: Array) -> Array:
-    """RMS of a signal (n,) in consecutive windows of 250 ms; what is left over at the end is none."""
+    """Return the RMS of a signal (n,) in consecutive windows of 250 ms, without the remainder."""
     size = round(ENVELOPE_MS * RATE_HZ / 1000)
     result: Array = np.sqrt(_windows(np.square(signal), size).mean(axis=1))
     return result
@@ -166,7 +166,7 @@ def slow(signal: Array) -> Array:
 
 
 def correlation(one: Array, other: Array) -> float | None:
-    """Pearson's r of two rows (n,); None where there are fewer than three pairs, or where either does not vary."""
+    """Return Pearson's r of two rows (n,); None for fewer than three pairs, or where either does not vary."""
     if one.shape != other.shape:
         raise TextureDataError(f"rows of {one.shape} and {other.shape} have no correlation: one length is expected.")
     if len(one) < 3:
@@ -192,11 +192,13 @@ def cycle(signal: Array, window: int = CYCLE) -> float | None:
     if size < round(SHORTEST_MS * RATE_HZ / 1000) or whole <= 0:
         return None
     starts = range(0, len(signal) - size + 1, max(1, size // 2))
-    greatest = [_greatest(part) for at in starts if level(part := signal[at : at + size]) > SOUNDS * whole]
+    greatest = [
+        _greatest_autocorrelation(part) for at in starts if level(part := signal[at : at + size]) > SOUNDS * whole
+    ]
     return float(np.median(greatest)) if greatest else None
 
 
-def _greatest(part: Array) -> float:
+def _greatest_autocorrelation(part: Array) -> float:
     """Return the greatest normalised autocorrelation of one window."""
     size = len(part)
     low, high = (round(lag_ms * RATE_HZ / 1000) for lag_ms in LAGS_MS)
@@ -208,12 +210,12 @@ def _greatest(part: Array) -> float:
     return float(np.clip(np.max(products / np.maximum(sizes, np.finfo(float).tiny)), 0.0, 1.0))
 
 
-def greatest_ratio(made: Array, truth: Array) -> float | None:
-    """The greatest sample of what was made over the truth's; None where the truth is silent, infinite for no number."""
+def greatest_ratio(generated: Array, truth: Array) -> float | None:
+    """Return the greatest sample over the truth's; None where the truth is silent, infinity for NaN."""
     most = float(np.abs(truth).max(initial=0.0))
     if most <= 0:
         return None
-    return float(np.abs(made).max()) / most if np.isfinite(made).all() else float("inf")
+    return float(np.abs(generated).max()) / most if np.isfinite(generated).all() else float("inf")
 
 
 def _windows(signal: Array, size: int) -> Array:

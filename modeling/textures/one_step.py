@@ -20,7 +20,7 @@ from palpate.signals.arrays import Array
 from palpate.signals.textures.voice import play
 
 LONGEST = 40
-"""So many samples at the start of each test stretch are no one's to predict: all windows end with the same samples."""
+"""The samples at the start of each test stretch that no method predicts, so that all predict the same ones."""
 Arrays = dict[str, NDArray[Any]]
 Numbers = dict[str, float | None]
 
@@ -67,7 +67,7 @@ def fit_and_score(
     numbers |= one_step_scores(actual, predicted, recording, parts)
     if card is None:
         watched = windows(recording, parts.validation, model.window)
-        return numbers | {"validation_mae": mae(watched.wanted, model.predict(watched.given))}, {}, ()
+        return numbers | {"validation_mae": mae(watched.target, model.predict(watched.given))}, {}, ()
     arrays = {"actual": actual, "answered": predicted, **curve_of(model)}
     return numbers, arrays, (card, card.with_suffix(".safetensors"))
 
@@ -79,7 +79,7 @@ def predict_test_part(recording: Recording, parts: Parts, model: Fitted) -> tupl
     """
     common = tuple((start + max(LONGEST - model.window, 0), stop) for start, stop in parts.test)
     test = windows(recording, common, model.window)
-    return test.wanted, np.asarray(model.predict(test.given), dtype=np.float64)
+    return test.target, np.asarray(model.predict(test.given), dtype=np.float64)
 
 
 def one_step_scores(actual: Array, predicted: Array, recording: Recording, parts: Parts) -> Numbers:

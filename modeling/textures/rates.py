@@ -46,12 +46,12 @@ class Sampled:
 
     @property
     def lasts_s(self) -> float:
-        """From its first sample to the end of its last."""
+        """The seconds from its first sample to the end of its last."""
         return float(self.times_s[-1] - self.times_s[0]) + 1.0 / self.rate_hz
 
     @property
     def known_s(self) -> float:
-        """How long all its channels are finite."""
+        """The seconds for which all its channels are finite."""
         return int(np.isfinite(self.values).all(axis=1).sum()) / self.rate_hz
 
 
@@ -75,7 +75,7 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
         grid_s = grid_points(start, stop, RATE_HZ)
     except AlignError as error:
         raise TextureDataError(f"{signals[0].where}: its signals share no time: {error}") from None
-    aligned = [_aligned(signal, grid_s) for signal, _ in evened]
+    aligned = [_align(signal, grid_s, RATE_HZ, "bandlimited", LONGEST_GAP_S[signal.what]) for signal, _ in evened]
     known = np.logical_and.reduce([np.isfinite(signal.values).all(axis=1) for signal in aligned])
     notes = tuple(note for _, notes in evened for note in notes)
     bridged = [
@@ -89,7 +89,7 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
 
 
 def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> Sampled:
-    """The velocity (n, axes) in mm/s of positions in mm, in the plane with that normal; NaN where they do not tell it.
+    """Return the velocity (n, axes) in mm/s of positions in mm, in the plane with that normal; NaN where not known.
 
     Of two axes the plane is their own. Its length is the speed: taken after it was brought to 1 kHz, where a turn's
     sharp minimum survives. Raises TextureDataError.
@@ -106,7 +106,7 @@ def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> 
 
 
 def projected(vectors: Array, normal: Sequence[float]) -> Array:
-    """Vectors (n, 3) in the plane with that normal; (n, 2) lie in it already."""
+    """Return vectors (n, 3) projected on the plane with that normal; (n, 2) lie in it already."""
     if vectors.shape[1] < len(normal):
         return vectors
     unit = _unit(normal)
@@ -141,16 +141,11 @@ def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
             return replace(signal, times_s=straight, rate_hz=paced_hz), ()
     # bring samples of an uneven clock to even times of its mean rate; holes stay
     times_s = signal.times_s
-    wanted_s = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * signal.rate_hz) + 1) / signal.rate_hz
-    try:
-        aligned = align(
-            times_s, signal.values, wanted_s, METHODS["pchip"], rate_hz=signal.rate_hz, grid_hz=signal.rate_hz,
-            longest_gap_s=max(LONGEST_GAP_S[signal.what], LOST / signal.rate_hz),
-        )  # fmt: skip
-    except AlignError as error:
-        raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None
+    even_s = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * signal.rate_hz) + 1) / signal.rate_hz
+    longest_gap_s = max(LONGEST_GAP_S[signal.what], LOST / signal.rate_hz)
+    aligned = _align(signal, even_s, signal.rate_hz, "pchip", longest_gap_s)
     note = f"{signal.what}: its times are uneven; values between samples are interpolated (monotone cubics)"
-    return replace(signal, times_s=wanted_s, values=aligned.values), (note,)
+    return replace(signal, times_s=even_s, values=aligned.values), (note,)
 
 
 def _demand_rate(signal: Sampled) -> None:
@@ -166,11 +161,12 @@ def _demand_rate(signal: Sampled) -> None:
         raise TextureDataError(f"{signal.where}: {signal.what}: its times must be finite and rise")
 
 
-def _aligned(signal: Sampled, grid_s: Array) -> Aligned:
+def _align(signal: Sampled, grid_s: Array, grid_hz: float, method: str, longest_gap_s: float) -> Aligned:
+    """Return the signal at the times of a grid. Raises TextureDataError where that cannot be done."""
     try:
         return align(
-            signal.times_s, signal.values, grid_s, METHODS["bandlimited"], rate_hz=signal.rate_hz, grid_hz=RATE_HZ,
-            longest_gap_s=LONGEST_GAP_S[signal.what],
+            signal.times_s, signal.values, grid_s, METHODS[method], rate_hz=signal.rate_hz, grid_hz=grid_hz,
+            longest_gap_s=longest_gap_s,
         )  # fmt: skip
     except AlignError as error:
         raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None

@@ -66,13 +66,20 @@ def read_cluster(
 def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]:
     """Return the slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
 
-    Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one lacks.
+    Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one missing.
     """
     accel = _accel(folder)
     result: dict[str, list[Slide]] = {}
     for name, match, file in _named(accel):
-        if not textures or name in textures:
-            result.setdefault(name, []).append(_slide(accel.parent, match, file.relative_to(accel)))
+        if textures and name not in textures:
+            continue
+        root = accel.parent
+        files = {what: root / signal / file.relative_to(accel) for what, signal in FOLDERS.items()}
+        if absent := [path for path in files.values() if not path.is_file()]:
+            raise TextureDataError(f"{absent[0]}: no such file; every slide has one in accel, force and position")
+        velocity, force = float(match["velocity"]), 1e-3 * float(match["force"])
+        slide = Slide(root, match[0], int(match["direction"]), velocity, force, files)
+        result.setdefault(name, []).append(slide)
     missing = [name for name in textures if name not in result]
     if missing:
         raise TextureDataError(f"{folder}: no slide over the texture {missing[0]!r}; {nearest(missing[0], result)}")
@@ -91,7 +98,7 @@ def names_in(folder: Path) -> list[str]:
 
 
 def touched(slide: Slide) -> Touched:
-    """What the sensors recorded of one slide: g to m/s^2, N, mm. Raises TextureDataError as `read_cluster` does."""
+    """Return the sensors' signals of one slide, in m/s^2, N and mm. Raises TextureDataError as `read_cluster` does."""
     acceleration, force, position = (_sampled(slide, what) for what in FOLDERS)
     length = float(np.median(np.linalg.norm(acceleration.values, axis=1)))
     low, high = GRAVITY_G
@@ -144,23 +151,14 @@ def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
     return [(f"cluster_{match['texture']}", match, file) for match, file in files]
 
 
-def _slide(root: Path, match: re.Match[str], place: Path) -> Slide:
-    files = {what: root / name / place for what, name in FOLDERS.items()}
-    missing = [file for file in files.values() if not file.is_file()]
-    if missing:
-        raise TextureDataError(f"{missing[0]}: no such file; every slide has one in accel, force and position")
-    velocity, force = float(match["velocity"]), 1e-3 * float(match["force"])
-    return Slide(root, match[0], int(match["direction"]), velocity, force, files)
-
-
 def _sampled(slide: Slide, what: str) -> Sampled:
-    """Return a signal as its table says it, at its own times."""
+    """Return a signal of a slide's table, at its own times."""
     file = slide.files[what]
     table = read_columns(file)
-    lacks = [name for name in ("time", *COLUMNS[what]) if name not in table.columns]
-    if lacks:
+    missing = [name for name in ("time", *COLUMNS[what]) if name not in table.columns]
+    if missing:
         raise TextureDataError(
-            f"{file}: no column {lacks[0]!r} among {some(table.header)}; {HEADERS[what]} is expected"
+            f"{file}: no column {missing[0]!r} among {some(table.header)}; {HEADERS[what]} is expected"
         )
     time = table.columns["time"]
     columns = [table.columns[name] for name in COLUMNS[what]]
@@ -174,10 +172,10 @@ def _sampled(slide: Slide, what: str) -> Sampled:
         raise TextureDataError(
             f"{file}: {count(len(time.values), 'sample')} whose times do not rise; two or more are needed"
         )
-    rate_hz, wanted_hz = (len(time.values) - 1) / lasts, RATES_HZ[what]
-    if abs(rate_hz - wanted_hz) > RATE_OFF * wanted_hz:
+    rate_hz, documented_hz = (len(time.values) - 1) / lasts, RATES_HZ[what]
+    if abs(rate_hz - documented_hz) > RATE_OFF * documented_hz:
         raise TextureDataError(
-            f"{file}: {what} at {rate_hz:.4g} Hz by its times; {wanted_hz:g} Hz are documented: are the times in"
+            f"{file}: {what} at {rate_hz:.4g} Hz by its times; {documented_hz:g} Hz are documented: are the times in"
             " seconds, and are all rows there?"
         )
     values = np.stack([column.values for column in columns], axis=1)

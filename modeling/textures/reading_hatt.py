@@ -17,7 +17,7 @@ import numpy as np
 from palpate.modeling.textures.preparing import UP, Touched, prepared
 from palpate.modeling.textures.rates import Sampled, evenly, projected, speed_from
 from palpate.modeling.textures.recording import Recording, TextureDataError
-from palpate.modeling.textures.table_columns import PLAIN, scale_of_unit
+from palpate.modeling.textures.table_columns import PLAIN, is_number, scale_of_unit
 from palpate.protocols.files import file_sha256
 from palpate.signals.arrays import Array
 from palpate.signals.xml_text import EntitiesDeclared, xml_root
@@ -69,8 +69,8 @@ def read_hatt(
 
 
 def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
-    """The textures that there are in a file or folder, by name; none of them is read yet. Raises TextureDataError."""
-    there = _found(path)
+    """Return the textures of a file or folder, by name; nothing is read yet. Raises TextureDataError."""
+    there = _named_sources(path)
     names = [entry.name for entry in there]
     if missing := [name for name in textures if name not in names]:
         raise TextureDataError(f"{path}: no recording of {missing[0]!r}; there are {', '.join(names[:8])}")
@@ -83,7 +83,7 @@ def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
 
 def names_in(path: Path) -> list[str]:
     """Return the textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
-    return [entry.name for entry in _found(path)]
+    return [entry.name for entry in _named_sources(path)]
 
 
 def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
@@ -95,8 +95,10 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     there = {what: signal for what, signal in signals.items() if signal is not None}
     acceleration, force = there.get("acceleration"), there.get("force")
     if acceleration is None or force is None or not ("speed" in there or "position" in there):
-        lacks = [what for what in ("acceleration", "force") if what not in there] or ["speed and position"]
-        raise TextureDataError(f"{where}: no {lacks[0]}; a recording of the toolkit is expected (Accel, Force, Speed)")
+        missing = [what for what in ("acceleration", "force") if what not in there] or ["speed and position"]
+        raise TextureDataError(
+            f"{where}: no {missing[0]}; a recording of the toolkit is expected (Accel, Force, Speed)"
+        )
     # all signals were recorded together: one that ends before the others was cut short
     seconds = {what: len(signal.values) / signal.rate_hz for what, signal in there.items()}
     longest = max(seconds.values())
@@ -111,9 +113,9 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     )  # fmt: skip
 
 
-def _found(path: Path) -> list[Source]:
-    """Return what there is, by name; a file beside may lack."""
-    result = list(_there(path))
+def _named_sources(path: Path) -> list[Source]:
+    """Return all sources. Raises TextureDataError for none, or for two of one name."""
+    result = list(_sources_in(path))
     names = [entry.name for entry in result]
     if not result:
         raise TextureDataError(f"{path}: no recording; no XML file is there")
@@ -123,7 +125,7 @@ def _found(path: Path) -> list[Source]:
     return result
 
 
-def _there(path: Path) -> Iterator[Source]:
+def _sources_in(path: Path) -> Iterator[Source]:
     if path.is_file():
         yield _whole(path)
         return
@@ -213,12 +215,12 @@ class Document:
     elements: dict[str, ElementTree.Element]
 
     def text(self, *names: str) -> str:
-        """Return what stands in the first of these elements that is there; "" where none is."""
+        """Return the text of the first of these elements that is there; "" where none is."""
         element = next((self.elements[name] for name in names if name in self.elements), None)
         return "" if element is None else (element.text or "").strip()
 
     def numbers(self, *names: str) -> Array | None:
-        """(n,) or (n, axes): the numbers of the first of these elements that holds any; None where none does.
+        """Return the numbers (n,) or (n, axes) of the first of these elements that holds any; None where none does.
 
         They stand as text between spaces, commas or semicolons, as <value> elements, or so in <x>, <y>, <z>; axes may
         also be elements of their own, as <AccelX>. Raises TextureDataError on what is no finite number, and on axes
@@ -252,11 +254,12 @@ class Document:
         return np.stack(series, axis=1)
 
     def _series(self, element: ElementTree.Element, name: str) -> Array:
-        cells = list(_cells(element))
+        holders = [child for child in element if _name(child) == VALUE] or [element]
+        cells = [cell for holder in holders for cell in BETWEEN.split(holder.text or "") if cell]
         try:
             result = np.array(cells, dtype=np.float64)
         except ValueError:
-            bad = next(place for place, cell in enumerate(cells) if not _is_number(cell))
+            bad = next(place for place, cell in enumerate(cells) if not is_number(cell))
             raise TextureDataError(
                 f"{self.where}: {name}, sample {bad + 1}, is {cells[bad][:40]!r}; a number is expected"
             ) from None
@@ -269,7 +272,7 @@ class Document:
 
 
 def read_document(file: Path) -> Document:
-    """The file's elements. Raises TextureDataError: no such file, too large, no XML, cut short, entities declared."""
+    """Read a file's elements. Raises TextureDataError: no such file, too large, no XML, cut short, with entities."""
     where = str(file)
     try:
         root = xml_root(_content(file))
@@ -300,17 +303,3 @@ def _content(file: Path) -> bytes:
 
 def _name(element: ElementTree.Element) -> str:
     return str(element.tag).rpartition("}")[2].lower()
-
-
-def _cells(element: ElementTree.Element) -> Iterator[str]:
-    values = [child for child in element if _name(child) == VALUE]
-    for holder in values or [element]:
-        yield from (cell for cell in BETWEEN.split(holder.text or "") if cell)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True

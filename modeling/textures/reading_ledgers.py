@@ -79,15 +79,26 @@ def read_lab(
     by_texture = captures_by_texture(lab, study, textures, simulated)
     files = {capture.path: file_sha256(capture.path) for every in by_texture.values() for capture in every}
     return tuple(
-        prepared(texture, every[0].label, _touched(every, normal, files), remove_hum)
-        for texture, every in by_texture.items()
+        prepared(
+            texture,
+            captures[0].label,
+            (
+                recording
+                for capture in captures
+                for recording in touched_in(
+                    capture, normal, f"{capture.path.name} trial {capture.attempt.trial} {files[capture.path]}"
+                )
+            ),
+            remove_hum,
+        )
+        for texture, captures in by_texture.items()
     )
 
 
 def captures_by_texture(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, simulated: bool | None = None
 ) -> dict[str, list[Capture]]:
-    """The captures that count of each texture, in the order of the textures' first appearance; no sample is held.
+    """Return the captures that count, by texture in the order of first appearance; no sample is read yet.
 
     Nothing of a session is read whose participant withdrew. `simulated` takes only what twins recorded, or only what a
     rig did; None takes a rig's where there is any: the two are never one texture's recordings. Raises TextureDataError
@@ -108,7 +119,7 @@ def captures_by_texture(
 
 
 def _captures(lab: Path, study: str) -> Iterator[Capture]:
-    """The captures that count of every session. Raises TextureDataError on a damaged file, and where there is none."""
+    """Yield the captures that count of every session. Raises TextureDataError on a damaged file, and for no session."""
     if not (lab.is_file() or ledgers_in(lab, study)):
         where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
         raise TextureDataError(f"{lab}: no session of {study}; {where}")
@@ -121,15 +132,6 @@ def _captures(lab: Path, study: str) -> Iterator[Capture]:
                 yield Capture(record.path, attempt, label, category, notes)
     except LedgerError as error:
         raise TextureDataError(str(error)) from None
-
-
-def _touched(
-    captures: Sequence[Capture], normal: tuple[float, float, float], files: Mapping[Path, str]
-) -> Iterator[Touched]:
-    for capture in captures:
-        yield from touched_in(
-            capture, normal, f"{capture.path.name} trial {capture.attempt.trial} {files[capture.path]}"
-        )
 
 
 def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: str) -> Iterator[Touched]:
@@ -168,7 +170,7 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
 
 
 def _columns(what: str, stream: Stream, where: str) -> list[int]:
-    """Return where the axes stand; an accelerometer, or a force sensor along the normal, may have one."""
+    """Return the places of the axes; an accelerometer, or a force sensor along the normal, may have one."""
     for names in CHANNELS[what]:
         if set(names) <= set(stream.channels):
             return [stream.channels.index(name) for name in names]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -60,8 +60,8 @@ def read_tables(
 
 
 def files_in(paths: Sequence[Path]) -> list[Path]:
-    """The tables, and those of folders: one a texture. Raises TextureDataError where none is there, or two are."""
-    files = list(_files(paths))
+    """Return the tables, and those in folders. Raises TextureDataError for none, or for two of one name."""
+    files = list(_tables_in(paths))
     names = [file.stem for file in files]
     for name in names:
         if names.count(name) > 1:
@@ -69,7 +69,7 @@ def files_in(paths: Sequence[Path]) -> list[Path]:
     return files
 
 
-def _files(paths: Sequence[Path]) -> Iterator[Path]:
+def _tables_in(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
             tables = sorted(
@@ -96,8 +96,8 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
     given: dict[str, Sampled] = {}
     notes = []
     for what, value, unit in (("speed", held.speed_mm_s, "mm/s"), ("force", held.force_N, "N")):
-        lacks = signals[what] is None and not (what == "speed" and signals["position"] is not None)
-        if value is not None and lacks and like is not None:
+        is_missing = signals[what] is None and not (what == "speed" and signals["position"] is not None)
+        if value is not None and is_missing and like is not None:
             if not (np.isfinite(value) and value >= 0):
                 raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
             given[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
@@ -105,7 +105,13 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
     every = {**signals, **given}
     acceleration, force = every["acceleration"], every["force"]
     if acceleration is None or force is None or (every["speed"] is None and every["position"] is None):
-        raise TextureDataError(_lacking(file, table, every))
+        missing = [name for name in ("acceleration", "force") if every[name] is None]
+        missing += ["speed"] if every["speed"] is None and every["position"] is None else []
+        raise TextureDataError(
+            f"{file}: no column for {' and '.join(missing)} among {_column_names(table)}; expected are time,"
+            " acceleration (or ax, ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was"
+            " constant and not recorded can be given instead (--speed-mm-s, --force-n)"
+        )
     position = None if every["speed"] is not None else every["position"]
     return Touched(
         str(file), acceleration, force, every["speed"], position, normal,
@@ -114,7 +120,7 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
 
 
 def _times(table: Table, held: Held) -> tuple[Array, float]:
-    """When each row was sampled, and how finely that was written."""
+    """Return the time of each row in s, (n,), and the rounding that it was written with."""
     time = table.columns.get("time")
     if time is not None:
         if not np.isfinite(time.values).all():
@@ -124,8 +130,8 @@ def _times(table: Table, held: Held) -> tuple[Array, float]:
         return (time.values - time.values[0]) * time.scale, time.written * time.scale
     if held.rate_hz is None:
         raise TextureDataError(
-            f"{table.where}: no column of times (time, t or t_s) among {_headed(table)}; without one the rate must be"
-            " said (--rate-hz)"
+            f"{table.where}: no column of times (time, t or t_s) among {_column_names(table)}; without one the rate"
+            " must be said (--rate-hz)"
         )
     if not (np.isfinite(held.rate_hz) and held.rate_hz > 0):
         raise TextureDataError(f"a rate of {held.rate_hz} Hz: a number above 0 is expected")
@@ -133,7 +139,7 @@ def _times(table: Table, held: Held) -> tuple[Array, float]:
 
 
 def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Array, written_s: float) -> Sampled | None:
-    """Return the samples of a signal at the rows in which they stand."""
+    """Return the samples of a signal, from the rows that have them; None without columns of it."""
     names = next((name_set for name_set in sets if all(name in table.columns for name in name_set)), None)
     if names is None:
         return None
@@ -146,7 +152,7 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
         raise TextureDataError(f"{where}: {len(values)} samples; two or more are needed")
     column = columns[0]
     fastest = float(np.nanmax(np.abs(values), initial=0.0))
-    if what == "speed" and not column.said and 0 < fastest < SLOWEST_MM_S:
+    if what == "speed" and not column.unit_given and 0 < fastest < SLOWEST_MM_S:
         raise TextureDataError(
             f"{where}: never above {fastest:.3g}, and no unit is given; is it in m/s? Write it in the header, as in"
             " 'speed (m/s)' or 'speed (mm/s)'"
@@ -162,15 +168,5 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
     return Sampled(what, times_s, values, 1 / step_s, where, written_s)
 
 
-def _lacking(file: Path, table: Table, signals: Mapping[str, Sampled | None]) -> str:
-    lacks = [name for name in ("acceleration", "force") if signals[name] is None]
-    lacks += ["speed"] if signals["speed"] is None and signals["position"] is None else []
-    return (
-        f"{file}: no column for {' and '.join(lacks)} among {_headed(table)}; expected are time, acceleration (or ax,"
-        " ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was constant and not recorded"
-        " can be given instead (--speed-mm-s, --force-n)"
-    )
-
-
-def _headed(table: Table) -> str:
+def _column_names(table: Table) -> str:
     return ", ".join(repr(name) for name in table.header)

@@ -18,11 +18,11 @@ CHANNELS = 3
 
 
 class TextureDataError(ValueError):
-    """Data that no texture can be learned from: the message says where, what was found and what to do."""
+    """The data cannot be used to learn a texture; the message says where, why, and what to do."""
 
 
 class TooShort(TextureDataError):
-    """A recording of which trimming leaves nothing: a longer one would do, or less trimming where it is to be had."""
+    """A recording of which trimming leaves nothing."""
 
 
 @dataclass(frozen=True)
@@ -47,25 +47,25 @@ class Recording:
 
     @property
     def acceleration_m_s2(self) -> Array:
-        """(n,)."""
+        """Acceleration in m/s^2, (n,)."""
         result: Array = self.signals[0]
         return result
 
     @property
     def speed_mm_s(self) -> Array:
-        """(n,), never below 0."""
+        """Speed in mm/s, (n,), never below 0."""
         result: Array = self.signals[1]
         return result
 
     @property
     def force_N(self) -> Array:
-        """(n,), the normal force."""
+        """Normal force in N, (n,)."""
         result: Array = self.signals[2]
         return result
 
     @property
     def seconds(self) -> float:
-        """How long it is."""
+        """Its length in seconds."""
         return float(self.signals.shape[1] / RATE_HZ)
 
 
@@ -86,16 +86,16 @@ class Scale:
     sd: Array
 
     def down(self, signals: Array) -> Array:
-        """(..., 3, n) in units to numbers about 0."""
+        """Standardise signals (..., 3, n)."""
         return (signals - self.mean[:, None]) / self.sd[:, None]
 
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows (n, 3, window) in units, oldest first, the acceleration (n,) that follows each, and where that stands."""
+    """Windows (n, 3, window) in units, oldest first, the acceleration (n,) that follows each, and its place."""
 
     given: NDArray[np.float64]
-    wanted: Array
+    target: Array
     at: NDArray[np.int64]
 
 
@@ -123,7 +123,7 @@ def pieces_of(recording: Recording) -> tuple[tuple[int, int], ...]:
 def joined(
     texture: str, label: str, pieces: Sequence[Array], made_from: tuple[str, ...], notes: tuple[str, ...]
 ) -> Recording:
-    """Pieces (3, n) as one recording."""
+    """Join pieces (3, n) to one recording, with borders between them."""
     signals = np.concatenate(pieces, axis=1)
     if len(pieces) == 1:
         return Recording(texture, label, signals, made_from, notes)

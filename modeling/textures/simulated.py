@@ -20,7 +20,7 @@ from palpate.protocols.code_digest import code_digest
 from palpate.signals.arrays import Array
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
-"""The textures that are rendered (thesis 4.3.2)."""
+"""The rendered textures (thesis 4.3.2)."""
 SECONDS = 20.0
 SEEN = 3
 """The column of a tracker's positions that is 0 where the marker was hidden."""
@@ -41,7 +41,7 @@ def simulated(
     recordings = []
     for texture in textures:
         began = clock()
-        recording, cached = _one(simulator, texture, seconds, seed, cache)
+        recording, cached = _recording_of(simulator, texture, seconds, seed, cache)
         how = "read from the cache" if cached else "captured"
         report(f"{texture}: {recording.seconds:.1f} s {how} in {clock() - began:.2f} s")
         recordings.append(recording)
@@ -49,13 +49,19 @@ def simulated(
 
 
 def captured(simulator: TextureSimulator, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
-    """As `simulated`, of one texture and without a cache."""
-    streams = simulator.captured(texture, seconds, seed)
-    made_from = (f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",)
-    return prepared(texture, texture.replace("_", " "), [_touched(texture, streams, made_from)])
+    """Return what `simulated` returns, for one texture and without a cache."""
+    streams, where = simulator.captured(texture, seconds, seed), f"simulated {texture}"
+    if missing := [name for name in STREAMS if name not in streams]:
+        raise TextureDataError(f"{where}: no stream {missing[0]!r}; {', '.join(STREAMS)} are expected")
+    touched = Touched(
+        where, _stream(where, "acceleration", streams), _stream(where, "force", streams),
+        position=_stream(where, "position", streams), notes=("simulated",),
+        made_from=(f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",),
+    )  # fmt: skip
+    return prepared(texture, texture.replace("_", " "), [touched])
 
 
-def _one(
+def _recording_of(
     simulator: TextureSimulator, texture: str, seconds: float, seed: int, cache: Path | None
 ) -> tuple[Recording, bool]:
     """Return the recording, and whether it was in the cache."""
@@ -75,17 +81,6 @@ def _one(
     metadata = {name: value for name, value in asdict(recording).items() if name != "signals"}
     store.save(name, {"signals": recording.signals}, metadata)
     return recording, False
-
-
-def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], made_from: tuple[str, ...]) -> Touched:
-    where = f"simulated {texture}"
-    missing = [name for name in STREAMS if name not in streams]
-    if missing:
-        raise TextureDataError(f"{where}: no stream {missing[0]!r}; {', '.join(STREAMS)} are expected")
-    return Touched(
-        where, _stream(where, "acceleration", streams), _stream(where, "force", streams),
-        position=_stream(where, "position", streams), made_from=made_from, notes=("simulated",),
-    )  # fmt: skip
 
 
 def _stream(where: str, what: str, streams: Mapping[str, tuple[float, Array]]) -> Sampled:

@@ -1,4 +1,4 @@
-"""Frames of a recording in three parts that share its speeds and forces (thesis 4.6, after its reference [90]).
+"""The split of a recording into three parts that share its speeds and forces (thesis 4.6, its reference [90]).
 
 Parts of a recording that differ in speed and force test extrapolation, not the model. So the assignment with the least
 energy distance (Szekely and Rizzo 2013) between each part's speeds and forces and the whole recording's is sought.
@@ -54,25 +54,25 @@ def split(
     shares and seed give the same parts. Raises TextureDataError where there are not three such frames.
     """
     cut = frames_of(recording, frames, window)
-    counts = _counts(len(cut), shares)
+    counts = _frame_counts(len(cut), shares)
     # the best assignment that swaps of two frames reach from several starts
-    apart = _apart(recording, cut)
+    apart = _frame_distances(recording, cut)
     chance = np.random.Generator(np.random.PCG64(seed))
     starts = [_spread(counts), *(chance.permutation(_spread(counts)) for _ in range(STARTS))]
-    candidates = [_descended(apart, start) for start in starts]
+    candidates = [_swap_frames(apart, start) for start in starts]
     labels = min(candidates, key=lambda labels: sum(_distances(apart, labels)))
     return Parts(*(tuple(cut[place] for place in np.flatnonzero(labels == part)) for part in range(len(NAMES))))
 
 
 def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) -> tuple[tuple[int, int], ...]:
-    """The frames [start, stop) that `split` assigns, in order. Raises TextureDataError where fewer than three fit."""
+    """Return the frames [start, stop) that `split` assigns, in order. Raises TextureDataError for fewer than three."""
     if frames < len(NAMES) or window < 1:
         raise TextureDataError(f"{frames} frames for windows of {window} samples: at least 3 and 1 are expected")
     least = LEAST_WINDOWS * window
     whole = sum(stop - start for start, stop in pieces_of(recording))
     for number in (frames, *((frames // 2,) if frames >= 2 * len(NAMES) else ()), *range(frames // 2 - 1, 2, -1)):
         length = whole // number
-        result = tuple(_cut(recording, number, length))
+        result = tuple(_frames_within(recording, number, length))
         if length >= least and len(result) >= len(NAMES):
             return result
     raise TextureDataError(
@@ -96,14 +96,14 @@ def fit_of(recording: Recording, parts: Parts) -> Fit:
     cut = tuple(sorted(stretch for part in every for stretch in part))
     where = {stretch: number for number, part in enumerate(every) for stretch in part}
     labels = np.array([where[stretch] for stretch in cut])
-    distance = _distances(_apart(recording, cut), labels)
+    distance = _distances(_frame_distances(recording, cut), labels)
     sizes = [sum(stop - start for start, stop in part) for part in every]
     train, validation, test = (size / sum(sizes) for size in sizes)
     return Fit(len(cut), (train, validation, test), (distance[0], distance[1], distance[2]))
 
 
-def _cut(recording: Recording, frames: int, length: int) -> Iterator[tuple[int, int]]:
-    """Frames of at least that length within each piece of the recording, as equal as whole samples allow."""
+def _frames_within(recording: Recording, frames: int, length: int) -> Iterator[tuple[int, int]]:
+    """Yield frames of at least that length within each piece of the recording, as equal as whole samples allow."""
     pieces = pieces_of(recording)
     for start, stop in pieces:
         count = frames if len(pieces) == 1 else (stop - start) // max(1, length)
@@ -111,8 +111,8 @@ def _cut(recording: Recording, frames: int, length: int) -> Iterator[tuple[int, 
         yield from pairwise(borders)
 
 
-def _counts(frames: int, shares: Sequence[float]) -> tuple[int, ...]:
-    """Frames of each part: the nearest to its share, by largest remainder, at least one."""
+def _frame_counts(frames: int, shares: Sequence[float]) -> tuple[int, ...]:
+    """Return the number of frames of each part: nearest to its share by largest remainder, at least one."""
     if len(shares) != len(NAMES) or min(shares) <= 0 or abs(sum(shares) - 1) > 1e-9:
         raise TextureDataError(f"shares {tuple(shares)}: three above 0 that sum to 1 are expected")
     exact = [share * frames for share in shares]
@@ -124,8 +124,8 @@ def _counts(frames: int, shares: Sequence[float]) -> tuple[int, ...]:
     return tuple(counts)
 
 
-def _apart(recording: Recording, cut: Sequence[tuple[int, int]]) -> Array:
-    """(frames, frames): the mean distance between a speed-force of one frame and one of another, in SDs."""
+def _frame_distances(recording: Recording, cut: Sequence[tuple[int, int]]) -> Array:
+    """Return the mean distance (frames, frames) between speeds and forces of two frames, in SDs."""
     hand = recording.signals[1:]
     first = hand[:, :1]
     sd = (hand - first).std(axis=1)
@@ -152,7 +152,7 @@ def _spread(counts: Sequence[int]) -> Labels:
     return np.array([part for _, part in sorted(places)], dtype=np.int64)
 
 
-def _descended(apart: Array, labels: Labels) -> Labels:
+def _swap_frames(apart: Array, labels: Labels) -> Labels:
     """Swap the two frames that gain most until no two gain."""
     while True:
         # gain (frames, frames): by how much the sum of the distances falls when two frames change places

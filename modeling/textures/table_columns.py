@@ -60,21 +60,21 @@ class Heading:
     name: str
     what: str
     scale: float
-    said: bool
+    unit_given: bool
 
 
 @dataclass(frozen=True)
 class Column:
     """Values as they stand, what turns them into our units, which cells are empty, and how finely they are written.
 
-    `said`: whether the table says its unit.
+    `unit_given`: whether the table says its unit.
     """
 
     values: Array
     scale: float
     empty: NDArray[np.bool_]
     written: float = 0.0
-    said: bool = True
+    unit_given: bool = True
 
 
 @dataclass(frozen=True)
@@ -109,14 +109,16 @@ def read_columns(file: Path) -> Table:
     lines = _lines(file)
     header = [cell.strip() for cell in _split(file, [lines.header], lines.separator, SPACED.findall)[0]]
     named = headings(f"{file}, line {lines.at}", header)
-    plain = [f"{name} in {PLAIN[heading.what]}" for name, heading in named.items() if not heading.said]
+    plain = [f"{name} in {PLAIN[heading.what]}" for name, heading in named.items() if not heading.unit_given]
     notes = (f"units that the table does not say: {', '.join(plain)}",) if plain else ()
     whole = _of_numbers(lines, len(header))
     if whole is not None:
         first = _cells(file, lines, len(header), DECIMALS)
         known = np.zeros(len(whole), dtype=np.bool_)
         columns = {
-            name: Column(whole[:, heading.place], heading.scale, known, _written(first[heading.place]), heading.said)
+            name: Column(
+                whole[:, heading.place], heading.scale, known, _written(first[heading.place]), heading.unit_given
+            )
             for name, heading in named.items()
         }
         return Table(str(file), columns, tuple(header), lines.numbers, notes)
@@ -211,17 +213,24 @@ def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequenc
             f"{file}, line {numbers[bad[0]]}: {heading.name} is {cells[bad[0]].strip()!r}, a finite number is expected;"
             " leave the cell empty where nothing was sampled"
         )
-    return Column(values, heading.scale, empty, _written(cells[:DECIMALS]), heading.said)
+    return Column(values, heading.scale, empty, _written(cells[:DECIMALS]), heading.unit_given)
 
 
 def _no_number(file: Path, name: str, cells: Sequence[str], numbers: Sequence[int]) -> str:
     for number, cell in zip(numbers, cells, strict=True):
-        try:
-            float(cell if cell.strip() else "0")
-        except ValueError:
+        if cell.strip() and not is_number(cell):
             unit = "; units stand in the header, as in 'time (ms)'" if number == numbers[0] else ""
             return f"{file}, line {number}: {name} is {cell.strip()!r}, a number is expected{unit}"
     return f"{file}: {name}: a number is expected"
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell is a number, nan and infinity included."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _written(cells: Sequence[str]) -> float:
@@ -233,7 +242,7 @@ def _written(cells: Sequence[str]) -> float:
 
 
 def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
-    """The columns that are known, by name. Raises TextureDataError on a name that comes twice and a foreign unit."""
+    """Return the known columns by name. Raises TextureDataError on a name that appears twice, and an unknown unit."""
     result: dict[str, Heading] = {}
     for place, text in enumerate(header):
         read = _read(text)
@@ -248,7 +257,7 @@ def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
 
 
 def _read(text: str) -> tuple[str, str, str] | None:
-    """Name, kind and unit ("" where it says none) of a header's cell; None where it is no column of ours."""
+    """Return name, kind and unit ("" without one) of a header's cell; None for another column."""
     bracketed = BRACKETS.fullmatch(text)
     if bracketed:
         known = _named(bracketed["name"])
@@ -262,7 +271,7 @@ def _read(text: str) -> tuple[str, str, str] | None:
 
 
 def _named(text: str) -> tuple[str, str] | None:
-    """Name and kind of a column."""
+    """Return name and kind of a column, None for another one."""
     squeezed = re.sub(r"[\s_/]", "", text).lower()
     for pattern, what, name in NAMES:
         match = pattern.fullmatch(squeezed)
@@ -280,7 +289,10 @@ def scale_of_unit(what: str, unit: str, where: str) -> float:
 
 
 def known_scale(what: str, unit: str) -> float | None:
-    """As `scale_of_unit`; None where it is not known. m/s^2 may be written m/s², ms^-2, m s-2, m/s/s or m_s2."""
+    """Return the factor of `scale_of_unit`, None where the unit is not known.
+
+    m/s^2 may be written m/s², ms^-2, m s-2, m/s/s or m_s2.
+    """
     return {_squeezed(name): scale for name, scale in UNITS[what].items()}.get(_squeezed(unit))
 
 

@@ -1,8 +1,8 @@
-"""Windows of the past and the sample that follows each, from stretches that no window leaves (thesis eq. 4.1)."""
+"""Windows of the past and the sample that follows each, within stretches of a recording (thesis equation 4.1)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -27,7 +27,13 @@ def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
     """
     if m < 1:
         raise TextureDataError(f"windows of {m} samples: at least 1 is expected")
-    pieces = list(_pieces(recording, stretches, m))
+    n = recording.signals.shape[1]
+    for start, stop in stretches:
+        if not 0 <= start <= stop <= n:
+            raise TextureDataError(
+                f"{recording.texture}: a stretch [{start}, {stop}) of {n} samples; one within is due"
+            )
+    pieces = [(start, stop) for start, stop in stretches if stop - start > m]
     if not pieces:
         longest = max((stop - start for start, stop in stretches), default=0)
         raise TextureDataError(
@@ -47,7 +53,7 @@ def samples_of(recording: Recording, stretches: Stretches) -> Array:
 
 
 def scale_of(recording: Recording, parts: Parts) -> Scale:
-    """Mean and SD of each channel over the training part; the SD of a channel that does not vary is 1 (4.3.3)."""
+    """Return mean and SD (3,) of the training part; the SD of a channel that does not vary is 1 (thesis 4.3.3)."""
     trained = samples_of(recording, parts.train)
     if not trained.shape[1]:
         raise TextureDataError(f"{recording.texture}: the training part is empty")
@@ -56,15 +62,3 @@ def scale_of(recording: Recording, parts: Parts) -> Scale:
     sd = offsets.std(axis=1)
     still = sd <= np.abs(trained).max(axis=1) * SAME
     return Scale(first[:, 0] + offsets.mean(axis=1), np.where(still, 1.0, sd))
-
-
-def _pieces(recording: Recording, stretches: Stretches, m: int) -> Iterator[tuple[int, int]]:
-    """Stretches that hold a window and what follows it."""
-    n = recording.signals.shape[1]
-    for start, stop in stretches:
-        if not 0 <= start <= stop <= n:
-            raise TextureDataError(
-                f"{recording.texture}: a stretch [{start}, {stop}) of {n} samples; one within is due"
-            )
-        if stop - start > m:
-            yield start, stop

@@ -132,3 +132,11 @@ def trainable(network: nn.Module) -> list[nn.Parameter]:
     if not finite(network.state_dict().values()):
         raise TrainingError(f"{type(network).__name__} has weights that are not finite before training.")
     return parameters
+
+
+def exported_float32(name: str, value: Tensor, error: type[ValueError]) -> NDArray[np.float32]:
+    """Return a tensor as a float32 array for a model file. Raises `error` for values that are not finite."""
+    array = np.array(value.detach().numpy(), dtype=np.float32, order="C")
+    if not np.isfinite(array).all():
+        raise error(f"{name}: holds values that are not finite; this network cannot be used.")
+    return array

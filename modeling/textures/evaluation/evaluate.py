@@ -1,4 +1,4 @@
-"""An evaluation of textures: every method on every texture, one step ahead and running free; and which one to train."""
+"""The evaluation of texture models: every method on every texture, one step ahead and running free; the default."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
 """Figure 4.5 (the names are those of palpate.modeling.textures.foten_network)."""
 STEPS, QUICK_STEPS = 2000, 200
 SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
-"""What takes minutes to train goes first, so that no core is left with a long one at the end."""
+"""Methods that take minutes to train: they go first, so that no core is left with a long one at the end."""
 Steps = Mapping[str, tuple[float, float, float]]
 
 
@@ -69,14 +69,14 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
         else f"{best['title']} keeps all limits of free running on {within} of {of} textures, and its felt levels are "
         f"{best['felt_dB']:.2f} dB off."
     )
-    sentences = _of_ours(ran, textures, best)
+    sentences = _compare_default(ran, textures, best)
     if not any(row["method"] == DEFAULT for row in rows):
         sentences.append(f"The shipped default, {DEFAULT}, was not evaluated: palpate train keeps that default.")
     return Choice(best["method"], why, tuple(sentences))
 
 
-def _of_ours(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[str]:
-    """Return how the generative network stands against the baseline, and against what beats it."""
+def _compare_default(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[str]:
+    """Compare the generative network with the baseline, and with the best method where that is another."""
     ours = next((row for row in rows if row["method"] == DEFAULT), None)
     baseline = next((row for row in rows if row["method"] == BASELINE), None)
     sentences = []
@@ -93,9 +93,10 @@ def _of_ours(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[st
 
 
 def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
-    """On how many textures one method is nearer than another, and of how many: those on which either ran.
+    """Return the number of textures on which one method is nearer than another, and of those on which either ran.
 
-    Nearer: it keeps more of the limits; of equals, its felt levels are less off. One that did not run is farthest.
+    A method is nearer where it keeps more of the limits, or as many with less error of felt levels. One that did not
+    run is farthest.
     """
     by_texture: dict[str, dict[str, tuple[float, float]]] = {}
     for row in textures:
@@ -107,11 +108,11 @@ def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
 
 @dataclass(frozen=True, kw_only=True)
 class TextureOptions(EvaluateOptions):
-    """What is evaluated, and how.
+    """The options of an evaluation.
 
-    `methods` None: all but `ON_REQUEST`. `explore`: the surfaces are simulated, and another exploration drives the
-    models. `grid`: the methods whose windows and losses are compared too (Figure 4.5, Table 4.2). `work` is the folder
-    of finished jobs. `settings` go to the methods as they are.
+    `methods` None takes all but `ON_REQUEST`. With `explore` the surfaces are simulated, and another exploration drives
+    the models. `grid` names the methods whose windows and losses are compared too (Figure 4.5, Table 4.2). `work` is
+    the folder of finished jobs. `settings` go to the methods as they are.
     """
 
     work: Path
@@ -129,7 +130,7 @@ class TextureOptions(EvaluateOptions):
 
 @dataclass(frozen=True)
 class TextureEvaluation:
-    """All results: fits, what ran free, what drove it, and the time of a step by runtime for each method."""
+    """All results: fits, free runs, the hands that drove them, and the time of a step by method and runtime."""
 
     domain: TextureDomain
     options: TextureOptions
@@ -145,7 +146,7 @@ class TextureEvaluation:
 
     @property
     def textures(self) -> tuple[str, ...]:
-        """In the order of the recordings."""
+        """The textures in the order of the recordings."""
         return tuple(self.domain.recordings)
 
     def method(self, name: str) -> Method:
@@ -157,7 +158,7 @@ def domain_for(
     recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions,
     methods: Mapping[str, Method] = METHODS, clock: Clock = time.perf_counter,
 ) -> TextureDomain:  # fmt: skip
-    """Return what all jobs share. A recording that cannot be split is left out.
+    """Return the domain of all jobs. A recording that cannot be split is left out.
 
     Raises TextureDataError for two recordings of one name, and where none can be split.
     """
@@ -224,21 +225,21 @@ def evaluate_methods(domain: TextureDomain, options: TextureOptions, report: Rep
         drives,
         {name: ceiling(drive) for name, drive in drives.items()},
         {name: truth_of(drive) for name, drive in drives.items()},
-        _steps(options, [results[fit] for fit in fits], report),
+        _time_steps(options, [results[fit] for fit in fits], report),
         {name: tuple(lines) for name, lines in notes.items()},
         domain.clock() - start,
     )  # fmt: skip
 
 
 def waves(domain: TextureDomain, fits: Sequence[Fit], plays: Sequence[Play]) -> tuple[Sequence[Job], Sequence[Job]]:
-    """Return the fits, slow ones first, with the explorations that free runs rest on; and then the free runs."""
+    """Return two waves of jobs: fits, slow ones first, with explorations; and free runs, which build on both."""
     explorations = [Explore(texture) for texture in domain.recordings] if domain.explore else []
     slow = [fit for fit in fits if fit.method in SLOW]
     return [*slow, *explorations, *(fit for fit in fits if fit.method not in SLOW)], plays
 
 
-def _steps(options: TextureOptions, fits: Sequence[TextureResult], report: Report) -> dict[str, Steps]:
-    """Return the time of a step of each method by runtime, alone on the machine: its size is the same everywhere."""
+def _time_steps(options: TextureOptions, fits: Sequence[TextureResult], report: Report) -> dict[str, Steps]:
+    """Time a step of each method by runtime, on its first texture: networks have the same size on all."""
     steps: dict[str, Steps] = {}
     for result in fits:
         job = result.job

@@ -1,4 +1,4 @@
-"""Figures 4.5 to 4.7 of the thesis, and learning curves; those of running free and of time with them."""
+"""Figures 4.5 to 4.7 of the thesis, of free runs and of times, and learning curves."""
 
 from __future__ import annotations
 
@@ -35,13 +35,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from palpate.modeling.training.history import Epoch
-
 
 CURVED = (DEFAULT, THESIS)
 COLUMNS = 2
 DEEP_DB, HIGH_DB = 45.0, 6.0
-"""Below and above the truth's greatest density: what lies beyond is not shown."""
+"""The range of a spectrum's axis below and above the truth's greatest density."""
 Draw = Callable[["Axes", str], None]
 MOST = 3
 """Methods in one figure beside the truth."""
@@ -69,7 +67,12 @@ def figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure
     from palpate.modeling.training.trained_files import learning_curve
 
     for method in CURVED:
-        if histories := _histories(evaluation, method):
+        histories = {
+            evaluation.domain.recordings[fit.texture].label: history
+            for fit, done in evaluation.fits.items()
+            if fit == Fit(fit.texture, method) and (history := history_in(done.arrays))
+        }
+        if histories:
             name, title = f"learning_{method}", f"Learning curves: {evaluation.method(method).title}"
             with drawing(name):
                 yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
@@ -87,15 +90,17 @@ def _grid_figure(rows: list[Row]) -> Figure:
             [row["window"] for row in line], [row["mae"] for row in line], "o-", color=colour, label=loss, markersize=4
         )
     axes.set_xticks(sorted({row["window"] for row in rows}))
-    named(axes, "window, samples", "MAE, SDs")
+    label_axes(axes, "window, samples", "MAE, SDs")
     axes.grid(visible=True, axis="y")
     figure.legend(loc="outside right upper", frameon=False)
     return figure
 
 
 def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first; and the time
-    domain of Figure 4.6 once more where that method runs free."""
+    """Yield figures 4.6 and 4.7 of the thesis' method, else of ours, else of the first that was evaluated.
+
+    Figure 4.6 is drawn once more for the free run of that method.
+    """
     order = (THESIS, DEFAULT, *evaluation.options.names)
     name = next(
         (method for method in order if method in evaluation.options.names and _test_part(evaluation, method)), None
@@ -111,7 +116,7 @@ def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigu
     def waves(axes: Axes, texture: str) -> None:
         for signal, colour, width in zip(pairs[texture], colours.values(), (1.5, 0.8), strict=True):
             axes.plot(np.arange(len(signal[:FIRST])), signal[:FIRST], color=colour, linewidth=width)
-        named(axes, "sample", "m/s²")
+        label_axes(axes, "sample", "m/s²")
 
     def spectra(axes: Axes, texture: str) -> None:
         actual, answered = pairs[texture]
@@ -125,14 +130,14 @@ def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigu
         if textures:
             file, shown = f"figure_{number}", {**labels, **(titles if number == "4_6" else {})}
             with drawing(file):
-                figure = keyed(panels(textures, shown, draw, height), colours)
+                figure = add_legend(panels(textures, shown, draw, height), colours)
                 yield drawn_figure(file, f"One step ahead, in {what}", caption.format(title=title), figure, folder)
         if number == "4_6":
             yield from _free(evaluation, name, colours, folder)
 
 
 def free_beginning(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
-    """By texture: the truth and what the method makes on its own output, 400 samples from where the hand moves.
+    """Return by texture the truth and the method's own output, 400 samples from where the hand starts to move.
 
     Textures on which it did not run are left out.
     """
@@ -161,11 +166,11 @@ def _free(
         for signal, colour, width in zip(pairs[texture], colours.values(), (1.5, 0.8), strict=True):
             axes.plot(np.arange(len(signal)), signal, color=colour, linewidth=width)
         axes.axvline(WARM_UP, color=SOFT, linewidth=0.7, linestyle=":")
-        named(axes, "sample", "m/s²")
+        label_axes(axes, "sample", "m/s²")
 
     hands = " or ".join(dict.fromkeys(evaluation.drives[texture].described for texture in pairs))
     with drawing("figure_4_6_free"):
-        figure = keyed(panels(list(pairs), titles, waves, 1.7), colours)
+        figure = add_legend(panels(list(pairs), titles, waves, 1.7), colours)
         caption = words.FIGURE_4_6_FREE.format(hand=hands)
         yield drawn_figure("figure_4_6_free", "Running free, in time", caption, figure, folder)
 
@@ -175,19 +180,11 @@ def _ratio(level: float | None) -> str:
 
 
 def _test_part(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
-    """By texture: the test part, and what a method says of it."""
+    """Return by texture the test part and a method's predictions of it."""
     done = {texture: evaluation.fits[Fit(texture, method)] for texture in evaluation.textures}
     return {
         name: (result.array("actual"), result.array("answered")) for name, result in done.items() if not result.refused
     }
-
-
-def _histories(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Epoch, ...]]:
-    labels = {fit: evaluation.domain.recordings[fit.texture].label for fit in evaluation.fits}
-    own = {
-        labels[fit]: history_in(done.arrays) for fit, done in evaluation.fits.items() if fit == Fit(fit.texture, method)
-    }
-    return {label: history for label, history in own.items() if history}
 
 
 def panels(textures: Sequence[str], titles: Mapping[str, str], draw: Draw, height: float) -> Figure:
@@ -207,8 +204,8 @@ def panels(textures: Sequence[str], titles: Mapping[str, str], draw: Draw, heigh
     return figure
 
 
-def keyed(figure: Figure, colours: Mapping[str, str]) -> Figure:
-    """Return the figure with a key above."""
+def add_legend(figure: Figure, colours: Mapping[str, str]) -> Figure:
+    """Add a legend above the figure, and return it."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour) for colour in colours.values()]
@@ -216,26 +213,26 @@ def keyed(figure: Figure, colours: Mapping[str, str]) -> Figure:
     return figure
 
 
-def named(axes: Axes, along: str, up: str) -> None:
-    """Both axes with their units, small."""
+def label_axes(axes: Axes, along: str, up: str) -> None:
+    """Label both axes with their quantities and units."""
     axes.set_xlabel(along, color=SOFT, fontsize=8.0)
     axes.set_ylabel(up, color=SOFT, fontsize=8.0)
 
 
 def spectrum(axes: Axes, lines: Sequence[tuple[Array, str, float]]) -> None:
-    """Power spectral densities of signals (m/s^2) in dB, each with a colour and a width; the first decides how deep."""
+    """Draw power spectral densities of signals (m/s^2) in dB with colours and widths; the first sets the range."""
     top = 10 * np.log10(max(float(density(lines[0][0])[1].max()), np.finfo(float).tiny))
     for signal, colour, width in lines:
         hertz, power = density(signal)
         decibels = 10 * np.log10(np.maximum(power, np.finfo(float).tiny))
         axes.plot(hertz[1:-1], np.maximum(decibels[1:-1], top - 2 * DEEP_DB), color=colour, linewidth=width)
     axes.set_ylim(top - DEEP_DB, top + HIGH_DB)
-    named(axes, "Hz", "dB re 1 (m/s²)²/Hz")
+    label_axes(axes, "Hz", "dB re 1 (m/s²)²/Hz")
 
 
 @dataclass(frozen=True)
 class Line:
-    """What is drawn: the truth's and each method's signal by texture, and a colour for each."""
+    """The drawn signals: the truth's and each method's by texture, with colours and labels."""
 
     drives: Mapping[str, Drive]
     made: Mapping[str, Mapping[str, Array]]
@@ -249,7 +246,7 @@ class Line:
 
 
 def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Yield three figures of ours, the thesis' and the baseline, as far as they ran."""
+    """Yield the figures of free runs of our method, the thesis' and the baseline: spectra, envelopes and waves."""
     shown = _free_running(evaluation)
     if not shown.made:
         return
@@ -262,18 +259,18 @@ def free_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
             slowly = envelope(signal[: round(FIRST_S * RATE_HZ)])
             axes.plot(np.arange(len(slowly)) * ENVELOPE_MS / 1000, slowly, color=colour, linewidth=0.7 * width)
         axes.locator_params(axis="x", nbins=5, integer=True)
-        named(axes, "s", "m/s²")
+        label_axes(axes, "s", "m/s²")
 
-    yield _panelled("free_spectra", ("Running free: spectra", words.FREE_SPECTRA), shown, spectra, folder)
-    yield _panelled("free_envelopes", ("Running free: envelopes", words.ENVELOPES), shown, envelopes, folder)
+    yield _panel_figure("free_spectra", ("Running free: spectra", words.FREE_SPECTRA), shown, spectra, folder)
+    yield _panel_figure("free_envelopes", ("Running free: envelopes", words.ENVELOPES), shown, envelopes, folder)
     with drawing("free_waves"):
         yield drawn_figure("free_waves", "Running free: waves", words.FREE_WAVES, _waves(shown), folder)
 
 
-def _panelled(name: str, title_and_caption: tuple[str, str], shown: Line, draw: Draw, folder: Path) -> DrawnFigure:
+def _panel_figure(name: str, title_and_caption: tuple[str, str], shown: Line, draw: Draw, folder: Path) -> DrawnFigure:
     title, caption = title_and_caption
     with drawing(name):
-        figure = keyed(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)
+        figure = add_legend(panels(list(shown.made), shown.labels, draw, 2.1), shown.colours)
         return drawn_figure(name, title, caption, figure, folder)
 
 
@@ -303,7 +300,7 @@ def _waves(shown: Line) -> Figure:
     figure = Figure(figsize=(2.4 * len(titles) + 0.6, 1.15 * len(shown.made) + 0.5), layout="constrained")
     axes = figure.subplots(len(shown.made), len(titles), squeeze=False, sharex=True, sharey="row")
     for row, texture in zip(axes, shown.made, strict=True):
-        start = _moving(shown.drives[texture])
+        start = _steady_start(shown.drives[texture])
         signals = {TRUTH: shown.drives[texture].truth, **shown.made[texture]}
         for panel, title in zip(row, titles, strict=True):
             if title in signals:
@@ -317,8 +314,8 @@ def _waves(shown: Line) -> Figure:
     return figure
 
 
-def _moving(drive: Drive) -> int:
-    """Return where the hand has moved steadily for the longest before: the middle of its longest stretch of moving."""
+def _steady_start(drive: Drive) -> int:
+    """Return the middle of the longest stretch in which the hand moves, with room for the drawn samples."""
     moving = np.r_[False, (drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N), False]
     edges = np.flatnonzero(np.diff(moving.astype(int)))
     stretches = list(zip(edges[::2], edges[1::2], strict=True))
@@ -329,7 +326,7 @@ def _moving(drive: Drive) -> int:
 
 
 def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Yield the figure, where methods ran free and a step or a training was timed."""
+    """Yield the work-precision figure where methods ran free and a step or a training was timed."""
     rows = [row for row in method_rows(evaluation) if row["felt_dB"] is not None]
     if any(row["step_us"] or row["train_s"] for row in rows):
         with drawing("work_precision"):
@@ -343,8 +340,8 @@ def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
                 medians = [median for median, _, _ in evaluation.steps.get(row["method"], {}).values()]
                 _points(step, medians, row["felt_dB"], looks[row["method"]])
                 _points(training, [row["train_s"]] if row["train_s"] else [], row["felt_dB"], looks[row["method"]])
-            _named(step, "a step, µs (median)", "felt levels off, dB")
-            _named(training, "training of a texture, s", "")
+            _label_log_axes(step, "a step, µs (median)", "felt levels off, dB")
+            _label_log_axes(training, "training of a texture, s", "")
             step.set_ylim(bottom=0)
             handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks.values()]
             figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
@@ -352,7 +349,7 @@ def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
 
 
 def _points(axes: Axes, times: list[float], error: float, look: Look) -> None:
-    """The fastest filled, the others open, and a line between them."""
+    """Draw the fastest time filled and the others open, with a line between them."""
     colour, shape = look
     for i, time in enumerate(sorted(times)):
         face = colour if i == 0 else "white"
@@ -360,7 +357,7 @@ def _points(axes: Axes, times: list[float], error: float, look: Look) -> None:
     axes.plot(sorted(times), [error] * len(times), color=colour, linewidth=0.8)
 
 
-def _named(axes: Axes, along: str, up: str) -> None:
+def _label_log_axes(axes: Axes, along: str, up: str) -> None:
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
     axes.set_xscale("log")
@@ -368,4 +365,4 @@ def _named(axes: Axes, along: str, up: str) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.margins(x=0.08)
     axes.grid(visible=True)
-    named(axes, along, up)
+    label_axes(axes, along, up)

@@ -1,4 +1,4 @@
-"""An evaluation of textures as files: tables, one JSON with every number, figures, models and the report."""
+"""The files of an evaluation of textures: tables, one JSON with every number, figures and the report."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
 
 
 def as_json(evaluation: TextureEvaluation) -> dict[str, Any]:
-    """Return every number with what it rests on; what is no number is null."""
+    """Return every number with its inputs, settings and software; NaN and infinity become null."""
     chosen, domain = choice_of(evaluation), evaluation.domain
     return {
         "data": {
@@ -91,9 +91,9 @@ def write_all(
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
-    """Return the method that a lab's own evaluation of the very same recordings chose, else the shipped default.
+    """Return the method that a lab's own evaluation of the same recordings chose, else the shipped default.
 
-    An evaluation without the shipped default among its methods says nothing against it.
+    The shipped default also stays where the evaluation was quick or did not include it.
     """
     results = read_results(evaluation_folder(lab, NAME))
     try:

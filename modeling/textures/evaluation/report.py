@@ -106,7 +106,7 @@ def choice_of(evaluation: TextureEvaluation) -> Choice:
 
 
 def banners(evaluation: TextureEvaluation) -> list[str]:
-    """Return what has to be known before any number is read."""
+    """Return the warnings at the head of the page."""
     lines = [words.SIMULATED] if evaluation.options.explore else []
     lines += [words.QUICK] if evaluation.options.quick else []
     labels = {name: recording.label for name, recording in evaluation.domain.recordings.items()}
@@ -117,7 +117,7 @@ def banners(evaluation: TextureEvaluation) -> list[str]:
 
 
 def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
-    """Return what stands at the head of the page."""
+    """Return the facts at the head of the page, each with its name."""
     recordings = evaluation.domain.recordings.values()
     seconds = sorted({round(recording.seconds, 1) for recording in recordings})
     long = f"{seconds[0]:g} s" if len(seconds) == 1 else f"{seconds[0]:g} to {seconds[-1]:g} s"
@@ -133,8 +133,12 @@ def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
 
 def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
     """Return the section of free running, on a model's own output."""
-    rows = [_origin_row(row) for row in method_rows(evaluation)]
-    blocks: list[Block] = [Words(text) for text in _origin(evaluation)]
+    rows = method_rows(evaluation)
+    for row in rows:
+        low, high = row["level_low"], row["level_high"]
+        row["limits"] = f"{row['kept']} of {row['ran']}" if row["ran"] else None
+        row["level_range"] = None if low is None else f"{low:.2f} to {high:.2f}"
+    blocks: list[Block] = [Words(text) for text in _free_run_words(evaluation)]
     note = f"{words.WORST} {'; '.join(LIMITS.values())[:1].upper()}{'; '.join(LIMITS.values())[1:]}."
     blocks.append(table("All methods", rows, OVERALL, note=note, ours=chosen.method))
     blocks.append(Words(words.MEASURES, "note"))
@@ -154,8 +158,8 @@ def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     return Section("free", "Running free", tuple(blocks))
 
 
-def _origin(evaluation: TextureEvaluation) -> list[str]:
-    """Under which hand models ran, and what the ceiling is."""
+def _free_run_words(evaluation: TextureEvaluation) -> list[str]:
+    """Return sentences about the hand that drove the models, and about the ceiling."""
     if not evaluation.drives:
         return ["Nothing could be run free; the reasons are given below the recordings at the end."]
     origins = dict.fromkeys(drive.origin for drive in evaluation.drives.values())
@@ -166,12 +170,6 @@ def _origin(evaluation: TextureEvaluation) -> list[str]:
         return [*sentences, words.SAME_HAND]
     whats = {words.HALVES if drive.seen else words.VALIDATION for drive in evaluation.drives.values()}
     return [*sentences, words.OTHER_HAND.format(what=" or ".join(sorted(whats)))]
-
-
-def _origin_row(row: Row) -> Row:
-    low, high = row["level_low"], row["level_high"]
-    spread = None if low is None else f"{low:.2f} to {high:.2f}"
-    return {**row, "limits": f"{row['kept']} of {row['ran']}" if row["ran"] else None, "level_range": spread}
 
 
 def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
@@ -205,7 +203,7 @@ def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
 
 
 def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """Table 4.3, and error against time."""
+    """Return the section of table 4.3, and of error against time."""
     blocks: list[Block] = [Words(words.TIMES)]
     blocks.append(
         table("Table 4.3, time", table_4_3(evaluation), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)
@@ -214,8 +212,8 @@ def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     return Section("time", "Time", tuple(blocks))
 
 
-def _jobs(evaluation: TextureEvaluation) -> str:
-    """Return how many there were, and how many were computed now."""
+def _job_counts(evaluation: TextureEvaluation) -> str:
+    """Return a sentence with the number of jobs, and of those computed now."""
     jobs, loaded = len(evaluation.results), evaluation.results.loaded
     if loaded == jobs:
         return f"{jobs} jobs, all of them taken from earlier, equal evaluations."
@@ -225,7 +223,7 @@ def _jobs(evaluation: TextureEvaluation) -> str:
 
 def provenance(evaluation: TextureEvaluation) -> Section:
     """Return the section that names the inputs, the run and the software."""
-    run = f"Seed {evaluation.options.seed}. {_jobs(evaluation)}"
+    run = f"Seed {evaluation.options.seed}. {_job_counts(evaluation)}"
     inputs: list[Row] = [
         {"input": line} for recording in evaluation.domain.recordings.values() for line in recording.made_from
     ]

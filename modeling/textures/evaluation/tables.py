@@ -4,14 +4,14 @@ The numbers that the thesis printed stand beside ours: they are other people's p
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from palpate.modeling.evaluate.outputs import printed_numbers
-from palpate.modeling.textures.domain import Fit, Play, TextureResult
+from palpate.modeling.textures.domain import Fit, Play
 from palpate.modeling.textures.drive import FAINTEST_N, SLOWEST_MM_S, Drive
 from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.free_run import beyond
@@ -21,7 +21,7 @@ from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
-SAID = "thesis"
+PRINTED = "thesis"
 Row = dict[str, Any]
 STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")
 FREE = (
@@ -42,7 +42,7 @@ def _read() -> Mapping[str, Any]:
 
 
 def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] | None:
-    """Table 4.1: a method's "mae" or "gfc" (percent) by texture, and their printed mean; None where it has none."""
+    """Return a method's "mae" or "gfc" (percent) in table 4.1, by texture and their mean; None where it has none."""
     numbers = _read()["table_4_1"].get(method)
     if numbers is None:
         return None
@@ -51,53 +51,55 @@ def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] |
 
 
 def printed_variant(method: str) -> Mapping[str, float] | None:
-    """Table 4.2: a variant's window, mean MAE and mean GFC in percent; None where it has none."""
+    """Return a variant's window, mean MAE and mean GFC (percent) in table 4.2; None where it has none."""
     numbers: Mapping[str, float] | None = _read()["table_4_2"].get(method)
     return numbers
 
 
 def printed_times(method: str) -> Mapping[str, float] | None:
-    """Table 4.3: window, inference on GPU and CPU in ms, seconds of one epoch; None where it has none."""
+    """Return window, inference on GPU and CPU (ms) and seconds of an epoch in table 4.3; None where it has none."""
     numbers: Mapping[str, float] | None = _read()["table_4_3"].get(method)
     return numbers
 
 
 def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
     """Return a row for each method on each texture: one step ahead, running free, and the limits that it breaks."""
-    return [_row(evaluation, fit, done) for fit, done in evaluation.fits.items() if not fit.of_the_grid]
-
-
-def _row(evaluation: TextureEvaluation, fit: Fit, done: TextureResult) -> Row:
-    play = evaluation.plays[Play(fit)]
-    numbers = {name: done.numbers.get(name) for name in ("window", "train_s", "epochs", "epoch_s", "bytes", *STEP)}
-    free = {name: play.numbers.get(name) for name in FREE}
-    return {
-        "texture": fit.texture,
-        "method": fit.method,
-        "title": evaluation.method(fit.method).title,
-        **numbers,
-        **free,
-        "beyond": " ".join(beyond(play.numbers, evaluation.ceilings.get(fit.texture, {}))),
-        "refused": done.refused or play.refused or None,
-    }
+    rows: list[Row] = []
+    for fit, done in evaluation.fits.items():
+        if fit.of_the_grid:
+            continue
+        play = evaluation.plays[Play(fit)]
+        numbers = {name: done.numbers.get(name) for name in ("window", "train_s", "epochs", "epoch_s", "bytes", *STEP)}
+        rows.append(
+            {
+                "texture": fit.texture,
+                "method": fit.method,
+                "title": evaluation.method(fit.method).title,
+                **numbers,
+                **{name: play.numbers.get(name) for name in FREE},
+                "beyond": " ".join(beyond(play.numbers, evaluation.ceilings.get(fit.texture, {}))),
+                "refused": done.refused or play.refused or None,
+            }
+        )
+    return rows
 
 
 def free_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return what ran free, by texture: the truth, another realisation, every method, ours by its mean too."""
+    """Return the free runs by texture: the truth, another realisation, every method, ours by its mean too."""
     rows: list[Row] = []
     for texture in evaluation.drives:
         beside = ((TRUTH, evaluation.truths[texture]), (CEILING, evaluation.ceilings[texture]))
-        rows += [_free(texture, name, name, numbers, {}) for name, numbers in beside if numbers]
+        rows += [_free_row(texture, name, name, numbers, {}) for name, numbers in beside if numbers]
         for play, done in evaluation.plays.items():
             if play.fit.texture == texture and not done.refused:
                 alone = "" if play.sampled else MEAN_ALONE
                 title = evaluation.method(play.fit.method).title + alone
                 again = evaluation.ceilings[texture]
-                rows.append(_free(texture, play.fit.method + alone, title, done.numbers, again))
+                rows.append(_free_row(texture, play.fit.method + alone, title, done.numbers, again))
     return rows
 
 
-def _free(
+def _free_row(
     texture: str, method: str, title: str, numbers: Mapping[str, float | None], again: Mapping[str, float | None]
 ) -> Row:
     columns = {name: numbers.get(name) for name in FREE}
@@ -126,26 +128,30 @@ def start_of(drive: Drive) -> int:
     return int(np.argmax((drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N)))
 
 
-def warm_up(drive: Drive, made: Array) -> tuple[float | None, float | None]:
-    """RMS of `made` (n,) over the truth's in samples 0 to 99 and 100 to 399 from `start_of`; None if that is silent."""
+def warm_up(drive: Drive, generated: Array) -> tuple[float | None, float | None]:
+    """Return the RMS of `generated` (n,) over the truth's in samples 0 to 99 and 100 to 399 from `start_of`.
+
+    None where the truth is silent.
+    """
     levels = []
     for first, last in ((0, WARM_UP), (WARM_UP, FIRST)):
         part = slice(start_of(drive) + first, start_of(drive) + last)
         truth = float(np.sqrt(np.mean(drive.truth[part] ** 2)))
-        own = float(np.sqrt(np.mean(made[part].astype(np.float64) ** 2)))
+        own = float(np.sqrt(np.mean(generated[part].astype(np.float64) ** 2)))
         levels.append(own / truth if truth > 0 else None)
     return levels[0], levels[1]
 
 
 def method_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return a row for each method over all textures: means, and the worst of what has a limit."""
+    """Return a row for each method over all textures: means, and the worst of the numbers with a limit."""
     rows = texture_rows(evaluation)
     return [
-        _over([row for row in rows if row["method"] == name], evaluation, name) for name in evaluation.options.names
+        _method_row([row for row in rows if row["method"] == name], evaluation, name)
+        for name in evaluation.options.names
     ]
 
 
-def _over(rows: list[Row], evaluation: TextureEvaluation, name: str) -> Row:
+def _method_row(rows: list[Row], evaluation: TextureEvaluation, name: str) -> Row:
     def mean(column: str) -> float | None:
         return mean_of(row[column] for row in rows)
 
@@ -186,12 +192,12 @@ def fastest(evaluation: TextureEvaluation, method: str) -> tuple[str | None, flo
 
 
 def least(values: Iterable[float | None]) -> float | None:
-    """Return the least of the numbers among them."""
+    """Return the least of the numbers, None where there are none."""
     return min((value for value in values if value is not None), default=None)
 
 
 def most(values: Iterable[float | None]) -> float | None:
-    """Return the greatest of the numbers among them."""
+    """Return the greatest of the numbers, None where there are none."""
     return max((value for value in values if value is not None), default=None)
 
 
@@ -210,7 +216,12 @@ def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
             printed = printed_errors(name, metric)
             if printed is not None:
                 theirs = {texture: printed[0].get(texture) for texture in evaluation.textures}
-                row = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
+                row = {
+                    "method": f"{name}, {PRINTED}",
+                    "title": f"{title}, {PRINTED}",
+                    "metric": metric,
+                    "printed": True,
+                }
                 rows.append({**row, **theirs, "mean": printed[1]})
     return rows
 
@@ -231,8 +242,10 @@ def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def table_4_3(evaluation: TextureEvaluation) -> list[Row]:
-    """Times and errors: a step by runtime (us), an epoch, felt levels (dB) and MAE (SDs) over the textures, and the
-    thesis' times beside; one row for each method and runtime."""
+    """Return times and errors, a row for each method and runtime, with the thesis' times beside.
+
+    Times of a step (us) and an epoch; errors of felt levels (dB) and MAE (SDs) over the textures.
+    """
     rows: list[Row] = []
     for row in method_rows(evaluation):
         theirs = printed_times(row["method"]) or {}
@@ -271,23 +284,20 @@ def grid_rows(evaluation: TextureEvaluation) -> list[Row]:
     for fit, done in evaluation.fits.items():
         if fit.window is not None and fit.loss is not None:
             cells.setdefault((fit.method, fit.window, fit.loss), []).append(done.numbers)
-    rows = [_grid_row(key, numbers) for key, numbers in cells.items()]
+    rows: list[Row] = []
+    for (method, window, loss), results in cells.items():
+        mae, gfc, validation = ([one.get(name) for one in results] for name in ("mae", "gfc", "validation_mae"))
+        share = mean_of(gfc)
+        rows.append(
+            {"method": method, "window": window, "loss": loss, "mae": mean_of(mae),
+             "gfc": None if share is None else PERCENT * share, "validation_mae": mean_of(validation),
+             "textures": sum(value is not None for value in mae), "chosen": False}
+        )  # fmt: skip
     for method in {row["method"] for row in rows}:
         tried = [row for row in rows if row["method"] == method and row["validation_mae"] is not None]
         for row in sorted(tried, key=lambda row: row["validation_mae"])[:1]:
             row["chosen"] = True
     return rows
-
-
-def _grid_row(key: tuple[str, int, str], numbers: Sequence[Mapping[str, float | None]]) -> Row:
-    method, window, loss = key
-    mae, gfc, watched = ([one.get(name) for one in numbers] for name in ("mae", "gfc", "validation_mae"))
-    share = mean_of(gfc)
-    return {
-        "method": method, "window": window, "loss": loss, "mae": mean_of(mae),
-        "gfc": None if share is None else PERCENT * share, "validation_mae": mean_of(watched),
-        "textures": sum(value is not None for value in mae), "chosen": False,
-    }  # fmt: skip
 
 
 def curve_rows(evaluation: TextureEvaluation) -> list[Row]:

@@ -1,4 +1,4 @@
-"""What was set out to be reached beside what was, each with its name."""
+"""The targets of the evaluation and how far they were reached, each with its name."""
 
 from __future__ import annotations
 
@@ -20,25 +20,32 @@ _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
 
 
 def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
-    """Of the generative network running free, with how the deterministic one failed; empty where it did not run."""
+    """Return results against targets of the generative network's free run, beside AR and the deterministic network.
+
+    Empty where it did not run.
+    """
     rows = texture_rows(evaluation)
-    ours = _ran(rows, DEFAULT)
+    ours = _free_rows_of(rows, DEFAULT)
     if not ours:
         return []
-    points = [
-        _within_limits(evaluation, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS
-    ]
-    if _ran(rows, BASELINE):
+    points = [_limit_point(evaluation, name, ours, column, within, limit) for name, column, within, limit in _LIMITS]
+    if _free_rows_of(rows, BASELINE):
         won, of = better(rows, DEFAULT, BASELINE)
-        wanted = -(-of * BEATEN // 6)
-        reached = "reached" if won >= wanted else "not reached"
-        points.append(("Against AR", f"Nearer on {won} of {of} textures (aim: {wanted}): {reached}."))
-    if plain := _ran(rows, THESIS):
-        points.append(("One-step FoTEN", _failure(plain)))
+        aim = -(-of * BEATEN // 6)
+        verdict = "reached" if won >= aim else "not reached"
+        points.append(("Against AR", f"Nearer on {won} of {of} textures (aim: {aim}): {verdict}."))
+    if plain := _free_rows_of(rows, THESIS):
+        within_all = sum(not row["beyond"] for row in plain)
+        low, high = least(row["level"] for row in plain), most(row["level"] for row in plain)
+        cycle = most(row["cycle_excess"] for row in plain)
+        spread = "" if low is None or high is None else f" Level {low:.2f} to {high:.2f}"
+        repeats = "" if cycle is None else f"; repeats itself by up to {cycle:.2f} more than the truth"
+        sentence = f"Keeps all limits on {within_all} of {len(plain)} textures when it runs on its own output."
+        points.append(("One-step FoTEN", f"{sentence}{spread}{repeats}."))
     return points
 
 
-def _within_limits(
+def _limit_point(
     evaluation: TextureEvaluation,
     name: str,
     rows: Sequence[Row],
@@ -53,7 +60,11 @@ def _within_limits(
     off = dict.fromkeys([*(texture for texture, value in values.items() if not within(value)), *silent])
     blank = [texture for texture in evaluation.textures if texture not in {**values, **off}]
     low, high = least(values.values()), most(values.values())
-    sentence = f"{low:.3f} to {high:.3f} over the textures (aim: {limit}{_again(evaluation, column)})".replace("-", "−")
+    # another realisation of the truth, for numbers that it bounds
+    ceilings = [ceiling[column] for ceiling in evaluation.ceilings.values() if ceiling.get(column) is not None]
+    bounded = ceilings and column not in ("level", "cycle_excess")
+    again = f"; the truth again: {least(ceilings):.3f} to {most(ceilings):.3f}" if bounded else ""
+    sentence = f"{low:.3f} to {high:.3f} over the textures (aim: {limit}{again})".replace("-", "−")
     where = f"reached on {len(values.keys() - off.keys())} of {len(evaluation.textures)}"
     missed = "".join(
         f", {what} {', '.join(texture.replace('_', ' ') for texture in textures)}"
@@ -63,22 +74,5 @@ def _within_limits(
     return name, f"{sentence}: {f'{where}{missed}' if missed else 'reached'}."
 
 
-def _again(evaluation: TextureEvaluation, column: str) -> str:
-    """Return what another realisation of the truth has, where that is something to reach."""
-    values = [ceiling[column] for ceiling in evaluation.ceilings.values() if ceiling.get(column) is not None]
-    low, high = least(values), most(values)
-    return "" if low is None or column in ("level", "cycle_excess") else f"; the truth again: {low:.3f} to {high:.3f}"
-
-
-def _failure(rows: Sequence[Row]) -> str:
-    """Return how the deterministic network is on its own output."""
-    within = sum(not row["beyond"] for row in rows)
-    low, high = least(row["level"] for row in rows), most(row["level"] for row in rows)
-    cycle = most(row["cycle_excess"] for row in rows)
-    spread = "" if low is None or high is None else f" Level {low:.2f} to {high:.2f}"
-    repeats = "" if cycle is None else f"; repeats itself by up to {cycle:.2f} more than the truth"
-    return f"Keeps all limits on {within} of {len(rows)} textures when it runs on its own output.{spread}{repeats}."
-
-
-def _ran(rows: Sequence[Row], method: str) -> list[Row]:
+def _free_rows_of(rows: Sequence[Row], method: str) -> list[Row]:
     return [row for row in rows if row["method"] == method and row["level"] is not None]

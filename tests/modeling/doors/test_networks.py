@@ -16,7 +16,6 @@ from palpate.modeling.doors.networks import (
     ResidualBlock,
     answers,
     exported_network,
-    shapes,
 )
 from palpate.signals.models.card import Affine, Clip, tensors_named
 from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy
@@ -54,8 +53,18 @@ def convolutions(module):
 
 
 def test_the_forward_network_has_the_shapes_of_the_thesis():
-    network = ForceToPerception()
-    layer_shapes = shapes(torch.randn(2, 621), network)
+    network, layer_shapes = ForceToPerception(), {}
+    stages = {
+        "latent": network.encoder,
+        "restored": network.decoder,
+        "hidden": network.head[1],
+        "ratings": network.head,
+    }
+    for name, stage in stages.items():
+        stage.register_forward_hook(
+            lambda _layer, _given, out, name=name: layer_shapes.update({name: tuple(out.shape[1:])})
+        )
+    network(torch.randn(2, 621))
     assert layer_shapes == {"latent": (128, 155), "restored": (64, 620), "hidden": (128,), "ratings": (7,)}
 
 

@@ -51,8 +51,8 @@ class FittedLinear:
 
 def _fit(learning, sampled):
     rows = windows(learning.recording, learning.parts.train, learning.window or ORDER)
-    weights = np.linalg.lstsq(rows.given[:, 0], rows.wanted, rcond=None)[0]
-    off = rows.wanted - rows.given[:, 0] @ weights
+    weights = np.linalg.lstsq(rows.given[:, 0], rows.target, rcond=None)[0]
+    off = rows.target - rows.given[:, 0] @ weights
     return FittedLinear(weights, float(np.log(off.std())), learning.window or ORDER, sampled)
 
 

@@ -1,10 +1,10 @@
-"""Rows at rest, noise on the past, and the rate of the steps: what a training is fed with and how it is led."""
+"""Rows at rest, noise on the past, and the rate of the steps: what a training is augmented with and how it is led."""
 
 import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for, with_rest
+from palpate.modeling.textures.fitting import Augmentation, add_rest, augmented, fit_windows, rows_of, settings_for
 from palpate.modeling.textures.foten_network import Foten, mse
 from palpate.modeling.textures.methods import Learning
 from palpate.modeling.textures.recording import Parts, TextureDataError
@@ -29,7 +29,7 @@ def test_training_rows_are_centred_with_an_sd_of_one():
 
 def test_rows_at_rest_have_no_speed_no_force_and_silence_to_follow():
     windows_of_parts = rows()
-    more = with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3)
+    more = add_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3)
     added = len(more) - len(windows_of_parts.train)
     assert added == round(0.1 * len(windows_of_parts.train))
     resting = (
@@ -40,13 +40,13 @@ def test_rows_at_rest_have_no_speed_no_force_and_silence_to_follow():
     assert np.abs(resting[:, 0]).max() > 0.1 * windows_of_parts.scale.sd[0]
     silence = more.targets[-added:].double().numpy() * windows_of_parts.scale.sd[0] + windows_of_parts.scale.mean[0]
     assert np.abs(silence).max() < 0.05 * windows_of_parts.scale.sd[0]
-    assert with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3).digest == more.digest
-    assert with_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 4).digest != more.digest
+    assert add_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 3).digest == more.digest
+    assert add_rest(windows_of_parts.train, 0.1, windows_of_parts.scale, 4).digest != more.digest
 
 
 def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
     windows_of_parts = rows()
-    source, chance = fed(windows_of_parts, Diet(noise=0.1), 1), torch.Generator().manual_seed(1)
+    source, chance = augmented(windows_of_parts, Augmentation(noise=0.1), 1), torch.Generator().manual_seed(1)
     chosen = torch.arange(200)
     (one, targets), (other, _) = source.batch(chosen, chance), source.batch(chosen, chance)
     plain = windows_of_parts.train.inputs[:200]
@@ -58,7 +58,7 @@ def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
 
 def test_a_windows_speed_and_force_are_moved_as_a_whole():
     windows_of_parts = rows()
-    source, chance = fed(windows_of_parts, Diet(hand=0.2), 1), torch.Generator().manual_seed(1)
+    source, chance = augmented(windows_of_parts, Augmentation(hand=0.2), 1), torch.Generator().manual_seed(1)
     (given, targets), plain = source.batch(torch.arange(400), chance), windows_of_parts.train.inputs[:400]
     moved = given[:, 1:] - plain[:, 1:]
     assert torch.allclose(moved, moved[..., :1].expand_as(moved), atol=1e-5)
@@ -69,7 +69,7 @@ def test_a_windows_speed_and_force_are_moved_as_a_whole():
 
 def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of_nothing_else():
     windows_of_parts = rows()
-    source, chance = fed(windows_of_parts, Diet(mirrored=True), 1), torch.Generator().manual_seed(1)
+    source, chance = augmented(windows_of_parts, Augmentation(mirrored=True), 1), torch.Generator().manual_seed(1)
     plain, chosen = windows_of_parts.train.inputs[:400], torch.arange(400)
     (given, targets), (again, _) = source.batch(chosen, chance), source.batch(chosen, chance)
     turned = (given[:, 0] != plain[:, 0]).all(dim=1)
@@ -79,7 +79,7 @@ def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of
     assert torch.equal(given[:, 1:], plain[:, 1:])
     assert 150 < int(turned.sum()) < 250
     assert not torch.equal(given, again)
-    assert source.digest != fed(windows_of_parts, Diet(), 1).digest
+    assert source.digest != augmented(windows_of_parts, Augmentation(), 1).digest
 
 
 def test_a_quick_training_takes_few_epochs_and_many_rows_at_a_time_by_default():
@@ -121,7 +121,9 @@ def test_a_training_that_was_cut_off_and_resumed_comes_to_the_same_bits(tmp_path
     def fitted(epochs, checkpoint):
         given = Learning(whole, parts(whole), settings={"epochs": epochs, "checkpoint": checkpoint})
         how = Settings(batch=128, plateau_patience=None)
-        return fit_windows(Foten, given, mse, how, window=10, diet=Diet(0.05, 0.1), optimiser=cosine(6)).network
+        return fit_windows(
+            Foten, given, mse, how, window=10, augmentation=Augmentation(0.05, 0.1), optimiser=cosine(6)
+        ).network
 
     fitted(1, tmp_path / "cut")
     one, other = fitted(2, tmp_path / "cut").state_dict(), fitted(2, tmp_path / "whole").state_dict()

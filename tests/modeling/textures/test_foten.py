@@ -127,7 +127,7 @@ def test_every_method_learns_and_answers_in_units(method):
     assert isinstance(fitted, FittedWindows)
     assert fitted.window == method.window
     whole = windows(given.recording, given.parts.validation, fitted.window)
-    assert fitted.predict(whole.given).shape == whole.wanted.shape
+    assert fitted.predict(whole.given).shape == whole.target.shape
     assert fitted.exported().steps
 
 
@@ -135,8 +135,8 @@ def test_a_few_epochs_predict_better_than_zero():
     given = learning(1.6, window=10, epochs=3, batch=32)
     fitted = FOTEN_GENERATIVE.fit(given)
     whole = windows(given.recording, given.parts.test, 10)
-    error = np.abs(fitted.predict(whole.given) - whole.wanted).mean()
-    assert error < 0.7 * np.abs(whole.wanted).mean()
+    error = np.abs(fitted.predict(whole.given) - whole.target).mean()
+    assert error < 0.7 * np.abs(whole.target).mean()
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_another():

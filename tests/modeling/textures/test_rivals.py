@@ -182,8 +182,8 @@ def test_a_few_epochs_predict_better_than_zero(name, window, epochs):
     given = learning(2.0, window=window, epochs=epochs, batch=16)
     fitted = METHODS[name].fit(given)
     whole = windows(given.recording, given.parts.test, fitted.window)
-    error = np.abs(fitted.predict(whole.given) - whole.wanted).mean()
-    assert error < 0.7 * np.abs(whole.wanted).mean()
+    error = np.abs(fitted.predict(whole.given) - whole.target).mean()
+    assert error < 0.7 * np.abs(whole.target).mean()
     assert fitted.window == (window or METHODS[name].window)
 
 

@@ -14,7 +14,7 @@ def test_a_window_holds_what_came_before_and_never_leaves_its_stretch(m):
     whole = recording(2000)
     windowed = windows(whole, ((0, 100), (500, 540)), m)
     assert len(windowed.at) == 140 - 2 * m
-    for given, target, at in zip(windowed.given, windowed.wanted, windowed.at, strict=True):
+    for given, target, at in zip(windowed.given, windowed.target, windowed.at, strict=True):
         np.testing.assert_array_equal(given, whole.signals[:, at - m : at])
         assert target == whole.signals[0, at]
         assert m <= at < 100 or 500 + m <= at < 540
