@@ -1,4 +1,4 @@
-"""Figures of how pictures are judged: exposure, sharpness and flags of pictures whose truth is known beforehand."""
+"""Figures of the check of pictures: exposure, sharpness and flags of pictures whose true values are known."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from palpate.protocols.bench import Case
 AREA = "camera"
 Pixels = NDArray[np.uint8]
 LIMITS = Limits(1568, 0.05, 0.05)
-"""As a rig file has them where it says nothing else."""
+"""The defaults of a rig file."""
 WHITE_SHARE = 0.0125
 GRATING_PX = SQUARE / 215
-"""A period: a whole number of them in the judged square, and none of whole pixels."""
+"""A period in pixels, not a whole number of them; a whole number of periods fills the evaluated square."""
 KINDS = ("png", "jpeg")
 
 
@@ -101,7 +101,7 @@ def _blur(spectrum: NDArray[np.complex128], blur_px: float) -> NDArray[np.float6
 
 
 def evaluate_all(pictures: Sequence[bytes]) -> list[Look]:
-    """Judge them all."""
+    """Return the evaluation of each picture."""
     return [look(data, LIMITS) for data in pictures]
 
 

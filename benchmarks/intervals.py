@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 AREA = "intervals"
 NORMAL_Z = 1.6448536269514722
-"""A normal distribution has 90 % within so many SDs."""
+"""SDs on either side of the mean that hold 90 % of a normal distribution."""
 SIZES = (20, 90)
 """Stimuli that calibrate: few, and the 90 of door_ratings."""
 Widths = Callable[[Array], Array]

@@ -1,4 +1,4 @@
-"""Figures of power by simulation: shares of found effects against the exact power, and the interval around them."""
+"""Figures of power by simulation: shares of detected effects against the exact power, and the interval around them."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ except SystemExit as end:
     print(peak if sys.platform == "darwin" else 1024 * peak)
     raise
 """
-"""A palpate command that says at its end how many bytes it held at most; its workers' are their own."""
+"""A palpate command that prints its peak memory in bytes at its end, without that of its workers."""
 STUDY = "scale_doors"
 CARS = ("BC3", "FORD", "G90", "K3", "K8")
 VARIANTS = tuple(f"g{number}" for number in range(10))
@@ -174,7 +174,7 @@ def _first_page(lab: Path, input_name: str, sessions: int) -> Case:
         return Cost(time.perf_counter() - start, 0.0)
 
     def silent(_cost: Cost) -> float:
-        shutil.rmtree(lab / FILE.parent, ignore_errors=True)  # what this look kept: the next one shall find nothing
+        shutil.rmtree(lab / FILE.parent, ignore_errors=True)  # the cache of this look: the next one starts without
         return float(sessions - len(snapshots[-1].sessions) - snapshots[-1].unread)
 
     return Case(
@@ -228,7 +228,7 @@ def run_verb(*arguments: str, check: bool = True) -> str:
 
 
 def rows_that_differ(lab: Path) -> float:
-    """Return how many rows of the lab's database are not those of one that is made anew from its ledgers."""
+    """Return how many rows of the lab's database differ from a database that is built again from its ledgers."""
     anew = lab / "anew.sqlite"
     if not anew.exists():
         engine = open_database(f"sqlite:///{anew}")

@@ -39,7 +39,7 @@ class VirtualLine:
         return self.t_ms * MS_NS
 
     def run(self, ms: int) -> None:
-        """Let so much time pass."""
+        """Let `ms` milliseconds pass."""
         for _ in range(ms):
             self.t_ms += 1
             out = self.wire.tick()
@@ -72,7 +72,7 @@ class VirtualLine:
 class PacedLine:
     """A port whose device lives by the wall clock: the bytes take the time that they take at the line's rate.
 
-    `latency_ms` is that of a USB adapter which hands on what came only every so often.
+    `latency_ms` is that of a USB adapter which passes bytes on at intervals.
     """
 
     wire: Wire

@@ -113,7 +113,7 @@ def _plan() -> Plan:
 
 
 def _with_samples(path: Path, header: dict[str, Any], megabytes: int) -> Path:
-    """Write a ledger of so many events, each with a sample block of 1 MB."""
+    """Write a ledger of `megabytes` events, each with a sample block of 1 MB."""
     note = {"at": "2026-01-01T00:00:00+00:00"}
     create(path, header, note)
     ledger = open_for_append(path, note)

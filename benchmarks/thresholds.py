@@ -42,7 +42,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Observer:
-    """A cumulative Gaussian (`THRESHOLD`, `SD`) with these rates, asked in this task."""
+    """A cumulative Gaussian (`THRESHOLD`, `SD`) with these rates, in this task."""
 
     name: str
     task: Task

@@ -121,8 +121,8 @@ def _no_benchmarks(_arguments: tuple[str, ...]) -> None:
     )
 
 
-def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
-    if wanted:
+def _version(ctx: click.Context, _parameter: click.Parameter, requested: bool) -> None:
+    if requested:
         click.echo(f"palpate {installed_version('palpate') or '(not installed)'}")
         ctx.exit()
 
@@ -202,7 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def import_room(verb: str) -> None:
-    """Import the room of a verb; a verb that is none, or a room that cannot be imported, is told of when it runs."""
+    """Import the module of a verb's command; an unknown verb or a failing import is reported when the command runs."""
     if verb in VERBS:
         with suppress(ImportError):
             import_module(VERBS[verb][0].partition(":")[0])

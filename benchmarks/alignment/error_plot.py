@@ -15,7 +15,7 @@ COLOURS = {
     "hold": "#999999", "nearest": "#56b4e9", "linear": "#e69f00", "pchip": "#009e73", "cubic": "#0072b2",
     "bandlimited": "#d55e00",
 }  # fmt: skip
-"""Okabe and Ito's, told apart by everyone."""
+"""Okabe and Ito's colours, which colour-blind people can distinguish."""
 
 
 def save_error_plot(path: Path, points: int) -> Path:

@@ -17,7 +17,7 @@ VIBRATES_FROM_HZ, VIBRATION = 60.0, 0.5
 STARTS_S = 2.0
 STAMPS_ERR_S = 1e-4
 EDGE_S = 0.75
-"""What lies so near an end is not judged: half of the judging filter, and the reach of every method."""
+"""Seconds at each end that are not evaluated: half of the evaluation's filter, and the reach of every method."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Known:
 
 
 def _below_25_hz(values: Array) -> Array:
-    """Zero-phase, right within 0.01 % up to 25 Hz, 80 dB from 35 Hz on; without the ends where it lacks values."""
+    """Return the values low-passed (zero-phase, 0.01 % up to 25 Hz, 80 dB from 35 Hz on), without the filter's ends."""
     from scipy.signal import fftconvolve, firwin
 
     return np.asarray(fftconvolve(values, firwin(503, 30.0, window=("kaiser", 7.857), fs=GRID_HZ), mode="valid"))

@@ -1,4 +1,4 @@
-"""Textures that are made up for the bench: what is felt and what is seen are known, and so is what nobody can tell."""
+"""Made-up textures for the bench: how much of each attribute is in touch, in sight, and in neither is known."""
 
 from __future__ import annotations
 

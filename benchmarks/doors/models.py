@@ -36,9 +36,9 @@ AREA = "doors"
 QUICK_FOLDS, FOLDS = 2, 5
 QUICK_PEOPLE, PEOPLE = 8, 40
 ANSWERS = 500
-"""So many single answers a 99th percentile is taken from."""
+"""Single answers from which a 99th percentile is taken."""
 SINGLE = 25
-"""Single answers are timed so often at least: the first few of a large network wait for memory."""
+"""Times that a single answer is timed at least: the first few of a large network wait for memory."""
 
 
 @dataclass(frozen=True)

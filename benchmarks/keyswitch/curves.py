@@ -59,7 +59,7 @@ def measured(folder: Path = MEASURED) -> Curves:
 
 
 def _lines(path: Path, columns: int) -> Iterator[Sequence[str]]:
-    """Yield the lines after the heading, each with so many cells and a unique name."""
+    """Yield the lines after the heading, each with `columns` cells and a unique name."""
     with path.open(encoding="utf-8", newline="") as file:
         seen: set[str] = set()
         for number, record in enumerate(split_records(file), 1):

@@ -33,7 +33,7 @@ State = tuple[float, float, float]
 
 
 class Solved:
-    """A problem with its converged solution, computed when it is first asked for."""
+    """A problem with its converged solution, computed at its first use."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem

@@ -54,7 +54,7 @@ def _over_damping(axes: Any, quick: bool) -> None:
     axes.plot(theory, 2 * theory / 1e-3, color=INK, linewidth=1.2)
     places = np.logspace(-1, 3, 5 if quick else 13)
     for (inertia, marker), colour in zip(ARMS, COLOURS, strict=True):
-        # Heavier arms under less damping gain or lose too little in a swing to be told apart.
+        # Heavier arms under less damping gain or lose too little in a swing to be distinguished.
         dampings = [float(b) for b in places if b >= inertia / 5]
         stiffness = [stiffest(Wall(inertia, b), by_default) for b in dampings]
         label = f"largest stable, simulated, {inertia:g} kg m$^2$"

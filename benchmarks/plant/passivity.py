@@ -1,4 +1,4 @@
-"""Does the stop give back more than it took? An arm thrown at it, pressed and braked, with its energy watched."""
+"""The energy that a stop gives back beyond what it took, from an arm that is thrown at it, pressed and braked."""
 
 from __future__ import annotations
 

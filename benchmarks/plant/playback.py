@@ -52,7 +52,7 @@ def play(
     duration_s: float = 3.3,
     parameters: Parameters = DEFAULT,
 ) -> Playback:
-    """Pull the machine open once; the true torque at the handle is compared, not what its sensor says."""
+    """Pull the machine open once; the true torque at the handle is compared, not its sensor's."""
     machine = Machine(parameters, human(end_rad) if hand is None else hand)
     machine.load(torque_Nm, end_rad)
     machine.mode = "hold"

@@ -100,7 +100,7 @@ def by_default(wall: Wall, angle_rad: float) -> Move:
 
 
 def by_semi_implicit_euler(parts: int) -> Callable[[Wall, float], Move]:
-    """Return the arm moved by semi-implicit Euler, so many steps to a period."""
+    """Return the arm moved by semi-implicit Euler, in `parts` steps to a period."""
 
     def start(wall: Wall, angle_rad: float) -> Move:
         state, h = [angle_rad, 0.0], wall.period_s / parts

@@ -71,7 +71,7 @@ def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callab
 
 
 def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
-    """Return the record of a paced run beside so many busy processes."""
+    """Return the record of a paced run beside `busy` processes that compute."""
     hand = simulated_hand(seconds, 1)
     job = Job(Sounds(card, 1), hand, real_time=real_time, seconds=seconds)
     with beside(busy), Rendering(job) as running:
@@ -80,7 +80,7 @@ def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
 
 @contextmanager
 def beside(count: int) -> Iterator[None]:
-    """Run so many processes that only keep the processor busy."""
+    """Run `count` processes that only keep the processor busy."""
     processes = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
     try:
         yield

@@ -28,7 +28,7 @@ MEND_MS = 100
 
 @dataclass
 class Extremes:
-    """What came of it: the largest sample beyond the peak and the largest at rest (m/s^2), samples that were no
+    """The result: the largest sample beyond the peak and the largest at rest (m/s^2), samples that were not
     numbers, how far the level of 2 s was from usual after 100 ms of mending (ratio, the worst), and counts."""
 
     beyond: float = 0.0

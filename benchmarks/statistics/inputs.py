@@ -31,7 +31,7 @@ R_KINDS = {"F": "F", "p": "p", "p_GG": "p_GG", "eps": "GG_eps", "np2": "pes", "n
 
 @dataclass(frozen=True)
 class Input:
-    """A long table with its columns' roles; `answer` is computed when first asked for, and only once."""
+    """A long table with its columns' roles; `answer` is computed at its first call, once."""
 
     name: str
     table: pd.DataFrame

@@ -1,4 +1,4 @@
-"""Measurement of the statistics' cases: errors against a right answer, warnings kept silent."""
+"""Comparison of several methods on the same data: their errors against the right answer, without their warnings."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ STUDY = "door_ratings"
 
 @dataclass
 class _Lab:
-    """A lab of simulated sessions, made when it is first asked for, and its first run's files."""
+    """A lab of simulated sessions, made at the first run, and the files of that run."""
 
     people: int
     runs: int = 0
@@ -34,7 +34,7 @@ class _Lab:
         return _regenerated(Path(self.folder.name), f"again{self.runs}")
 
     def close(self) -> None:
-        """Remove what was made."""
+        """Remove the lab."""
         if self.folder is not None:
             self.folder.cleanup()
 
@@ -63,7 +63,7 @@ def _palpate(*arguments: str) -> None:
 
 
 def _different(first: Path, folder: Path) -> list[str]:
-    """Return the files of one folder that the other lacks or holds with other bytes."""
+    """Return the files of either folder that are missing in the other or have other bytes there."""
     one, other = ({p.relative_to(at).as_posix(): p for p in at.rglob("*") if p.is_file()} for at in (first, folder))
     shared = set(one) & set(other)
     return sorted({*one, *other} - shared) + [n for n in shared if one[n].read_bytes() != other[n].read_bytes()]

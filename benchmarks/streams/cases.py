@@ -22,7 +22,7 @@ from palpate.protocols.events import NS
 STREAM_S, STREAM_QUICK_S = 600.0, 20.0
 DELAY_S, DELAY_QUICK_S = 240.0, 20.0
 FAST = 20.0
-"""The streams run so many times as fast as the sensors would: rates, and so bytes and blocks a second, are so much."""
+"""How many times as fast as real sensors the streams run: rates, bytes and blocks a second are multiplied by it."""
 PPM, BLOCKS_HZ, CLOCKS = 50.0, 100.0, 20
 Arrivals = list[tuple[int, float]]
 
@@ -51,7 +51,7 @@ def _recorded(
 
 
 def run_apart(stream_s: float, fast: float, writer: str) -> dict[str, Any]:
-    """Record in a process of its own; what it says of it, and `kept`: how many samples of each stream are right."""
+    """Record in a process of its own; return its results, and `in_place`: how many samples of each stream are right."""
     with TemporaryDirectory() as lab:
         command = [sys.executable, "-m", "benchmarks.streams.run", lab, str(stream_s), str(fast), writer]
         done = subprocess.run(command, check=True, capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""Made-up sensors that say of every read when it was due and when it ran: what the figures for streams are made of."""
+"""Made-up sensors that note for every read when it was due and when it ran, for the figures for streams."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ RAMP = 1 << 16
 class MadeUp:
     """A sensor that gives the samples that are due, `fast` times as many as its rate says; every value is its number.
 
-    `late_ns` says of every read when it was due and when the thread came to run; `handed_ns` how long it took to pass
-    on what the read before had given.
+    `late_ns` holds for every read when it was due and when the thread ran; `handed_ns` how long it took to pass on
+    the samples of the read before.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A process of its own that records made-up sensors into a real ledger, and says what became of it as JSON.
+"""A process that records made-up sensors into a real ledger, and prints the results as JSON.
 
 python -m benchmarks.streams.run LEDGER STREAM_SECONDS TIMES_AS_FAST WRITER
 """
@@ -37,7 +37,7 @@ TURN_S = 0.01
 
 @dataclass
 class Nobody:
-    """A desk at which nothing happens; whenever it is looked at, the memory in use is noted."""
+    """A desk without an experimenter; each poll notes the memory in use."""
 
     memory_MB: list[float] = field(default_factory=list)
 
@@ -47,14 +47,14 @@ class Nobody:
         return None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Do nothing: nobody is there."""
+        """Do nothing: there is no experimenter."""
 
     def answer(self) -> bool:
         """Return True at once."""
         return True
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Do nothing: nobody looks."""
+        """Do nothing: there is no experimenter."""
 
 
 def memory_MB() -> float:
@@ -68,7 +68,7 @@ def memory_MB() -> float:
 
 @dataclass
 class Watching(Windowless):
-    """A window that shows nothing and notes when the writer begins; `kept` is told when it is done."""
+    """A window that shows nothing and notes when the writer begins and, by `kept`, when it is done."""
 
     busy_ns: list[tuple[int, int]] = field(default_factory=list)
     writing_from_ns: int = 0
@@ -88,7 +88,7 @@ class Watching(Windowless):
 
 @dataclass(frozen=True)
 class HandedOver:
-    """The sample lies there."""
+    """A stimulus that is in place at once."""
 
     def perform(self, _request: Present, _window: Pages, _desk: Desk, _now_ns: NowNs) -> WorldEvent:
         """Reply at once."""
@@ -96,7 +96,7 @@ class HandedOver:
 
 
 def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
-    """Return a function that says whether that time has come."""
+    """Return a function that tells whether the time is past."""
     return lambda: now_ns() >= until_ns
 
 
@@ -151,7 +151,7 @@ class OneThread:
 
 
 def plan_of(seconds: float) -> Plan:
-    """Return a plan of one recording of so many seconds."""
+    """Return a plan of one recording of `seconds` seconds."""
     study = {
         "study": "streams", "task": "capture", "stimuli": [{"id": "ramp", "columns": {}}], "needs": ["tool"],
         "capture": {"device": "tool", "seconds": seconds}, "order": {"design": "as_listed"},

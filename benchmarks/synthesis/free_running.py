@@ -45,7 +45,7 @@ LOOKS: tuple[tuple[str, str, Summary], ...] = (
 
 @dataclass
 class Hands:
-    """One texture under all hands: judged once, whatever is asked of it first. `models` are cards by method."""
+    """One texture under all hands, evaluated once at the first use. `models` are cards by method."""
 
     simulator: TextureSimulator
     texture: str

@@ -15,7 +15,7 @@ from palpate.signals.models.runtime import Model
 WINDOW, WIDTH, HEADS, HIDDEN, SPECTRAL = 20, 64, 4, 128, 16
 UNITS = (256, 64)
 TYPICAL, SPREAD = np.array([0.0, 100.0, 1.0]), np.array([4.0, 40.0, 0.4])
-"""Acceleration in m/s^2, speed in mm/s, force in N: mean and SD of what it is asked about."""
+"""Acceleration in m/s^2, speed in mm/s, force in N: mean and SD of the model's inputs."""
 Numbers = NDArray[np.float32]
 
 

@@ -1,6 +1,6 @@
 """Figures of training FoTEN: the plain way against ours, each with one thread and by CPU time.
 
-Every way learns from the same windows of one simulated texture. Its row says the CPU seconds of an epoch beside the
+Every way learns from the same windows of one simulated texture. Its row has the CPU seconds of an epoch beside the
 validation MAE (in SDs of the acceleration) after it, and the MAE after as much CPU time as the plain way's epochs took.
 """
 
@@ -86,7 +86,7 @@ def cases(
 
 
 def train_one_way(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
-    """Train one way for so many epochs, validated after each."""
+    """Train one way for `epochs` epochs, validated after each."""
     if way.stock:
         with training_state(seed, 1):
             course = train_plainly(rows.train, rows.held, WINDOW, epochs, seed, clock)

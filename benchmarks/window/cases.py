@@ -69,7 +69,7 @@ class Starts:
             return time.perf_counter() - start
 
     def ratio(self, pairs: int) -> float:
-        """Return how many times a bare window's time a session takes: the median of so many pairs."""
+        """Return how many times a bare window's time a session takes: the median of `pairs` pairs."""
         return statistics.median(self.session() / self.bare() for _ in range(pairs))
 
 

@@ -116,7 +116,7 @@ def _lost(stage: Stage, hand: Hand, count: int) -> Case:
 
 
 def lost_answers(stage: Stage, hand: Hand, count: int, seed: int = 1) -> float:
-    """Return how many of so many gestures did not have their effect, over forms of 25 gestures each."""
+    """Return how many of `count` gestures had no effect, over forms of 25 gestures each."""
     lost, chance = 0, random.Random(seed)
     for _ in range(-(-count // GESTURES_PER_FORM)):
         stage.put_on(Ask(FORM))
@@ -153,7 +153,7 @@ def _memory(stage: Stage, hand: Hand, trials: int) -> Case:
 
 
 def grown_MB(stage: Stage, hand: Hand, trials: int) -> float:
-    """Return the growth of the window's memory after so many answered forms, in MB, not below 0."""
+    """Return the growth of the window's memory after `trials` answered forms, in MB, not below 0."""
     for _ in range(WARM_UP_TRIALS):
         _answer(stage, hand)
     before = stage.resident_MB()

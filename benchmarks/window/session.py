@@ -45,7 +45,7 @@ class World:
 
 
 def main(lab: str, width: str, height: str, px_per_mm: str) -> None:
-    """Run the session; tells the bench its number of trials, what comes on, and when each answer is on disk."""
+    """Run the session; send the bench its number of trials, what is shown, and when each answer is on disk."""
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
     entry = read_study(SHIPPED / STUDY / "study.yaml")

@@ -23,7 +23,7 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
 
 LOOKS_AFTER = 2
-"""Turns of the window that pass before a look is taken: what was done before it was asked for is then painted."""
+"""Turns of the window between a request to look and the look: earlier inputs are painted by then."""
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,12 @@ class RemoteDesk:
         return self.answered
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Report what came on to the other process."""
+        """Send what is shown to the other process."""
         send(self.out, "shown", dict(state))
 
 
 def serve(desk: RemoteDesk, presenter: Presenter, now_ns: Callable[[], int]) -> None:
-    """Do what is asked, one thing after the other, until the pipe is closed."""
+    """Handle one message after the other until the pipe is closed."""
     request: Any = None
     while (message := desk.link.inbox.get()) is not None:
         match message:

@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 class StageError(WindowError):
-    """The window's process said something else than was expected, or nothing, or ended."""
+    """The window's process sent an unexpected message or none, or ended."""
 
 
 @dataclass
