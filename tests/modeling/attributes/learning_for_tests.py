@@ -20,7 +20,7 @@ def learning(method=None, textures=None, **given):
     return replace(data, **given)
 
 
-def tested_textures():
+def unseen_textures():
     """Twelve textures that are not among them, made in the same way."""
     return simulated_material(textures=46, segments=4, pictures=3).textures[TESTED]
 

@@ -117,7 +117,7 @@ def test_a_pickle_in_place_of_the_numbers_is_not_opened(path):
 
 @dataclass(frozen=True)
 class Odd:
-    """What cannot be kept."""
+    """A model that cannot be stored."""
 
     arrays: dict
     metadata: dict
@@ -126,7 +126,7 @@ class Odd:
         return np.zeros((1, 4))
 
     def saved(self):
-        return self.arrays, self.told
+        return self.arrays, self.metadata
 
 
 @pytest.mark.parametrize(

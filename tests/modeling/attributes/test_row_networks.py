@@ -21,7 +21,7 @@ from palpate.modeling.attributes.row_networks import (
     restore_rows,
     stack_of,
 )
-from tests.modeling.attributes.learning_for_tests import learning, tested_textures
+from tests.modeling.attributes.learning_for_tests import learning, unseen_textures
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -132,7 +132,7 @@ def test_variants_are_learned_from_and_are_no_part_of_an_answer():
     given = learning(METHODS["vision_cnn"], settings={"epochs": 2})
     bare = replace(given, train=tuple(replace(texture, variants={}) for texture in given.train))
     with_variants, without = (METHODS["vision_cnn"].fit(data) for data in (given, bare))
-    texture = tested_textures()[0]
+    texture = unseen_textures()[0]
     assert not (with_variants.predict(texture) == without.predict(texture)).all()
     assert len(with_variants.predict(texture)) == 3
     assert (with_variants.predict(texture) == with_variants.predict(replace(texture, variants={}))).all()
@@ -145,7 +145,7 @@ def test_a_training_resumes_from_its_checkpoint(tmp_path):
     straight = ANN.fit(learning(ANN, settings={"epochs": 12, "stop_patience": 50}))
     assert len(first.trained.history) == 10
     assert again.trained.continued_from == 10
-    assert again.predict(tested_textures()[0]).tobytes() == straight.predict(tested_textures()[0]).tobytes()
+    assert again.predict(unseen_textures()[0]).tobytes() == straight.predict(unseen_textures()[0]).tobytes()
 
 
 def test_wishes_reach_the_training():

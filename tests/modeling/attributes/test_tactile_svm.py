@@ -11,7 +11,7 @@ from sklearn.svm import SVR
 from palpate.modeling.attributes import tactile_svm
 from palpate.modeling.attributes.material import ratings_of
 from palpate.modeling.attributes.tactile_svm import TACTILE_SVM
-from tests.modeling.attributes.learning_for_tests import learning, tested_textures
+from tests.modeling.attributes.learning_for_tests import learning, unseen_textures
 from tests.modeling.attributes.material_for_tests import simulated_material
 
 
@@ -21,7 +21,7 @@ def test_it_chooses_and_answers_as_sklearn_does_over_the_whole_grid():
     z, place = StandardScaler().fit_transform(rows), np.repeat(np.arange(10), 3)
     y = StandardScaler().fit_transform(ratings_of(given.train))
     fitted = TACTILE_SVM.fit(given)
-    ask = StandardScaler().fit(rows).transform(tested_textures()[0].rows("touch", given.touch).astype(float))
+    ask = StandardScaler().fit(rows).transform(unseen_textures()[0].rows("touch", given.touch).astype(float))
     for attribute in range(4):
         errors = {}
         for cost in tactile_svm.COSTS:
@@ -36,7 +36,7 @@ def test_it_chooses_and_answers_as_sklearn_does_over_the_whole_grid():
         assert fitted.gamma[attribute] == pytest.approx(gamma)
         other = SVR(C=cost, gamma=gamma, epsilon=0.1).fit(z, y[place, attribute]).predict(ask)
         own = ratings_of(given.train)[:, attribute]
-        assert fitted.predict(tested_textures()[0])[:, attribute] == pytest.approx(
+        assert fitted.predict(unseen_textures()[0])[:, attribute] == pytest.approx(
             other * own.std() + own.mean(), abs=1e-2
         )
 
@@ -53,4 +53,4 @@ def test_equal_ratings_need_no_vector():
     flat = [replace(texture, rated=textures[0].rated) for texture in textures]
     fitted = TACTILE_SVM.fit(learning(textures=flat))
     assert fitted.vectors.shape == (0, 526)
-    assert fitted.predict(tested_textures()[0]) == pytest.approx(np.tile(textures[0].rated.mean, (4, 1)))
+    assert fitted.predict(unseen_textures()[0]) == pytest.approx(np.tile(textures[0].rated.mean, (4, 1)))

@@ -15,7 +15,7 @@ from palpate.modeling.attributes.learnable import inner_folds
 from palpate.modeling.attributes.material import MaterialError, ratings_of
 from palpate.modeling.attributes.whole_textures import BOOSTING, LIMIT, RIDGE, SHARES, boosted, whole_of
 from palpate.modeling.regression import PENALTIES, inner_errors, path_of
-from tests.modeling.attributes.learning_for_tests import learning, tested_textures
+from tests.modeling.attributes.learning_for_tests import learning, unseen_textures
 from tests.modeling.attributes.material_for_tests import simulated_material
 
 
@@ -61,7 +61,7 @@ def test_inner_errors_are_those_of_sklearn():
 
 def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
     fitted = RIDGE.fit(learning())
-    texture = tested_textures()[0]
+    texture = unseen_textures()[0]
     rows = fitted.predict(texture)
     assert len(rows) == 4 * 3
     whole = fitted.front(texture) @ fitted.weight.T + fitted.bias
@@ -72,7 +72,7 @@ def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
 @pytest.mark.parametrize(("sense", "rows"), [("touch", 3), ("sight", 4)])
 def test_it_can_use_one_sense_alone(sense, rows):
     fitted = RIDGE.fit(learning(**{sense: ()}))
-    assert len(fitted.predict(replace(tested_textures()[0], **{sense: {}}))) == rows
+    assert len(fitted.predict(replace(unseen_textures()[0], **{sense: {}}))) == rows
     assert set(fitted.share) == {1.0}
     with pytest.raises(MaterialError, match="no kind of feature"):
         RIDGE.fit(learning(touch=(), sight=()))
@@ -85,7 +85,7 @@ def test_each_attribute_leans_on_the_sense_that_tells_it():
 
 
 def test_a_single_picture_has_no_spread_and_is_no_outlier():
-    texture = tested_textures()[0]
+    texture = unseen_textures()[0]
     one = replace(texture, sight={kind: rows[:1] for kind, rows in texture.sight.items()}, variants={})
     fitted = RIDGE.fit(learning())
     assert fitted.front(one)[0, -256:].tolist() == [0.0] * 256
@@ -105,7 +105,7 @@ def test_textures_of_one_file_stay_on_one_side_of_inner_folds():
 
 
 def test_what_is_far_off_all_that_was_learned_from_is_kept_within_limits():
-    fitted, texture = RIDGE.fit(learning()), tested_textures()[0]
+    fitted, texture = RIDGE.fit(learning()), unseen_textures()[0]
     for value in (1e6, 1e30):
         loud = replace(texture, touch={**texture.touch, "mfcc": np.full((4, 520), value, "f4")})
         assert np.abs(fitted.front(loud)).max() == LIMIT
@@ -139,7 +139,7 @@ def grown(given):
 def test_the_arrays_answer_to_the_bit_as_sklearn_does():
     given = learning(textures=simulated_material(12, 3, 2).textures)
     front, own = grown(given)
-    rows = np.concatenate([front(texture) for texture in (*given.train, *tested_textures())])
+    rows = np.concatenate([front(texture) for texture in (*given.train, *unseen_textures())])
     rows = np.concatenate([rows, np.random.default_rng(1).normal(0, 5, (50, rows.shape[1]))])
     expected = np.stack([model.predict(rows.astype(np.float32)) for model in own], axis=1)
     bias = np.array([model.init_.constant_.item() for model in own])
@@ -150,7 +150,7 @@ def test_the_arrays_answer_to_the_bit_as_sklearn_does():
 def test_fit_is_that_of_sklearn():
     given = learning(textures=simulated_material(12, 3, 2).textures)
     front, own = grown(given)
-    texture = tested_textures()[0]
+    texture = unseen_textures()[0]
     expected = [model.predict(front(texture).astype(np.float32))[0] for model in own]
     np.testing.assert_allclose(BOOSTING.fit(given).predict(texture)[0], expected, rtol=1e-12)
 
@@ -168,4 +168,4 @@ def test_a_value_between_two_single_precision_numbers_goes_where_sklearn_sends_i
 
 @pytest.mark.long
 def test_a_texture_is_one_row():
-    assert BOOSTING.fit(learning()).predict(tested_textures()[0]).shape == (1, 4)
+    assert BOOSTING.fit(learning()).predict(unseen_textures()[0]).shape == (1, 4)

@@ -29,7 +29,7 @@ def learn(data=None, *, scaling=None, **settings):
     return given if scaling is None else replace(given, scaling=scaling)
 
 
-def tested_rows(method):
+def unseen_rows(method):
     """Something that the method was not fitted to: eight profiles in newtons, or eight wishes."""
     unseen = data_of(UNSEEN)
     return unseen.force_N if method in FORWARD else (unseen.rating + 100) / 2

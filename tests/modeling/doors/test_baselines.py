@@ -22,8 +22,8 @@ from tests.modeling.doors.baseline_learning import (
     learn,
     profiles,
     shuffled,
-    tested_rows,
     through_a_file,
+    unseen_rows,
 )
 
 ALL = (*FORWARD, *INVERSE)
@@ -42,7 +42,7 @@ def with_profile(row, force_N):
 
 @every
 def test_what_is_exported_answers_as_the_fitted_model_does(method, tmp_path):
-    fitted, given = method.fit(learn()), tested_rows(method)
+    fitted, given = method.fit(learn()), unseen_rows(method)
     expected = fitted.predict(given)
     model = through_a_file(fitted.exported(), tmp_path, given.shape[1], expected.shape[1])
     assert np.abs(model.run(given) - expected).max() < 1e-9
@@ -53,7 +53,7 @@ def test_what_is_exported_answers_as_the_fitted_model_does(method, tmp_path):
 def test_a_fitted_model_travels_between_processes(method):
     fitted = method.fit(learn())
     copy = pickle.loads(pickle.dumps(fitted))
-    assert np.array_equal(copy.predict(tested_rows(method)), fitted.predict(tested_rows(method)))
+    assert np.array_equal(copy.predict(unseen_rows(method)), fitted.predict(unseen_rows(method)))
 
 
 @every
@@ -61,7 +61,7 @@ def test_the_order_of_rows_changes_nothing(method):
     first = learn()
     again = replace(first, measured=shuffled(first.measured), train=shuffled(first.train))
     assert np.array_equal(
-        method.fit(first).predict(tested_rows(method)), method.fit(again).predict(tested_rows(method))
+        method.fit(first).predict(unseen_rows(method)), method.fit(again).predict(unseen_rows(method))
     )
 
 
@@ -72,7 +72,7 @@ def test_the_names_of_the_stimuli_teach_nothing(method):
     given = learn(data)
     other = replace(given, measured=renamed)
     assert np.array_equal(
-        method.fit(given).predict(tested_rows(method)), method.fit(other).predict(tested_rows(method))
+        method.fit(given).predict(unseen_rows(method)), method.fit(other).predict(unseen_rows(method))
     )
 
 
@@ -90,7 +90,7 @@ def test_a_copy_of_an_attribute_gets_the_same_answers(method):
     data = data_of(SEEN)
     doubled = replace(data, rating=np.c_[data.rating[:, :6], data.rating[:, 0]])
     # without training variants: they move a rating by its attribute's name, so a copy would be one no more
-    answers = method.fit(replace(learn(doubled), train=doubled)).predict(tested_rows(method))
+    answers = method.fit(replace(learn(doubled), train=doubled)).predict(unseen_rows(method))
     assert np.abs(answers[:, 6] - answers[:, 0]).max() < 1e-9
 
 
@@ -99,16 +99,16 @@ def test_attributes_that_are_all_there_twice_change_no_answer(method):
     # not the forest: where two features divide the stimuli alike, rounding decides which of them is used
     data = data_of(SEEN)
     twice = replace(data, attributes=data.attributes * 2, rating=np.tile(data.rating, 2))
-    single = method.fit(replace(learn(data), train=data)).predict(tested_rows(method))
-    answers = method.fit(replace(learn(data), measured=twice, train=twice)).predict(tested_rows(method))
+    single = method.fit(replace(learn(data), train=data)).predict(unseen_rows(method))
+    answers = method.fit(replace(learn(data), measured=twice, train=twice)).predict(unseen_rows(method))
     assert answers == pytest.approx(np.tile(single, 2), abs=1e-6)
 
 
 def test_wishes_that_are_all_there_twice_find_the_same_profile():
     data = data_of(SEEN)
     twice = replace(data, attributes=data.attributes * 2, rating=np.tile(data.rating, 2))
-    profiles_of_twice = NEAREST.fit(replace(learn(data), measured=twice)).predict(np.tile(tested_rows(NEAREST), 2))
-    assert np.array_equal(profiles_of_twice, NEAREST.fit(learn(data)).predict(tested_rows(NEAREST)))
+    profiles_of_twice = NEAREST.fit(replace(learn(data), measured=twice)).predict(np.tile(unseen_rows(NEAREST), 2))
+    assert np.array_equal(profiles_of_twice, NEAREST.fit(learn(data)).predict(unseen_rows(NEAREST)))
 
 
 def test_a_copy_of_an_attribute_shares_its_weight_in_the_profile():
@@ -123,7 +123,7 @@ def test_the_unit_of_force_does_not_matter(method):
     # forces so small that neither limit of a made profile is met
     data, unit = replace(data_of(SEEN), force_N=data_of(SEEN).force_N / 8), 0.5
     other = replace(data, force_N=data.force_N * unit)
-    given, into = tested_rows(method), method in FORWARD
+    given, into = unseen_rows(method), method in FORWARD
     first = method.fit(replace(learn(data), train=data, scaling=scaling_of(data))).predict(given)
     scaled = method.fit(replace(learn(other), train=other, scaling=scaling_of(other)))
     again = scaled.predict(given * unit) if into else scaled.predict(given) / unit
@@ -132,7 +132,7 @@ def test_the_unit_of_force_does_not_matter(method):
 
 @every
 def test_two_stimuli_are_enough_or_are_refused(method):
-    answers = method.fit(learn(data_of(SEEN[:2]))).predict(tested_rows(method))
+    answers = method.fit(learn(data_of(SEEN[:2]))).predict(unseen_rows(method))
     assert np.isfinite(answers).all()
 
 
@@ -154,7 +154,7 @@ def test_one_stimulus_is_refused(method):
 def test_ratings_that_are_all_equal_are_answered_with(method):
     data = data_of(SEEN)
     flat = replace(data, rating=np.full_like(data.rating, 12.0))
-    answers = method.fit(replace(learn(flat), train=flat)).predict(tested_rows(method))
+    answers = method.fit(replace(learn(flat), train=flat)).predict(unseen_rows(method))
     assert answers == pytest.approx(Scaling((0, 1), learn().scaling.rating).rating_up(np.full_like(answers, 12.0)))
 
 
@@ -162,7 +162,7 @@ def test_ratings_that_are_all_equal_are_answered_with(method):
 def test_wishes_get_a_finite_profile_where_all_ratings_are_equal(method):
     data = data_of(SEEN)
     flat = replace(data, rating=np.full_like(data.rating, 12.0))
-    assert np.isfinite(method.fit(learn(flat)).predict(tested_rows(method))).all()
+    assert np.isfinite(method.fit(learn(flat)).predict(unseen_rows(method))).all()
 
 
 @every
@@ -174,7 +174,7 @@ def test_profiles_that_are_all_equal_teach_the_mean(method):
         with pytest.raises(ModelDataError, match="come from one source"):
             method.fit(given)
         return
-    answers = method.fit(given).predict(tested_rows(method))
+    answers = method.fit(given).predict(unseen_rows(method))
     expected = given.scaling.rating_up(data.rating).mean(axis=0) if method in FORWARD else same.force_N[0]
     # a tree grows on stimuli drawn with replacement, whose mean is near the mean
     assert answers == pytest.approx(np.tile(expected, (len(answers), 1)), abs=2.0 if method is FOREST else 1e-6)
@@ -183,7 +183,7 @@ def test_profiles_that_are_all_equal_teach_the_mean(method):
 @every
 def test_a_constant_profile_may_be_learned_and_predicted(method):
     fitted = method.fit(learn(with_profile(0, np.full(621, 12.0))))
-    answers = fitted.predict(np.full((1, 621), 20.0) if method in FORWARD else tested_rows(method))
+    answers = fitted.predict(np.full((1, 621), 20.0) if method in FORWARD else unseen_rows(method))
     assert np.isfinite(answers).all()
 
 
@@ -193,7 +193,7 @@ def test_a_huge_offset_stays_finite(method, offset):
     data = data_of(SEEN)
     moved = replace(data, force_N=data.force_N + offset)
     fitted = method.fit(learn(moved))
-    answers = fitted.predict(tested_rows(method) + offset if method in FORWARD else tested_rows(method))
+    answers = fitted.predict(unseen_rows(method) + offset if method in FORWARD else unseen_rows(method))
     assert np.isfinite(answers).all()
 
 
@@ -234,7 +234,7 @@ def test_nan_in_training_is_refused(method):
 
 @every
 def test_what_is_not_a_number_or_too_short_or_long_is_not_answered(method):
-    fitted, size = method.fit(learn()), tested_rows(method).shape[1]
+    fitted, size = method.fit(learn()), unseen_rows(method).shape[1]
     for wrong in (np.full((1, size), np.nan), np.zeros((1, size - 1)), np.zeros((1, size + 1)), np.zeros((0, size))):
         with pytest.raises(ModelDataError):
             fitted.predict(wrong)
@@ -243,7 +243,7 @@ def test_what_is_not_a_number_or_too_short_or_long_is_not_answered(method):
 @pytest.mark.long
 @every
 def test_float16_is_answered_as_the_numbers_it_holds(method):
-    fitted, coarse = method.fit(learn()), tested_rows(method).astype(np.float16)
+    fitted, coarse = method.fit(learn()), unseen_rows(method).astype(np.float16)
     assert np.array_equal(fitted.predict(coarse), fitted.predict(coarse.astype(np.float64)))
     data = data_of(SEEN)
     stored = replace(data, force_N=data.force_N.astype(np.float16), rating=data.rating.astype(np.float16))
@@ -266,5 +266,5 @@ def test_the_number_of_threads_changes_no_bit(method):
     given, answers = learn(), []
     for threads in (1, 2):
         with threadpool_limits(threads, user_api="blas"):
-            answers.append(method.fit(given).predict(tested_rows(method)))
+            answers.append(method.fit(given).predict(unseen_rows(method)))
     assert np.array_equal(*answers)

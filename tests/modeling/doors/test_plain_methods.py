@@ -28,7 +28,7 @@ from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import featured, inner_folds, rows_of
 from palpate.modeling.regression import standard_of
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
-from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, data_of, learn, profiles, tested_rows
+from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, data_of, learn, profiles, unseen_rows
 
 
 def some(rows=30, columns=5, outputs=3, seed=2):
@@ -115,17 +115,17 @@ def test_the_forest_answers_as_sklearn_does():
     ).fit(z, rows.rating)
     fitted = FOREST.fit(given)
     # the same features as sklearn sees them: it compares in single precision
-    seen = front(tested_rows(FOREST)).astype(np.float32).astype(np.float64)
+    seen = front(unseen_rows(FOREST)).astype(np.float32).astype(np.float64)
     answers = fitted.trees.value[fitted.trees.leaves(seen)].mean(axis=1)
     assert answers == pytest.approx(other.predict(seen), abs=1e-9)
     spread = np.std([tree.predict(seen) for tree in other.estimators_], axis=0)
-    assert fitted.deviation(tested_rows(FOREST)) == pytest.approx(spread, abs=2.0)
+    assert fitted.deviation(unseen_rows(FOREST)) == pytest.approx(spread, abs=2.0)
 
 
 def test_another_seed_grows_another_forest():
     first, again = learn(), replace(learn(), seed=6)
     assert not np.array_equal(
-        FOREST.fit(first).predict(tested_rows(FOREST)), FOREST.fit(again).predict(tested_rows(FOREST))
+        FOREST.fit(first).predict(unseen_rows(FOREST)), FOREST.fit(again).predict(unseen_rows(FOREST))
     )
 
 
@@ -138,9 +138,9 @@ def test_the_gaussian_process_answers_as_sklearn_does_and_is_at_least_as_likely(
     own = fitted.process
     kernel = ConstantKernel(own.variance) * RBF(own.length) + WhiteKernel(own.variance * own.noise)
     other = GaussianProcessRegressor(kernel, optimizer=None, alpha=0).fit(z, y)
-    mean, sd = other.predict(front(tested_rows(RIDGE)), return_std=True)
-    assert fitted.predict(tested_rows(RIDGE)) == pytest.approx(mean * fitted.gain + fitted.offset, abs=1e-7)
-    assert fitted.deviation(tested_rows(RIDGE)) == pytest.approx(sd * fitted.gain, rel=1e-6)
+    mean, sd = other.predict(front(unseen_rows(RIDGE)), return_std=True)
+    assert fitted.predict(unseen_rows(RIDGE)) == pytest.approx(mean * fitted.gain + fitted.offset, abs=1e-7)
+    assert fitted.deviation(unseen_rows(RIDGE)) == pytest.approx(sd * fitted.gain, rel=1e-6)
     wide = [(1e-4, 1e5), (1e-2, 1e4), (1e-9, 1e3)]
     free = ConstantKernel(1.0, wide[0]) * RBF(5.0, wide[1]) + WhiteKernel(0.1, wide[2])
     searched = GaussianProcessRegressor(free, alpha=0).fit(z, y)
@@ -189,8 +189,8 @@ def test_components_and_penalty_of_pca_ridge_are_those_of_least_error(monkeypatc
     count, penalty = min(losses, key=losses.get)
     fitted = PCA_RIDGE.fit(given)
     assert lines == [f"pca_ridge: {count} components, penalty {penalty:.3g}"]
-    expected = Long(count, penalty).fit(rows.force_N, rows.rating).predict(tested_rows(PCA_RIDGE))
-    assert fitted.predict(tested_rows(PCA_RIDGE)) == pytest.approx(expected, abs=1e-8)
+    expected = Long(count, penalty).fit(rows.force_N, rows.rating).predict(unseen_rows(PCA_RIDGE))
+    assert fitted.predict(unseen_rows(PCA_RIDGE)) == pytest.approx(expected, abs=1e-8)
 
 
 def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monkeypatch):
@@ -220,7 +220,7 @@ def test_components_and_penalty_of_pca_regression_are_those_of_least_error(monke
     count, penalty = min(losses, key=losses.get)
     fitted = PCA_REGRESSION.fit(given)
     assert lines == [f"pca_regression: {count} components, penalty {penalty:.3g}"]
-    wish = tested_rows(PCA_REGRESSION)
+    wish = unseen_rows(PCA_REGRESSION)
     expected = Long(count, penalty).fit(z, rows.force_N).predict(standard_of(rows.rating)(wish))
     assert fitted.linear.predict(wish) == pytest.approx(expected, abs=1e-8)
 

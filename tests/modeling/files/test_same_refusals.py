@@ -15,7 +15,7 @@ from palpate.modeling.doors.preparing import FURTHEST_N
 from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.file import read_model
-from tests.modeling.doors.baseline_learning import learn, tested_rows
+from tests.modeling.doors.baseline_learning import learn, unseen_rows
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_file_and_trained_model_answer_and_refuse_the_same_inputs(tmp_path, meth
     takes, gives = ports(context.data, context.scaling, direction)
     card = write_model(tmp_path, "m", fitted.exported(), title="", method=method.name, takes=takes, gives=gives)
     read = read_model(card)
-    given = tested_rows(method)[:2].copy()
+    given = unseen_rows(method)[:2].copy()
     for value in (low, high):
         given[1, 3] = value
         np.testing.assert_allclose(read.run(given), fitted.predict(given), rtol=1e-9)

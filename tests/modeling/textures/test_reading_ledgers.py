@@ -105,7 +105,7 @@ def test_a_marker_that_was_hidden_for_long_cuts_the_recording(lab):
 
 @pytest.mark.parametrize(
     ("how", "message"),
-    [({"lacks": "tool_force"}, "no stream 'tool_force' was recorded"), ({"as_": "faulted"}, "no capture counts"),
+    [({"missing": "tool_force"}, "no stream 'tool_force' was recorded"), ({"as_": "faulted"}, "no capture counts"),
      ({"channels": {"channels": ("p", "q", "r"), "units": ("m/s^2",) * 3}}, "has the channels p, q, r"),
      ({"channels": {"channels": ("x", "y", "z"), "units": ("V",) * 3}}, "in 'V'; known are")],
 )  # fmt: skip

@@ -26,12 +26,12 @@ def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
     ask = {"textures": ("cloth",), "seconds": 1.0, "cache": tmp_path, "report": lines.append}
     (first,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
     (again,) = simulated(simulator, **ask, clock=lambda: float(next(ticks)))
-    assert simulator.asked == 1
+    assert simulator.requests == 1
     assert same(first, again)
     assert lines == ["cloth: 0.9 s captured in 1.00 s", "cloth: 0.9 s read from the cache in 1.00 s"]
     (other,) = simulated(simulator, **(ask | {"seconds": 1.2}), seed=1)
     (seeded,) = simulated(simulator, **ask, seed=2)
-    assert simulator.asked == 3
+    assert simulator.requests == 3
     assert not same(first, other) and not same(first, seeded)
 
 
@@ -50,10 +50,10 @@ def test_a_damaged_cache_is_made_again(tmp_path, harm):
     else:
         numbers.unlink()
     (again,) = simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
-    assert simulator.asked == 2
+    assert simulator.requests == 2
     assert same(first, again)
     simulated(simulator, ("cloth",), 1.0, cache=tmp_path)
-    assert simulator.asked == 2
+    assert simulator.requests == 2
 
 
 def test_a_joined_recording_keeps_its_borders_in_the_cache(tmp_path, monkeypatch):

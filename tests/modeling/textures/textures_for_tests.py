@@ -33,10 +33,10 @@ class FixedSimulator:
     """A simulator of captures: streams of the rates and channels of a session."""
 
     def __init__(self):
-        self.asked = 0
+        self.requests = 0
 
     def captured(self, texture, seconds, seed):
-        self.asked += 1
+        self.requests += 1
         seed += len(texture)
         chance = np.random.default_rng(seed)
         n = round(3000 * seconds)
