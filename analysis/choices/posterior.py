@@ -166,27 +166,23 @@ def _mass(axes: list[Axis], problem: Problem, spec: FunctionSpec, of: Tested) ->
     guess = lapse if spec.equal_rates else guess
     for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
         z = (t - centre) / spread
-        hit = guess + (1 - guess - lapse) * spec.shape.share(z)
-        miss = lapse + (1 - guess - lapse) * spec.shape.rest(z)
-        weight = weight + _log_share(hit, miss, float(hits), float(trials), eta)
+        hit = np.maximum(guess + (1 - guess - lapse) * spec.shape.share(z), 1e-12)
+        miss = np.maximum(lapse + (1 - guess - lapse) * spec.shape.rest(z), 1e-12)
+        # The log probability of the answers without the binomial coefficient; eta squared is a variance's share.
+        n_hits, n = float(hits), float(trials)
+        plain: Floats = xlogy(n_hits, hit) + xlogy(n - n_hits, miss)
+        if eta.size == 1 and float(eta.ravel()[0]) == 0:
+            weight = weight + plain
+            continue
+        scale = 1 / np.maximum(eta, 1e-5) ** 2 - 1
+        a, b = hit * scale, miss * scale
+        grown = gammaln(n_hits + a) - gammaln(a) + gammaln(n - n_hits + b) - gammaln(b)
+        weight = weight + np.where(eta < 1e-4, plain, grown - (gammaln(n + scale) - gammaln(scale)))
     mass = np.exp(weight - weight.max())
     for i, (_, weights) in enumerate(axes):
         mass = mass * weights.reshape([-1 if i == j else 1 for j in range(5)])
     result: Floats = mass / mass.sum()
     return result
-
-
-def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Floats) -> Floats:
-    """Return the log probability of the answers without the binomial coefficient; eta squared is a variance's share."""
-    hit, miss = np.maximum(hit, 1e-12), np.maximum(miss, 1e-12)
-    plain: Floats = xlogy(hits, hit) + xlogy(trials - hits, miss)
-    if eta.size == 1 and float(eta.ravel()[0]) == 0:
-        return plain
-    spread = np.maximum(eta, 1e-5) ** 2
-    scale = 1 / spread - 1
-    a, b = hit * scale, miss * scale
-    grown = gammaln(hits + a) - gammaln(a) + gammaln(trials - hits + b) - gammaln(b)
-    return np.where(eta < 1e-4, plain, grown - (gammaln(trials + scale) - gammaln(scale)))
 
 
 def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:

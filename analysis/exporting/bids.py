@@ -129,16 +129,13 @@ def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[Beh
 def _write_session(
     data_set: DataSet, guard: Guard, session: SharedSession, task: str, files: bool, draft: Path
 ) -> None:
+    """Write the tables of a session, and with the participant's last one the table of sessions."""
     for behaviour in _behaviour_tables(data_set, task, files):
         name = f"{session_folder(session)}/beh/{file_stem(session)}_task-{behaviour.task}_{behaviour.suffix}.tsv"
         table = Table(behaviour.task, "", behaviour.columns, lambda behaviour=behaviour: behaviour.rows(session))  # type: ignore[misc]
         guard.demand_columns(name, [column.name for column in behaviour.columns])
         write_tsv(draft / name, table, guard.watched(table, name))
-    _write_sessions_table(data_set, session, draft)
-
-
-def _write_sessions_table(data_set: DataSet, session: SharedSession, draft: Path) -> None:
-    """Write sub-P001_sessions.tsv when the participant's last session comes: one row for each."""
+    # sub-P001_sessions.tsv: one row for each.
     mine = [one for one in data_set.source.sessions if one.participant == session.participant]
     sessions_table = data_set.table("sessions")
     if session != mine[-1] or sessions_table is None:

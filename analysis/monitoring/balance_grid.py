@@ -101,7 +101,21 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
     if named := aliases(study):
         holders = [replace(holder, order=tuple(named[name] for name in holder.order)) for holder in holders]
     groups: list[str | None] = [*sorted(study.groups)] or [None]
-    balances = (_of_group(study, group, [one for one in holders if one.group == group]) for group in groups)
+    design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
+    balances = []
+    for group in groups:
+        length, of_group = round_of(study, group), [holder for holder in holders if holder.group == group]
+        counted = [holder for holder in of_group if holder.status in COUNTED and holder.order]
+        of_sessions = {
+            number: certificate(holder.order for holder in counted if holder.session == number)
+            for number in sorted({holder.session or 1 for holder in counted} if study.sessions > 1 else ())
+        }
+        together = certificate(holder.order for holder in counted)
+        by_place: dict[int, list[Holder]] = {}
+        for holder in sorted(of_group, key=lambda one: (RANK.index(one.status), one.participant, one.session or 0)):
+            by_place.setdefault(holder.row % length, []).append(holder)
+        rows = tuple(Row(place, own[0].status, tuple(own)) for place, own in sorted(by_place.items()))
+        balances.append(GroupBalance(group, design, length, rows, together, of_sessions))
     return StudyBalance(study.study, study.title or study.study, digest, tuple(balances), sample)
 
 
@@ -116,21 +130,3 @@ def round_of(study: Study, group: str | None) -> int:
         members[name] = members.get(name, 0) + 1
     inner = max(rows_of(study.order.design, n) for n in members.values())
     return rows_of(blocks.design, len(members)) * inner
-
-
-def _of_group(study: Study, group: str | None, holders: Sequence[Holder]) -> GroupBalance:
-    length = round_of(study, group)
-    counted = [holder for holder in holders if holder.status in COUNTED and holder.order]
-    design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
-    of_sessions = {
-        number: certificate(holder.order for holder in counted if holder.session == number)
-        for number in sorted({holder.session or 1 for holder in counted} if study.sessions > 1 else ())
-    }
-    together = certificate(holder.order for holder in counted)
-    by_place: dict[int, list[Holder]] = {}
-    for holder in sorted(
-        holders, key=lambda holder: (RANK.index(holder.status), holder.participant, holder.session or 0)
-    ):
-        by_place.setdefault(holder.row % length, []).append(holder)
-    rows = tuple(Row(place, own[0].status, tuple(own)) for place, own in sorted(by_place.items()))
-    return GroupBalance(group, design, length, rows, together, of_sessions)
