@@ -117,7 +117,7 @@ def test_a_run_without_a_p_finds_nothing_and_says_why(lab):
     study = (folder / "study.yaml").read_text()
     (folder / "study.yaml").write_text(study.replace("noise_sd: 10", "noise_sd: 0").replace("height: 8", "height: 0"))
     (point,) = power_curve(asking(lab), [4], 10)
-    assert (point.in_memory, point.undefined) == (0, 10)
+    assert (point.found, point.undefined) == (0, 10)
     assert "undefined" in point.why
 
 
