@@ -259,18 +259,16 @@ def _show(evaluation: TextureEvaluation, page: Path) -> None:
     from palpate.modeling.textures.evaluation.targets import reached
 
     print_banners(banners(evaluation))
-    Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(evaluation)], COLUMNS))
+    rows = method_rows(evaluation)
+    for row in rows:
+        low, high = row["level_low"], row["level_high"]
+        row |= {
+            "level": None if low is None else f"{low:.2f}-{high:.2f}",
+            "kept": row["kept"] if row["ran"] else None,
+        }
+    Console(highlight=False).print(methods_table(rows, COLUMNS))
     chosen = choice_of(evaluation)
     click.echo(f"default: {chosen.method}. {chosen.why} {' '.join(chosen.of_ours)}".rstrip())
     for label, line in reached(evaluation):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")
-
-
-def _shown(row: dict[str, Any]) -> dict[str, Any]:
-    low, high = row["level_low"], row["level_high"]
-    return {
-        **row,
-        "level": None if low is None else f"{low:.2f}-{high:.2f}",
-        "kept": row["kept"] if row["ran"] else None,
-    }

@@ -68,17 +68,20 @@ def felt_rows(
     One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
     rows, and its notes say why.
     """
-    jobs = [_Felt(texture, _key(texture), folder) for texture in textures]
+    own, jobs = "palpate.modeling.attributes.feeling", []
+    for texture in textures:
+        code = code_digest(module_of(texture), own)
+        jobs.append(_Felt(texture, feature_key({"recorded": texture.key}, (code,), PACKAGES), folder))
     known = {job.key: entry for job in jobs if (entry := load_features(folder, job.key)) is not None}
     missing = [job for job in jobs if job.key not in known]
     computed = run_jobs(_entry, missing, workers=workers, report=report) if missing else []
     known |= {job.key: entry for job, entry in zip(missing, computed, strict=True)}
-    return [_rows(texture, known[job.key]) for texture, job in zip(textures, jobs, strict=True)]
-
-
-def _key(texture: Recording) -> str:
-    code = code_digest(module_of(texture), "palpate.modeling.attributes.feeling")
-    return feature_key({"recorded": texture.key}, (code,), PACKAGES)
+    result = []
+    for texture, job in zip(textures, jobs, strict=True):  # an entry has no name: a recording may have several
+        rows, metadata = known[job.key]
+        made_from, notes = frozenset(metadata["made_from"]), tuple(metadata["notes"])
+        result.append(FeltRows(texture.id, texture.label, texture.category, dict(rows), made_from, notes))
+    return result
 
 
 def _entry(job: _Felt) -> Entry:
@@ -89,10 +92,3 @@ def _entry(job: _Felt) -> Entry:
     entry: Entry = (felt.touch, {"made_from": sorted(felt.made_from), "notes": list(felt.notes)})
     save_features(job.folder, job.key, *entry)
     return entry
-
-
-def _rows(texture: Recording, entry: Entry) -> FeltRows:
-    """Return an entry as the texture's rows; it has no name of its own, as the same recording may have several."""
-    rows, metadata = entry
-    made_from, notes = frozenset(metadata["made_from"]), tuple(metadata["notes"])
-    return FeltRows(texture.id, texture.label, texture.category, dict(rows), made_from, notes)

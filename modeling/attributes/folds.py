@@ -70,7 +70,13 @@ def leave_one_texture_out(
     if unknown:
         raise MaterialError(f"no texture {unknown[0]!r} can be left out: there are {some(material.ids)}.")
     classes = {texture.id: texture.category for texture in material.textures}
-    return tuple(_fold(name, groups, classes, seed, share) for name in tested)
+    folds = []
+    for test in tested:
+        own = next(group for group in groups if test in group)
+        apart = tuple(name for name in own if name != test)
+        others = [group for group in groups if group is not own]
+        folds.append(_split(test, apart, others, classes, _chance(seed, test), share))
+    return tuple(folds)
 
 
 def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:
@@ -78,12 +84,6 @@ def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:
     groups = groups_of(material.textures)
     classes = {texture.id: texture.category for texture in material.textures}
     return _split("", (), groups, classes, _chance(seed, ""), share)
-
-
-def _fold(test: str, groups: Sequence[tuple[str, ...]], classes: Mapping[str, str], seed: int, share: float) -> Fold:
-    own = next(group for group in groups if test in group)
-    others = [group for group in groups if group is not own]
-    return _split(test, tuple(name for name in own if name != test), others, classes, _chance(seed, test), share)
 
 
 def _split(
@@ -140,11 +140,17 @@ def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
     """Return the groups, each in alphabetical order, sorted by their first names; most hold one texture.
 
     Textures are joined that share a file (`made_from`), or a row of one kind of feature: of a segment, of a picture or
-    of a variant of one. What is blank (silence, a black picture) is nobody's, in none of its kinds of features; nor is
-    how the hand moved, where there is anything else.
+    of a variant of one. Blank rows (silence, a black picture) do not count, in any kind of feature; nor does how the
+    hand moved, where there is anything else.
     """
     parent = {texture.id: texture.id for texture in textures}
-    for one, other in (*_by_files(textures), *_by_rows(textures)):
+    first: dict[str, str] = {}
+    by_files = [
+        (first.setdefault(digest, texture.id), texture.id)
+        for texture in textures
+        for digest in sorted(texture.made_from)
+    ]
+    for one, other in (*by_files, *_by_rows(textures)):
         parent[_root(parent, one)] = _root(parent, other)
     names_by_root: dict[str, list[str]] = {}
     for name in sorted(parent):
@@ -159,21 +165,16 @@ def _root(parent: dict[str, str], name: str) -> str:
     return name
 
 
-def _by_files(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
-    first: dict[str, str] = {}
-    for texture in textures:
-        for digest in sorted(texture.made_from):
-            yield first.setdefault(digest, texture.id), texture.id
-
-
 def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     """Yield pairs of textures with an equal row, for each kind of feature."""
-    telling = [(texture.id, _telling(texture)) for texture in textures]
+    telling = [(texture.id, _counting_rows(texture)) for texture in textures]
     for kind in sorted({kind for _, rows in telling for kind in rows}):
-        yield from _equal([(name, row) for name, rows in telling for row_set in rows.get(kind, ()) for row in row_set])
+        yield from _equal_pairs(
+            [(name, row) for name, rows in telling for row_set in rows.get(kind, ()) for row in row_set]
+        )
 
 
-def _telling(texture: Texture) -> dict[str, list[Rows]]:
+def _counting_rows(texture: Texture) -> dict[str, list[Rows]]:
     """A texture's rows by kind, without those of what is blank; pictures and their variants are compared together."""
     touch = {kind: rows for kind, rows in texture.touch.items() if kind != HAND or len(texture.touch) == 1}
     seen, varied = _blanks(texture.sight), _blanks(texture.variants)
@@ -196,18 +197,18 @@ def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
 
 
 def _blank(row: NDArray[np.float32]) -> bool:
-    """At most two different numbers, as `_same` tells numbers apart: nothing was felt or seen."""
+    """Return whether a row has at most two different numbers up to rounding, as silence or a black picture has."""
     greatest = float(np.max(np.abs(row), initial=0.0))
     return greatest == 0.0 or len(np.unique(np.round(row / greatest, DIGITS))) <= 2
 
 
-def _equal(owners: Owners) -> Iterator[tuple[str, str]]:
-    """Neighbours on a line that rows are projected to are compared as a whole: a look at each pair would take long."""
+def _equal_pairs(owners: Owners) -> Iterator[tuple[str, str]]:
+    """Yield pairs of owners of equal rows; only neighbours on a random projection are compared, which saves time."""
     by_size: dict[int, Owners] = {}
     for name, row in owners:
         by_size.setdefault(len(row), []).append((name, row))
     for size, own in by_size.items():
-        places, reach = _projected([row for _, row in own], size)
+        places, reach = _projections([row for _, row in own], size)
         order = np.argsort(places, kind="stable")
         for i, at in enumerate(order):
             for other in order[i + 1 :]:
@@ -217,8 +218,8 @@ def _equal(owners: Owners) -> Iterator[tuple[str, str]]:
                     yield own[at][0], own[other][0]
 
 
-def _projected(rows: Sequence[NDArray[np.float32]], size: int) -> tuple[Array, Array]:
-    """Each row's place on a drawn line, and how far an equal row may lie from it: six SDs of what rounding does."""
+def _projections(rows: Sequence[NDArray[np.float32]], size: int) -> tuple[Array, Array]:
+    """Return each row's place on a random line, and the reach of equal rows: six SDs of their rounding."""
     line = np.random.Generator(np.random.PCG64(size)).standard_normal(size)
     table = np.stack(rows).astype(np.float64)
     reach: Array = SAME * np.abs(table).max(axis=1) * 6.0 * float(np.linalg.norm(line))

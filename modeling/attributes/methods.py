@@ -76,16 +76,16 @@ class Method(MethodOf[Learning, Fitted]):
 
 
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-    """Return what `predict` says of each texture, or why it says nothing; computed together where the method can."""
-    together = getattr(fitted, "predict_all", None)
-    return [_predict(fitted, texture) for texture in textures] if together is None else list(together(textures))
-
-
-def _predict(fitted: Fitted, texture: Texture) -> Array | MaterialError:
-    try:
-        return fitted.predict(texture)
-    except MaterialError as error:
-        return error
+    """Return the prediction of each texture, or the error that refuses it; computed together where the method can."""
+    if (predict_all := getattr(fitted, "predict_all", None)) is not None:
+        return list(predict_all(textures))
+    answers: list[Array | MaterialError] = []
+    for texture in textures:
+        try:
+            answers.append(fitted.predict(texture))
+        except MaterialError as error:
+            answers.append(error)
+    return answers
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ class AttributeModel:
 
 
 def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:
-    """Write a model, read it back, and give its card's path. `card` holds the fields of `Card` but format and tensors.
+    """Write a model, read it back, and return its card's path. `card` has the fields of `Card` but format and tensors.
 
     Until the last rename the earlier model is whole. Raises ModelFileError for numbers that are not finite, and for a
     method that does not come back from its file, and what `replace_model` raises.
@@ -112,16 +112,22 @@ def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods
 
     arrays, metadata = fitted.saved()
     name = str(card["name"])
-    content = save({key: _plain_array(name, key, array) for key, array in arrays.items()})
+    plain = {key: np.ascontiguousarray(array) for key, array in arrays.items()}
+    for key, array in plain.items():
+        if not np.isfinite(array).all():
+            raise ModelFileError(f"{name}: {key!r} holds numbers that are not finite. Nothing was written.")
+    content = save(plain)
     weights = Weights(file=f"{name}{NUMBERS}", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
     try:
-        made = Card.model_validate({**card, "told": json.loads(canonical(metadata)), "tensors": weights.model_dump()})
-        text = _text(made)
+        written = Card.model_validate(
+            {**card, "told": json.loads(canonical(metadata)), "tensors": weights.model_dump()}
+        )
+        text = _text(written)
     except (ValidationError, NotCanonical) as error:
         why = complaint(error) if isinstance(error, ValidationError) else str(error)
         raise ModelFileError(f"{name}: {why}. Nothing was written.") from None
     path = folder / f"{name}.json"
-    _restored(path, made, _loaded(content), methods)
+    _restored(path, written, _loaded(content), methods)
     return replace_model(path, text, content, partial(_renamed, path, weights.file))
 
 
@@ -212,14 +218,6 @@ def _loaded(content: bytes) -> dict[str, NDArray[Any]]:
         result: dict[str, NDArray[Any]] = load(content)
     except SafetensorError as error:
         raise ModelFileError(f"these are not tensors: {error}. {AGAIN}") from None
-    return result
-
-
-def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
-    """In C order and finite; float32 and float64 stay what they are."""
-    result = np.ascontiguousarray(array)
-    if not np.isfinite(result).all():
-        raise ModelFileError(f"{name}: {key!r} holds numbers that are not finite. Nothing was written.")
     return result
 
 

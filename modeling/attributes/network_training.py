@@ -70,27 +70,26 @@ class FittedNetwork:
         return result
 
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-        """Return what `predict` says or raises of each, computed together: of short textures several times as fast."""
-        seen = [self._shown(texture) for texture in textures]
-        whole = [tensors for tensors in seen if isinstance(tensors, TextureTensors)]
+        """Return the prediction of each texture, or the error that refuses it; together it is several times as fast."""
+        given: list[TextureTensors | MaterialError] = []
+        for texture in textures:
+            try:
+                given.append(shown(texture, self.sight, self.touch))
+            except MaterialError as refusal:
+                given.append(refusal)
+        whole = [tensors for tensors in given if isinstance(tensors, TextureTensors)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
             scaled = iter(_answers(self.network, whole) if whole else [])
-        shown_textures = zip(textures, seen, strict=True)
-        return [
-            self._ratings(texture.id, next(scaled)) if isinstance(one, TextureTensors) else one
-            for texture, one in shown_textures
-        ]
-
-    def _shown(self, texture: Texture) -> TextureTensors | MaterialError:
-        try:
-            return shown(texture, self.sight, self.touch)
-        except MaterialError as lacking:
-            return lacking
-
-    def _ratings(self, name: str, scaled: Tensor) -> Array | MaterialError:
-        ratings = self.target.up(scaled.numpy().astype(np.float64))
-        return ratings if np.isfinite(ratings).all() else MaterialError(f"{name}: the network's answer is not finite.")
+        answers: list[Array | MaterialError] = []
+        for texture, tensors in zip(textures, given, strict=True):
+            if isinstance(tensors, MaterialError):
+                answers.append(tensors)
+                continue
+            ratings = self.target.up(next(scaled).numpy().astype(np.float64))
+            not_finite = MaterialError(f"{texture.id}: the network's answer is not finite.")
+            answers.append(ratings if np.isfinite(ratings).all() else not_finite)
+        return answers
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
@@ -152,7 +151,7 @@ def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, 
 
 
 def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[Tensor]:
-    """Scaled attributes (n, attributes) of each: every picture and every segment goes through its branch once."""
+    """Return scaled attributes (n, attributes) of each texture; pictures and segments go through their branch once."""
     branches = []
     if network.sight is not None:
         seen = [texture.sight for texture in textures if texture.sight is not None]
@@ -160,7 +159,11 @@ def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[
     if network.touch is not None:
         felt = [texture.touch for texture in textures if texture.touch is not None]
         branches.append(_through(network.touch, felt, SEGMENTS_AT_ONCE))
-    return [_paired(network, parts) for parts in zip(*branches, strict=True)]
+    answers = []
+    for parts in zip(*branches, strict=True):  # the shorter of pictures and segments begins anew where it ends
+        rows = torch.arange(max(len(part) for part in parts))
+        answers.append(network.head([part[rows % len(part)][:, None] for part in parts])[:, 0])
+    return answers
 
 
 def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
@@ -168,12 +171,6 @@ def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once
     answers = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
     parts: tuple[Tensor, ...] = torch.split(answers, [len(row) for row in rows])
     return parts
-
-
-def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:
-    """Return one texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
-    rows = torch.arange(max(len(part) for part in parts))
-    return network.head([part[rows % len(part)][:, None] for part in parts])[:, 0]
 
 
 @dataclass(frozen=True)
@@ -232,18 +229,16 @@ def arranged(rows: Tensor, look: Look) -> Tensor:
     The numbers of a kind are dealt out to 40 frames in their order: 520 cepstral coefficients are 13 a frame, in time;
     of a spectrum a step is a band. Where they do not divide by 40, zeros fill up the end.
     """
-    parts = torch.split(rows, list(look.sizes), dim=1)
-    dealt = [_dealt(part, kind) for part, kind in zip(parts, look.kinds, strict=True)]
-    frames = torch.cat(dealt, dim=2)
+    parts, count, by_frame = torch.split(rows, list(look.sizes), dim=1), STEPS * PLACES, []
+    for part, kind in zip(parts, look.kinds, strict=True):
+        width = _width(kind, part.shape[1])
+        if kind == REPEATED:
+            by_frame.append(part[:, None].expand(-1, count, -1))
+        else:
+            padded = torch.nn.functional.pad(part, (0, count * width - part.shape[1]))
+            by_frame.append(padded.view(-1, count, width))
+    frames = torch.cat(by_frame, dim=2)
     return frames.view(len(rows), STEPS, PLACES, -1).transpose(2, 3).contiguous()
-
-
-def _dealt(part: Tensor, kind: str) -> Tensor:
-    """(n, numbers) to (n, frames, channels)."""
-    frames, width = STEPS * PLACES, _width(kind, part.shape[1])
-    if kind == REPEATED:
-        return part[:, None].expand(-1, frames, -1)
-    return torch.nn.functional.pad(part, (0, frames * width - part.shape[1])).view(-1, frames, width)
 
 
 def _width(kind: str, size: int) -> int:

@@ -82,22 +82,21 @@ def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedT
 
 
 def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[str, Rated], dict[str, str]]:
-    """A texture rated on every attribute, or which it lacks. `people` has one value a person, texture and attribute."""
+    """Return the textures that were rated on every attribute, and for the others which are missing.
+
+    `people` has one value a person, texture and attribute. The number of raters is that of the attribute with fewest.
+    """
     values: dict[tuple[str, str], list[float]] = {}
     for row in people.itertuples(index=False):
         values.setdefault((str(row.stimulus), str(row.attribute)), []).append(float(row.value))  # type: ignore[arg-type]
     rated, incomplete = {}, {}
     for texture in dict.fromkeys(texture for texture, _ in values):
-        lacks = [name for name in attributes if (texture, name) not in values]
-        if lacks:
-            incomplete[texture] = f"nobody rated it on {', '.join(lacks)}: it counts as not rated"
+        missing = [name for name in attributes if (texture, name) not in values]
+        if missing:
+            incomplete[texture] = f"nobody rated it on {', '.join(missing)}: it counts as not rated"
         else:
-            rated[texture] = _of([values[texture, name] for name in attributes])
+            by_attribute = [values[texture, name] for name in attributes]
+            mean = np.array([np.mean(value) for value in by_attribute])
+            sd = np.array([np.std(value, ddof=1) if len(value) > 1 else np.nan for value in by_attribute])
+            rated[texture] = Rated(mean, sd, min(len(value) for value in by_attribute))
     return rated, incomplete
-
-
-def _of(values: Sequence[Sequence[float]]) -> Rated:
-    """Return mean and SD of each attribute's raters; the number of raters is that of the attribute with the fewest."""
-    mean = np.array([np.mean(value) for value in values])
-    sd = np.array([np.std(value, ddof=1) if len(value) > 1 else np.nan for value in values])
-    return Rated(mean, sd, min(len(value) for value in values))

@@ -113,27 +113,23 @@ def loaded(state: Mapping[str, Tensor]) -> ResNet50:
 
 
 def folded(network: ResNet50) -> ResNet50:
-    """This network, changed: each batch normalisation inside its convolution, computed in 64 bits, stored in 32.
+    """Fold each batch normalisation of the network into its convolution, in 64 bits, stored in 32; return the network.
 
     Its pool is within 1e-6 of the largest number of the network's own. It can no longer be trained.
     """
     for layer in network.modules():
-        if isinstance(layer, ResNet50 | Bottleneck):
-            _fold(layer)
+        if not isinstance(layer, ResNet50 | Bottleneck):
+            continue
+        for number in (1, 2, 3):
+            norm = getattr(layer, f"bn{number}", None)
+            if isinstance(norm, nn.BatchNorm2d):
+                setattr(layer, f"conv{number}", _fused(getattr(layer, f"conv{number}"), norm))
+                setattr(layer, f"bn{number}", nn.Identity())
+        if isinstance(layer, Bottleneck) and layer.downsample is not None:
+            layer.downsample = nn.Sequential(_fused(*layer.downsample))
     layout: dict[str, Any] = {"memory_format": torch.channels_last}
     network.to(**layout)
     return network
-
-
-def _fold(layer: ResNet50 | Bottleneck) -> None:
-    """conv1 and bn1 and so on, and the shortcut's convolution and its normalisation."""
-    for number in (1, 2, 3):
-        norm = getattr(layer, f"bn{number}", None)
-        if isinstance(norm, nn.BatchNorm2d):
-            setattr(layer, f"conv{number}", _fused(getattr(layer, f"conv{number}"), norm))
-            setattr(layer, f"bn{number}", nn.Identity())
-    if isinstance(layer, Bottleneck) and layer.downsample is not None:
-        layer.downsample = nn.Sequential(_fused(*layer.downsample))
 
 
 def _fused(conv: nn.Module, norm: nn.Module) -> nn.Module:

@@ -91,8 +91,16 @@ def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
     """
     if _sha256(path) != sha256:
         raise MaterialError(f"{path}: it has changed since it was chosen; start again")
-    refused = _Refused(path)
-    state = _pickled(path, refused) if path.suffix.lower() in PICKLED else _plain(path, refused)
+    import torch
+    from safetensors.torch import load_file
+
+    refused, is_pickled = _Refused(path), path.suffix.lower() in PICKLED
+    try:
+        state: Any = torch.load(path, map_location="cpu", weights_only=True) if is_pickled else load_file(path)
+    except Exception as error:  # damaged bytes come out of zip, pickle and torch as anything
+        what = "no plain weights can be read" if is_pickled else "no safetensors file, or damaged"
+        why = f"{type(error).__name__}: {error}".splitlines()[0][:160]
+        raise refused(f"{what} ({why})") from None
     return dict(_fitting(state, refused))
 
 
@@ -101,28 +109,6 @@ def _sha256(path: Path) -> str:
         return file_sha256(path)
     except OSError as error:
         raise MaterialError(f"{path}: cannot be read ({error.strerror}); a file of weights is expected") from None
-
-
-def _pickled(path: Path, refused: Callable[[str], MaterialError]) -> Any:
-    import torch
-
-    try:
-        return torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # damaged bytes come out of zip, pickle and torch as anything
-        raise refused(f"no plain weights can be read ({_first_line(error)})") from None
-
-
-def _plain(path: Path, refused: Callable[[str], MaterialError]) -> Any:
-    from safetensors.torch import load_file
-
-    try:
-        return load_file(path)
-    except Exception as error:  # as above
-        raise refused(f"no safetensors file, or damaged ({_first_line(error)})") from None
-
-
-def _first_line(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}".splitlines()[0][:160]
 
 
 def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tuple[str, Tensor]]:

@@ -183,7 +183,7 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
     held = None
     if learning.held:
         held = everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
-    trained = train(network, data, held, _loss, chosen, report=learning.report)
+    trained = train(network, data, held, functional.mse_loss, chosen, report=learning.report)
     return FittedRows(plan, network, looks, target, trained)
 
 
@@ -212,10 +212,6 @@ def _rows(texture: Texture, look: Look, variants: bool) -> Tensor:
 
 def _network(plan: RowPlan, looks: Sequence[Look], attributes: int) -> nn.Module:
     return NETWORKS[plan.name]([len(look.mean) for look in looks], attributes)
-
-
-def _loss(answer: Tensor, target: Tensor) -> Tensor:
-    return functional.mse_loss(answer, target)
 
 
 @dataclass(frozen=True)
@@ -248,13 +244,13 @@ def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> G
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         places = rows % textures
-        shown = tuple(stack.at(places, _anywhere(stack, places, steps, chance), steps) for stack in stacks)
+        shown = tuple(stack.at(places, _random_starts(stack, places, steps, chance), steps) for stack in stacks)
         return shown, targets[places]
 
     return GeneratedRows(textures * shows, make, f"{_digest(stacks, targets)} drawn {shows} x {steps}")
 
 
-def _anywhere(stack: Stack, places: Tensor, steps: int, chance: torch.Generator) -> Tensor:
+def _random_starts(stack: Stack, places: Tensor, steps: int, chance: torch.Generator) -> Tensor:
     """Return where to begin in each texture, so that the rows follow each other where there are enough."""
     share = torch.rand(len(places), generator=chance, dtype=torch.float64)
     return (share * (stack.count[places] - steps + 1).clamp(min=1)).long()

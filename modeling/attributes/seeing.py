@@ -128,19 +128,16 @@ def seen(
     nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the
     one it should be.
     """
-    known = {key: entry for key in _keys(albums, how) if (entry := load_features(folder, key)) is not None}
+    versions = range(how.variants + 1)
+    keys = [how.key(picture, version) for album in albums for picture in album.pictures for version in versions]
+    known = {key: entry for key in keys if (entry := load_features(folder, key)) is not None}
     jobs = list(_jobs(albums, how, folder, known.keys()))
     try:
-        for made in run_jobs(_looked, jobs, workers=workers, report=report) if jobs else ():
-            known |= made
+        for computed in run_jobs(_looked, jobs, workers=workers, report=report) if jobs else ():
+            known |= computed
     except JobError as error:
         raise MaterialError(str(error)) from None
     return {album.id: _gathered(album, how, known) for album in albums}
-
-
-def _keys(albums: Sequence[Album], how: Sight) -> Iterator[str]:
-    for picture in (shot for album in albums for shot in album.pictures):
-        yield from (how.key(picture, version) for version in range(how.variants + 1))
 
 
 def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Collection[str]) -> Iterator[_Look]:

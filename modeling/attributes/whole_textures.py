@@ -305,10 +305,18 @@ def restore_boosting(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, 
 
 
 def fit_boosting(learning: Learning) -> Boosted:
-    """Friedman's gradient boosting of squared error, for each attribute by itself."""
+    """Fit Friedman's gradient boosting of squared error to each attribute by itself. Raises MaterialError."""
+    from sklearn.ensemble import GradientBoostingRegressor
+
     textures, ratings = textures_of(learning)
     front, z = whole_of(textures, learning.touch, learning.sight)
-    grown = [_grown(z, ratings[:, place], learning.seed) for place in range(ratings.shape[1])]
+    grown = []
+    for rating in ratings.T:
+        ensemble = GradientBoostingRegressor(
+            n_estimators=TREES, max_depth=DEPTH, learning_rate=RATE, max_features=COLUMNS,
+            random_state=learning.seed % 2**32,
+        )  # fmt: skip
+        grown.append(ensemble.fit(z.astype(np.float32), rating))
     learning.report(f"boosting: {TREES} trees for each attribute")
     return boosted(front, grown, ratings.mean(axis=0))
 
@@ -318,15 +326,6 @@ def boosted(front: Whole, grown: Sequence[Any], bias: Array) -> Boosted:
     trees = [[tree.tree_ for tree in forest.estimators_[:, 0]] for forest in grown]
     first = np.cumsum([0, *map(len, trees)]).astype(np.int64)
     return Boosted(front, trees_of([tree for own in trees for tree in own]), first, bias)
-
-
-def _grown(z: Array, rating: Array, seed: int) -> Any:
-    from sklearn.ensemble import GradientBoostingRegressor
-
-    made = GradientBoostingRegressor(
-        n_estimators=TREES, max_depth=DEPTH, learning_rate=RATE, max_features=COLUMNS, random_state=seed % 2**32
-    )
-    return made.fit(z.astype(np.float32), rating)
 
 
 BOOSTING = Method(

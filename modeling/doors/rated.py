@@ -74,19 +74,8 @@ def rated_of(
 
     given = ratings[ratings["value"].notna()]
     demand_on_scale(given, *questions.scale)
-    people = sorted(set(given["participant"]))
-    group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
     stimuli = [stimulus.id for stimulus in shown]
-    places = tuple(
-        _positions(given[column], names)
-        for column, names in (("participant", people), ("stimulus", stimuli), ("attribute", questions.attributes))
-    )
-    shape = (len(people), len(shown), len(questions.attributes))
-    total, count = np.zeros(shape), np.zeros(shape)
-    np.add.at(total, places, given["value"].to_numpy(dtype=np.float64))
-    np.add.at(count, places, 1.0)
-    value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
-    individual = Individual(tuple(people), tuple(group[who] for who in people), value)
+    individual = _individual_ratings(given, stimuli, questions.attributes)
     rated = _answered(individual).any(axis=(0, 1))
     if not rated.all():
         names = [name for name, here in zip(questions.attributes, rated, strict=True) if not here]
@@ -109,6 +98,22 @@ def rated_of(
     return Rated(data, individual)
 
 
+def _individual_ratings(ratings: pd.DataFrame, stimuli: Sequence[str], attributes: Sequence[str]) -> Individual:
+    """Return the ratings of each person, the mean of those that a person gave to one stimulus more than once."""
+    people = sorted(set(ratings["participant"]))
+    group = dict(zip(ratings["participant"], ratings["group"].astype(str), strict=True))
+    places = []
+    for column, names in (("participant", people), ("stimulus", stimuli), ("attribute", attributes)):
+        at = {name: i for i, name in enumerate(names)}
+        places.append(np.array([at[name] for name in ratings[column]], dtype=np.int64))
+    shape = (len(people), len(stimuli), len(attributes))
+    total, count = np.zeros(shape), np.zeros(shape)
+    np.add.at(total, tuple(places), ratings["value"].to_numpy(dtype=np.float64))
+    np.add.at(count, tuple(places), 1.0)
+    value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
+    return Individual(tuple(people), tuple(group[who] for who in people), value)
+
+
 def demand_learnable(data: DoorData) -> None:
     """Raise ModelDataError unless two profiles differ by more than a hand can tell, and there are two sources."""
     if len(set(near_groups(data.force_N).tolist())) < 2:
@@ -125,11 +130,6 @@ def merged_sources(ids: Sequence[str], force_N: Array) -> tuple[str, ...]:
     """Return for each stimulus the first name, in sorted order, among those with (nearly) the same profile."""
     groups = near_groups(force_N)
     return tuple(min(name for name, other in zip(ids, groups, strict=True) if other == group) for group in groups)
-
-
-def _positions(column: pd.Series[str], names: Sequence[str]) -> Indices:
-    place = {name: i for i, name in enumerate(names)}
-    return np.array([place[name] for name in column], dtype=np.int64)
 
 
 def _mean_ratings(

@@ -74,7 +74,11 @@ def write_evaluation(
         write_text(draft / REPORT, page(drawn))
         content = {**results(), "files": sorted([*names, REPORT])}
         write_text(draft / RESULTS, readable_json(content) + "\n")
-        obsolete += [name for name in _earlier_files(folder) if name not in content["files"]]
+        # files that the earlier evaluation in the folder names as its own
+        earlier = read_results(folder).get("files", [])
+        earlier = [name for name in earlier if isinstance(name, str)] if isinstance(earlier, list) else []
+        inside = [name for name in earlier if (folder / name).resolve().is_relative_to(folder.resolve())]
+        obsolete += [name for name in inside if name not in content["files"]]
     return [folder / name for name in (*names, RESULTS, REPORT)]
 
 
@@ -85,13 +89,6 @@ def read_results(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return results if isinstance(results, dict) else {}
-
-
-def _earlier_files(folder: Path) -> list[str]:
-    """Return the files that the evaluation in the folder names as its own."""
-    names = read_results(folder).get("files", [])
-    names = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-    return [name for name in names if (folder / name).resolve().is_relative_to(folder.resolve())]
 
 
 def tables_as_json(tables: Tables, long: Sequence[str]) -> dict[str, list[dict[str, Any]]]:

@@ -8,7 +8,6 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,13 +41,6 @@ TRACK = (78, 210)
 WISHED, DOT, PREDICTED = "#bfe3d5", "#0072B2", "#D55E00"
 
 
-@cache
-def _faces() -> Path:
-    import matplotlib
-
-    return Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-
-
 @dataclass
 class Pen:
     """Writes on a drawing; places and sizes in pixels."""
@@ -58,10 +50,11 @@ class Pen:
 
     def font(self, size: int, bold: bool = False) -> FreeTypeFont:
         """Return a face in a size, opened once."""
+        import matplotlib
         from PIL import ImageFont
 
         if (size, bold) not in self.opened:
-            face = str(_faces() / FACES[bold])
+            face = str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / FACES[bold])
             self.opened[size, bold] = ImageFont.truetype(face, size, layout_engine=ImageFont.Layout.BASIC)
         return self.opened[size, bold]
 

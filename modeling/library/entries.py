@@ -98,16 +98,14 @@ class Library(Strict):
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise ValueError(f"texture {twice!r} appears twice")
         for texture in self.textures:
-            if _lengths(texture) - {len(self.attributes)}:
+            rated, predicted = texture.rated, texture.predicted
+            numbers = [
+                *((rated.mean, rated.sd, rated.se) if rated else ()),
+                *((predicted.value, predicted.low, predicted.high) if predicted else ()),
+            ]
+            if any(len(values) != len(self.attributes) for values in numbers):
                 raise ValueError(f"texture {texture.id!r} does not tell {len(self.attributes)} attributes")
         return self
-
-
-def _lengths(entry: Entry) -> set[int]:
-    """Return how many attributes each part of a texture tells."""
-    rated, predicted = entry.rated, entry.predicted
-    lengths = [len(numbers) for numbers in (rated.mean, rated.sd, rated.se)] if rated else []
-    return {*lengths, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
 
 
 def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue | None:

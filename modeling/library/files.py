@@ -38,7 +38,10 @@ def read_library(lab: Path) -> Library:
     if not isinstance(plain, dict) or not isinstance(plain.get("format"), str):
         raise LibraryError(f"{path}: this is not a library of textures ({FORMAT} is expected). {AGAIN}")
     if plain["format"] != FORMAT:
-        raise _other_format(path, plain["format"])
+        other = plain["format"]
+        if other.startswith(f"{FAMILY}/"):
+            raise NewerLibrary(f"{path}: format {other!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+        raise LibraryError(f"{path}: format {other[:40]!r}; a library of textures has {FORMAT!r}. {AGAIN}")
     if written != digest(plain):
         raise LibraryError(
             f"{path}: its content is not what was written (its digest differs): damaged or edited. {AGAIN}"
@@ -54,7 +57,12 @@ def write_library(lab: Path, library: Library) -> tuple[Path, bool]:
 
     Until the last moment the earlier one is there; equal content is left alone.
     """
-    path, content = place_of(lab), _text(library).encode()
+    from palpate.analysis.regenerating.outputs import readable_json
+
+    plain = library.model_dump(mode="json")
+    # the plain values of a texture stand on one line
+    content = (readable_json({**plain, "digest": digest(plain)}) + "\n").encode()
+    path = place_of(lab)
     if path.is_file() and path.read_bytes() == content:
         return path, False
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,20 +87,6 @@ def _parsed(path: Path) -> Any:
         return parse(path.read_bytes())
     except (ValueError, RecursionError) as error:
         raise LibraryError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
-
-
-def _other_format(path: Path, written: str) -> LibraryError:
-    if written.startswith(f"{FAMILY}/"):
-        return NewerLibrary(f"{path}: format {written!r}; this version reads {FORMAT!r}. Update palpate to use it.")
-    return LibraryError(f"{path}: format {written[:40]!r}; a library of textures has {FORMAT!r}. {AGAIN}")
-
-
-def _text(library: Library) -> str:
-    """JSON in which the plain values of a texture stand on one line."""
-    from palpate.analysis.regenerating.outputs import readable_json
-
-    plain = library.model_dump(mode="json")
-    return readable_json({**plain, "digest": digest(plain)}) + "\n"
 
 
 def demand_folder(path: Path) -> None:

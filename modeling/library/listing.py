@@ -50,16 +50,15 @@ def wish_words(wish: Wish, library: Library) -> str:
 
 def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dict[str, Any]:
     """Return a texture as JSON: its attributes by name, each with SD, 90 % interval and where it comes from."""
-    attributes = {name: _plain(value_of(entry, at, kind)) for at, name in enumerate(names_of(library))}
+    attributes: dict[str, Any] = {}
+    for at, name in enumerate(names_of(library)):
+        estimate, attributes[name] = value_of(entry, at, kind), None
+        if estimate is not None:
+            low, high = (estimate.value + way * Z90 * estimate.sd for way in (-1, 1))
+            attributes[name] = {"value": estimate.value, "sd": estimate.sd, "low": low, "high": high,
+                                "from": estimate.kind}  # fmt: skip
     return {"id": entry.id, "label": entry.label, "class": entry.category, "attributes": attributes,
             "raters": entry.rated.raters if entry.rated else 0, "picture": entry.picture}  # fmt: skip
-
-
-def _plain(estimate: AttributeValue | None) -> dict[str, Any] | None:
-    if estimate is None:
-        return None
-    low, high = (estimate.value + way * Z90 * estimate.sd for way in (-1, 1))
-    return {"value": estimate.value, "sd": estimate.sd, "low": low, "high": high, "from": estimate.kind}
 
 
 def plain_found(

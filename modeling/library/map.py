@@ -20,7 +20,7 @@ FOUND, FADED = "#D55E00", 0.22
 
 
 def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = None) -> FigureData:
-    """The textures as rows of a bubble plot, on -100 to 100. Raises LibraryError for fewer than two attributes."""
+    """Return textures as rows of a bubble plot, on -100 to 100. Raises LibraryError for fewer than two attributes."""
     roles = roles_of(library.attributes)
     rows = [row for entry in entries if (row := _row(entry, library, kind)) is not None]
     if not rows:
@@ -31,7 +31,7 @@ def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = Non
 
 
 def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
-    """Which attribute is the plane's x and y, the bubbles' size and colour: as in the thesis, else as they come."""
+    """Return the attributes of x, y, bubble size and colour: those of the thesis, else in order."""
     if len(pairs) < 2:
         raise LibraryError(f"a plane needs two attributes; this library has {len(pairs)}.")
     own = {frozenset(word.lower() for word in pair): at for at, pair in enumerate(pairs)}
@@ -40,14 +40,14 @@ def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
     for role in ROLES:
         if role not in places and free:
             places[role] = free.pop(0)
-    return {role: _role(places[role], pairs[places[role]], ROLES[role][1]) for role in ROLES if role in places}
-
-
-def _role(at: int, pair: tuple[str, str], far: str) -> dict[str, Any]:
-    """Return a role as the bubble plot wants it: `name` is a column, turned where the far end is the first word."""
-    turned = pair[0].lower() == far
-    low, high = pair[::-1] if turned else pair
-    return {"name": f"{at}{'-' if turned else '+'}", "low": low, "high": high, "ends": list(SPACE)}
+    roles = {}
+    for role, (_, far) in ROLES.items():
+        if role in places:
+            at = places[role]
+            turned = pairs[at][0].lower() == far  # `name` is a column, turned where the far end is the first word
+            low, high = pairs[at][::-1] if turned else pairs[at]
+            roles[role] = {"name": f"{at}{'-' if turned else '+'}", "low": low, "high": high, "ends": list(SPACE)}
+    return roles
 
 
 def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | None:

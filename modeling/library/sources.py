@@ -17,7 +17,7 @@ from palpate.modeling.attributes.model_file import NAME, AttributeModel, read_mo
 from palpate.modeling.attributes.reading_folder import is_picture, rated_lines, table_in
 from palpate.modeling.attributes.reading_pictures import STUDY as PICTURES_STUDY
 from palpate.modeling.attributes.reading_pictures import folders_of, picture_of, pictured_trials
-from palpate.modeling.attributes.reading_ratings import STUDY, RatedTextures, attributes_of, read_ratings
+from palpate.modeling.attributes.reading_ratings import STUDY, attributes_of, read_ratings
 from palpate.modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from palpate.modeling.library.indexing import Predictor
 from palpate.protocols.files import file_sha256
@@ -148,7 +148,11 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
     elif model is None:
         report("reading ratings")
         ratings = read_ratings(options.lab, options.study, options.simulated)
-        textures = tuple(_texture(name, ratings) for name in ratings.rated)
+        columns = {name: ratings.columns.get(name, {}) for name in ratings.rated}
+        textures = tuple(
+            Texture(name, columns[name].get("label") or name, columns[name].get("class") or "", rated=rated)
+            for name, rated in ratings.rated.items()
+        )
         notes = (*ratings.notes, *(f"{name}: {why}" for name, why in ratings.incomplete.items()))
         return Material(textures, ratings.attributes, simulated=ratings.simulated, notes=notes)
     else:
@@ -225,11 +229,6 @@ def first_pictures(options: LibraryOptions, names: Sequence[str]) -> Pictures:
     if folder := options.pictures or options.folder:
         return Pictures(dict(pictures_in(folder, names)))
     return pictures_taken(options.lab, options.simulated)
-
-
-def _texture(name: str, ratings: RatedTextures) -> Texture:
-    columns: Mapping[str, str] = ratings.columns.get(name, {})
-    return Texture(name, columns.get("label") or name, columns.get("class") or "", rated=ratings.rated[name])
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:

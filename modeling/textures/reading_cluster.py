@@ -66,7 +66,7 @@ def read_cluster(
 def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]:
     """Return the slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
 
-    Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one missing.
+    Raises TextureDataError where there is none, or none of a requested texture, or where a file of one is missing.
     """
     accel = _accel(folder)
     result: dict[str, list[Slide]] = {}

@@ -206,7 +206,13 @@ def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequenc
     try:
         values = np.array([cell if cell.strip() else "nan" for cell in cells], dtype=object).astype(np.float64)
     except ValueError:
-        raise TextureDataError(_no_number(file, heading.name, cells, numbers)) from None
+        line, cell = next(
+            (number, cell.strip())
+            for number, cell in zip(numbers, cells, strict=True)
+            if cell.strip() and not is_number(cell)
+        )
+        unit = "; units stand in the header, as in 'time (ms)'" if line == numbers[0] else ""
+        raise TextureDataError(f"{file}, line {line}: {heading.name} is {cell!r}, a number is expected{unit}") from None
     bad = np.flatnonzero(~np.isfinite(values) & ~empty)
     if bad.size:
         raise TextureDataError(
@@ -214,14 +220,6 @@ def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequenc
             " leave the cell empty where nothing was sampled"
         )
     return Column(values, heading.scale, empty, _written(cells[:DECIMALS]), heading.unit_given)
-
-
-def _no_number(file: Path, name: str, cells: Sequence[str], numbers: Sequence[int]) -> str:
-    for number, cell in zip(numbers, cells, strict=True):
-        if cell.strip() and not is_number(cell):
-            unit = "; units stand in the header, as in 'time (ms)'" if number == numbers[0] else ""
-            return f"{file}, line {number}: {name} is {cell.strip()!r}, a number is expected{unit}"
-    return f"{file}: {name}: a number is expected"
 
 
 def is_number(cell: str) -> bool:

@@ -167,25 +167,21 @@ def _under(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
 def identity_of(
     network: nn.Module, data: Source, held: Source | None, loss: Loss, optimiser: Optimizer, settings: Settings
 ) -> dict[str, Any]:
-    """Digests of everything that the result depends on, and the first rows' loss, which tells one loss from another."""
+    """Return digests of all that the result depends on, and the first rows' loss, which identifies the loss."""
+    groups = [
+        {name: repr(value) for name, value in group.items() if name != "params"} for group in optimiser.param_groups
+    ]
     return {
         "data": data.digest,
         "rows": len(data),
         "held-out data": None if held is None else held.digest,
         "network": digest({name: list(tensor.shape) for name, tensor in network.state_dict().items()}),
         "starting weights": digest_of(iter(network.state_dict().values())),
-        "optimiser": digest(_options(optimiser)),
+        "optimiser": digest([type(optimiser).__name__, *groups]),
         "settings": settings.of_the_result,
         "torch": str(torch.__version__),
         "loss of the first rows": _first_loss(network, data, loss, settings),
     }
-
-
-def _options(optimiser: Optimizer) -> list[Any]:
-    options = (
-        {name: repr(value) for name, value in group.items() if name != "params"} for group in optimiser.param_groups
-    )
-    return [type(optimiser).__name__, *options]
 
 
 def _first_loss(network: nn.Module, data: Source, loss: Loss, settings: Settings) -> str:

@@ -1,8 +1,8 @@
-"""What an epoch came to; the epochs of a training as a file, and as arrays of a finished job."""
+"""The epochs of a training: their losses, as a file, and as arrays of a finished job."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.training.refusals import TrainingError
 from palpate.protocols.files import write_text
-from palpate.protocols.tables import TableFormat, read_table, table_text
+from palpate.protocols.tables import table_text
 from palpate.protocols.undefined import nan_to_none
 
 PREFIX = "curve_"
-HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
 
 
 @dataclass(frozen=True)
@@ -35,11 +33,11 @@ class Epoch:
 
     @property
     def watched(self) -> float:
-        """The loss that schedule, early stopping and the choice of weights go by."""
+        """The loss for schedule, early stopping and the choice of weights."""
         return self.train_loss if self.held_loss is None else self.held_loss
 
     def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """Return the epoch as JSON holds it."""
         return asdict(self)
 
 
@@ -58,14 +56,6 @@ def write_history(history: Iterable[Epoch], path: Path) -> Path:
     return write_text(path, table_text(COLUMNS, rows))
 
 
-def read_history(path: Path) -> tuple[Epoch, ...]:
-    """Return the epochs of such a file. Raises TrainingError with the line where it is not one."""
-    table = read_table(path, (), HISTORY)
-    if tuple(table.header) != COLUMNS:
-        raise TrainingError(f"{path}: the first line has to be {','.join(COLUMNS)}.")
-    return tuple(_epoch(path, number, line) for number, line in enumerate(table.records(), 2))
-
-
 def remove_history(folder: Path, name: str) -> None:
     """Remove the table and the pictures of an older model of this name; files that begin otherwise are left alone."""
     table = folder / f"{name}.history.csv"
@@ -79,7 +69,7 @@ def remove_history(folder: Path, name: str) -> None:
 
 
 def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
-    """The epochs of a model by column, NaN where nothing was held out; nothing where it was not trained in epochs."""
+    """Return the epochs of a model by column, NaN without held-out rows; nothing if it was not trained in epochs."""
     history = history_of(model)
     if not history:
         return {}
@@ -99,11 +89,3 @@ def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
         held = nan_to_none(at["held_loss"])
         epochs.append(Epoch(int(at["epoch"]), at["seconds"], at["learning_rate"], at["train_loss"], held))
     return tuple(epochs)
-
-
-def _epoch(path: Path, number: int, line: Sequence[str]) -> Epoch:
-    try:
-        epoch, seconds, rate, train, held = line
-        return Epoch(int(epoch), float(seconds), float(rate), float(train), float(held) if held else None)
-    except ValueError as error:
-        raise TrainingError(f"{path}: line {number} is not an epoch: {error}.") from None

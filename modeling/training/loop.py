@@ -130,7 +130,12 @@ class _Run:
         while not course.ended(self.settings):
             course = self._epoch(course, lambda: before + self.clock() - began)
             pace.step()
-            self._tell(course, pace)
+            last = self.state.history[-1]
+            held = "" if last.held_loss is None else f", held out {last.held_loss:.4g}"
+            best = f"best {course.best_loss:.4g} in epoch {course.best_epoch}"
+            left = "done" if course.ended(self.settings) else f"at most {lasting(pace.left_s)} left"
+            epochs = f"epoch {last.epoch} of {self.settings.epochs}"
+            self.report(f"{epochs}: loss {last.train_loss:.4g}{held} ({best}), {left}")
             due = course.epochs % self.settings.every_epochs == 0 or course.ended(self.settings)
             if due and self.settings.checkpoint is not None:
                 write_checkpoint(self.settings.checkpoint, checkpoint_of(self.state, identity))
@@ -163,10 +168,3 @@ class _Run:
         put_back(self.state, checkpoint)
         self.report(f"continuing after epoch {checkpoint.epoch}, from {folder}")
         return checkpoint.epoch
-
-    def _tell(self, course: Course, pace: Pace) -> None:
-        last = self.state.history[-1]
-        held = "" if last.held_loss is None else f", held out {last.held_loss:.4g}"
-        best = f"best {course.best_loss:.4g} in epoch {course.best_epoch}"
-        left = "done" if course.ended(self.settings) else f"at most {lasting(pace.left_s)} left"
-        self.report(f"epoch {last.epoch} of {self.settings.epochs}: loss {last.train_loss:.4g}{held} ({best}), {left}")

@@ -46,7 +46,11 @@ class Pairs:
                 f"inputs and targets have shapes {shapes}: expected one row each, and at least one row."
             )
         for what, given in (("input", self.inputs), ("target", self.targets)):
-            _refuse_not_finite(what, given)
+            for tensor in _tensors(given):
+                if not bool(torch.isfinite(tensor).all()):
+                    finite = torch.isfinite(tensor.reshape(len(tensor), -1)).all(dim=1)
+                    row = int(finite.logical_not().nonzero()[0])
+                    raise TrainingError(f"{what}: row {row + 1} holds a number that is not finite.")
 
     def __len__(self) -> int:
         return len(next(_tensors(self.inputs)))
@@ -106,13 +110,6 @@ def _float32(what: str, values: ArrayLike) -> Tensor:
         place = tuple(int(i) for i in bad[0])
         raise TrainingError(f"{what}: row {place[0] + 1} holds {given[place]}: a finite number of 32 bits is expected.")
     return torch.from_numpy(single)
-
-
-def _refuse_not_finite(what: str, given: Given) -> None:
-    for tensor in _tensors(given):
-        if not bool(torch.isfinite(tensor).all()):
-            row = int(torch.isfinite(tensor.reshape(len(tensor), -1)).all(dim=1).logical_not().nonzero()[0])
-            raise TrainingError(f"{what}: row {row + 1} holds a number that is not finite.")
 
 
 def _tensors(*given: Given) -> Iterator[Tensor]:

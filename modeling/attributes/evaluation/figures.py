@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.analysis.figures.figure_kind import FigureInput, FigureKind
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
-from palpate.modeling.attributes.entries import MAIN, PROPOSED, Entry
+from palpate.modeling.attributes.entries import MAIN, PROPOSED
 from palpate.modeling.attributes.evaluation import words
 from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, choice
 from palpate.modeling.attributes.evaluation.tables import Row, attribute_rows, method_rows, names_of, prediction_rows
@@ -17,8 +17,6 @@ from palpate.modeling.attributes.evaluation.tables import Row, attribute_rows, m
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from palpate.modeling.training.history import Epoch
 
 
 UNIT = "-100 to 100"
@@ -43,17 +41,17 @@ def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
         own = [{**row, "actual": 2 * row["rated"] - 100, "predicted": 2 * row["predicted"] - 100,
                 "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]}
                for row in prediction_rows(evaluation) if row["method"] == name]  # fmt: skip
-        yield _by_texture(evaluation, own, title, f"figure_3_8{end}", folder)
-        yield _against(evaluation, own, name, title, f"scatter_3_8{end}", folder)
-        yield _by_class(evaluation, name, title, f"figure_3_9{end}", folder)
+        yield _texture_panels(evaluation, own, title, f"figure_3_8{end}", folder)
+        yield _scatter(evaluation, own, name, title, f"scatter_3_8{end}", folder)
+        yield _class_heatmap(evaluation, name, title, f"figure_3_9{end}", folder)
     yield from time_figures(rows, folder)
     yield from _curves(evaluation, folder)
 
 
-def _by_texture(
+def _texture_panels(
     evaluation: AttributeEvaluation, rows: Sequence[Row], title: str, name: str, folder: Path
 ) -> DrawnFigure:
-    """Figure 3.8: a panel for each attribute, a place for each texture."""
+    """Draw figure 3.8: a panel for each attribute, a place for each texture."""
     from matplotlib.figure import Figure
 
     names, tested = names_of(evaluation), evaluation.tested
@@ -83,31 +81,29 @@ def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
     axes.grid(visible=True, axis="y")
 
 
-def _against(
+def _scatter(
     evaluation: AttributeEvaluation, rows: Sequence[Row], method: str, title: str, name: str, folder: Path
 ) -> DrawnFigure:
-    """Figure 3.8 as predicted against rated, with 90 % intervals."""
+    """Draw figure 3.8 as predicted against rated, with 90 % intervals."""
     from palpate.analysis.figures.predicted import PREDICTED
 
     wide = {row["attribute"]: row["half_width"] for row in attribute_rows(evaluation) if row["method"] == method}
-    points = [_with_interval(row, wide[row["attribute"]]) for row in rows]
+    points = []
+    for row in rows:
+        point = {name: row[name] for name in ("attribute", "class", "actual", "predicted", "sd")}
+        point["stimulus"] = row["texture"]
+        if (half := wide[row["attribute"]]) is not None:
+            point["low"] = max(-100.0, row["predicted"] - 2 * half)
+            point["high"] = min(100.0, row["predicted"] + 2 * half)
+        points.append(point)
     settings: dict[str, Any] = {"name": name, "figure": "predicted", "panels": "attribute", "unit": UNIT,
                              "title": f"Predicted against rated: {title}"}  # fmt: skip
     settings |= {} if any(row["sd"] is not None for row in rows) else {"sd": 20.0}
     return _planned_figure(PREDICTED, settings, points, evaluation, folder)
 
 
-def _with_interval(row: Row, wide: float | None) -> Row:
-    point = {name: row[name] for name in ("attribute", "class", "actual", "predicted", "sd")} | {
-        "stimulus": row["texture"]
-    }
-    if wide is None:
-        return point
-    return {**point, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
-
-
-def _by_class(evaluation: AttributeEvaluation, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
-    """Figure 3.9: the MAE of each class, 0 to 100."""
+def _class_heatmap(evaluation: AttributeEvaluation, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
+    """Draw figure 3.9: the MAE of each class, 0 to 100."""
     from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
 
     rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
@@ -137,25 +133,20 @@ def _planned_figure(
 
 def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
     """Yield the learning curves of every method that is trained in epochs, a line for each texture left out."""
+    from palpate.modeling.training.history import history_in
     from palpate.modeling.training.trained_files import learning_curve
 
     for entry in evaluation.of(MAIN):
-        if histories := _histories(evaluation, entry):
+        histories = {
+            f"without {done.job.test}": history
+            for done in evaluation.results_of(entry)[:MOST]
+            if not done.refused and (history := history_in(done.arrays))
+        }
+        if histories:
             name, title = f"learning_{entry.method}", f"Learning curves: {evaluation.method(entry).title}"
             last = not evaluation.method(entry).holds(evaluation.options.settings)
             with drawing(name):
                 yield drawn_figure(name, title, words.CURVES, learning_curve(histories, last), folder)
-
-
-def _histories(evaluation: AttributeEvaluation, entry: Entry) -> dict[str, Sequence[Epoch]]:
-    from palpate.modeling.training.history import history_in
-
-    own = {
-        f"without {done.job.test}": history_in(done.arrays)
-        for done in evaluation.results_of(entry)[:MOST]
-        if not done.refused
-    }
-    return {name: history for name, history in own.items() if history}
 
 
 def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
@@ -164,12 +155,13 @@ def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
     if answered:
         with drawing("work_precision"):
             title = "Error against time"
-            yield drawn_figure("work_precision", title, words.WORK_PRECISION, _figure(answered), folder)
+            yield drawn_figure("work_precision", title, words.WORK_PRECISION, _time_panels(answered), folder)
 
 
-def _figure(rows: Sequence[Row]) -> Figure:
+def _time_panels(rows: Sequence[Row]) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+    from matplotlib.ticker import FuncFormatter, NullFormatter
 
     looks = [(COLOURS[i % len(COLOURS)], SHAPES[i // len(COLOURS) % len(SHAPES)]) for i in range(len(rows))]
     figure = Figure(figsize=(9.2, 4.0), layout="constrained")
@@ -178,20 +170,14 @@ def _figure(rows: Sequence[Row]) -> Figure:
         for row, (colour, shape) in zip(rows, looks, strict=True):
             if row[column]:
                 axes.plot([row[column]], [row["mae"]], shape, color=colour, markersize=6)
-        _named(axes, label)
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlabel(label)
+        axes.margins(x=0.1)
+        axes.grid(visible=True)
     grid[0].set_ylabel("MAE, 0 to 100")
     grid[0].set_ylim(bottom=0)
     handles = [Line2D([], [], color=colour, marker=shape, linestyle="") for colour, shape in looks]
     figure.legend(handles, [row["title"] for row in rows], loc="outside upper left", frameon=False, ncols=3)
     return figure
-
-
-def _named(axes: Axes, label: str) -> None:
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel(label)
-    axes.margins(x=0.1)
-    axes.grid(visible=True)

@@ -50,7 +50,7 @@ def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
 
 
 def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
-    """Return every number with what it rests on; what is no number is null."""
+    """Return every number with its inputs, settings and software; NaN and infinity become null."""
     chosen, material = choice_of(evaluation), evaluation.material
     return {
         "data": {
@@ -112,7 +112,7 @@ def default_of(lab: Path, material: Material) -> Choice:
     if not results:
         return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")
     try:
-        against = _against(results, material)
+        against = _reasons_against(results, material)
         if not against:
             why = f"this lab's evaluation of {len(results['tested'])} textures: {results['default']['why']}"
             return Choice(str(results["default"]["method"]), why)
@@ -122,7 +122,7 @@ def default_of(lab: Path, material: Material) -> Choice:
     return Choice(shipped, why)
 
 
-def _against(results: Mapping[str, Any], material: Material) -> list[str]:
+def _reasons_against(results: Mapping[str, Any], material: Material) -> list[str]:
     """Return why an evaluation does not decide what is trained; nothing where it does."""
     tested, textures = len(results["tested"]), len(results["data"]["textures"])
     reasons = {

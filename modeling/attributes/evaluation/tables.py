@@ -5,7 +5,7 @@ The numbers that the thesis printed stand beside ours: they are other people's p
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,7 +22,7 @@ from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.training.history import COLUMNS
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
-SAID = "thesis"
+PRINTED = "thesis"
 Which = Literal["mae", "rmse", "same_features", "kinds"]
 Row = dict[str, Any]
 PRETRAINED = "pre-trained"
@@ -81,8 +81,12 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
         beside = {name: None if other is None else scores[other] for name, other in (("best", best), ("ours", ours))}
         of: Row = {"method": entry.method, "title": title_of(evaluation, entry), "features": features_of(entry)}
         of |= {"resnet": resnet_of(evaluation.material, entry)}
-        rows.append({**of, **_errors(own), **_interval(evaluation, entry, own is not None), **_times(evaluation, entry),
-                     **_against(evaluation, own, beside, compared), "refused": evaluation.refused(entry) or None,
+        names = ("mae", "rmse", "within_jnd")
+        of |= dict(
+            zip(names, (None,) * 3 if own is None else (own.mean_mae, own.mean_rmse, own.all_within), strict=True)
+        )
+        rows.append({**of, **_interval(evaluation, entry, own is not None), **_times(evaluation, entry),
+                     **_differences(evaluation, own, beside, compared), "refused": evaluation.refused(entry) or None,
                      "source": evaluation.method(entry).source})  # fmt: skip
     return rows
 
@@ -105,13 +109,7 @@ def title_of(evaluation: AttributeEvaluation, entry: Entry) -> str:
     return f"{title}, random ResNet-50" if resnet_of(evaluation.material, entry) == RANDOM else title
 
 
-def _errors(scores: Errors | None) -> Row:
-    if scores is None:
-        return dict.fromkeys(("mae", "rmse", "within_jnd"))
-    return {"mae": scores.mean_mae, "rmse": scores.mean_rmse, "within_jnd": scores.all_within}
-
-
-def _against(
+def _differences(
     evaluation: AttributeEvaluation, own: Errors | None, beside: dict[str, Errors | None], compared: int
 ) -> Row:
     row: Row = {}
@@ -142,8 +140,7 @@ def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> 
 
 
 def _times(evaluation: AttributeEvaluation, entry: Entry) -> Row:
-    """Seconds: from recordings and pictures to all features that the method looks at, for one texture; of one training;
-    of one answer."""
+    """Return the seconds of all features of a method for one texture, of one training, and of one answer."""
     done = [result.numbers for result in evaluation.results_of(entry) if not result.refused]
     steps = steps_of((*entry.touch, *entry.sight))
     features = (
@@ -158,24 +155,22 @@ def _times(evaluation: AttributeEvaluation, entry: Entry) -> Row:
 
 
 def attribute_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """MAE, RMSE, share within the JND and half width of the 90 % interval, by method and attribute."""
-    return [row for entry in evaluation.of(MAIN) for row in _by_attribute(evaluation, entry)]
-
-
-def _by_attribute(evaluation: AttributeEvaluation, entry: Entry) -> Iterator[Row]:
-    scores = scored(evaluation, entry)
-    if scores is None:
-        return
-    wide: Sequence[float | None] = [None] * len(scores.mae)
-    if len(evaluation.tested) >= needed(COVERAGE):
-        wide = half_widths(evaluation.predicted(entry) - evaluation.rated()).tolist()
-    for name, *values in zip(names_of(evaluation), scores.mae, scores.rmse, scores.within, wide, strict=True):
-        numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
-        yield {"method": entry.method, "title": title_of(evaluation, entry), "attribute": name, **numbers}
+    """Return MAE, RMSE, share within the JND and half width of the 90 % interval, by method and attribute."""
+    rows: list[Row] = []
+    for entry in evaluation.of(MAIN):
+        if (scores := scored(evaluation, entry)) is None:
+            continue
+        wide: Sequence[float | None] = [None] * len(scores.mae)
+        if len(evaluation.tested) >= needed(COVERAGE):
+            wide = half_widths(evaluation.predicted(entry) - evaluation.rated()).tolist()
+        for name, *values in zip(names_of(evaluation), scores.mae, scores.rmse, scores.within, wide, strict=True):
+            numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
+            rows.append({"method": entry.method, "title": title_of(evaluation, entry), "attribute": name, **numbers})
+    return rows
 
 
 def class_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """MAE, RMSE and share within the JND by method, class and attribute, with a row over all attributes."""
+    """Return MAE, RMSE and share within the JND by method, class and attribute, with a row over all attributes."""
     rows: list[Row] = []
     classes = [texture.category for texture in textures_named(evaluation.material, evaluation.tested)]
     for entry in evaluation.of(MAIN):
@@ -192,8 +187,10 @@ def class_rows(evaluation: AttributeEvaluation) -> list[Row]:
 
 
 def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
-    """Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 ("same_features") or 3.5 ("kinds"): a row for each entry, and the thesis'
-    below it where it printed one."""
+    """Return table 3.2 ("mae"), 3.3 ("rmse"), 3.4 ("same_features") or 3.5 ("kinds").
+
+    There is a row for each entry, and the thesis' below it where it printed one.
+    """
     table = {"same_features": SAME, "kinds": KINDS}.get(which, MAIN)
     rows: list[Row] = []
     for entry in evaluation.of(table):
@@ -208,8 +205,8 @@ def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
         theirs = printed(which, entry.method, features_of(entry))
         if theirs is not None and all(name in theirs for name in names):
             printed_row: Row = {
-                "method": f"{entry.method}, {SAID}",
-                "title": f"{evaluation.method(entry).title}, {SAID}",
+                "method": f"{entry.method}, {PRINTED}",
+                "title": f"{evaluation.method(entry).title}, {PRINTED}",
             }
             printed_row |= {"printed": True, "resnet": PRETRAINED if "resnet" in entry.sight else None}
             rows.append({**own, **printed_row, **{name: theirs[name] for name in (*names, "mean")}})
@@ -223,21 +220,16 @@ def prediction_rows(evaluation: AttributeEvaluation) -> list[Row]:
         if evaluation.refused(entry):
             continue
         for texture in textures_named(evaluation.material, evaluation.tested):
-            rows += _predictions(evaluation, entry, texture.id, texture.category)
+            done, rated = evaluation.results[LeaveOut(entry, texture.id)], texture.rated
+            for place, attribute in enumerate(names_of(evaluation)):
+                rows.append({
+                    "method": entry.method, "title": title_of(evaluation, entry), "texture": texture.id,
+                    "class": texture.category, "attribute": attribute,
+                    "rated": None if rated is None else float(rated.mean[place]),
+                    "rated_sd": None if rated is None or not math.isfinite(rated.sd[place]) else float(rated.sd[place]),
+                    "predicted": float(done.predicted[place]), "spread": float(done.arrays["spread"][place]),
+                })  # fmt: skip
     return rows
-
-
-def _predictions(evaluation: AttributeEvaluation, entry: Entry, texture: str, category: str) -> Iterator[Row]:
-    done = evaluation.results[LeaveOut(entry, texture)]
-    rated = textures_named(evaluation.material, (texture,))[0].rated
-    for place, attribute in enumerate(names_of(evaluation)):
-        yield {
-            "method": entry.method, "title": title_of(evaluation, entry), "texture": texture, "class": category,
-            "attribute": attribute,
-            "rated": None if rated is None else float(rated.mean[place]),
-            "rated_sd": None if rated is None or not math.isfinite(rated.sd[place]) else float(rated.sd[place]),
-            "predicted": float(done.predicted[place]), "spread": float(done.arrays["spread"][place]),
-        }  # fmt: skip
 
 
 def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
@@ -252,7 +244,7 @@ def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
 
 
 def fold_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """Who was left out, may be learned from, was watched of these (by methods that stop early) and kept apart."""
+    """Return the folds: the texture left out, the number to learn from, those held out to stop early, those apart."""
     return [
         {"test": fold.test, "known": len(fold.known), "held": " ".join(fold.held if evaluation.watching else ()),
          "apart": " ".join(fold.apart)}

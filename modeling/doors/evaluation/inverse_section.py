@@ -97,6 +97,8 @@ def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
         }
         for row in rows
     ]
+    sliders = [row for method in _in_full(evaluation, ours) for row in slider_rows(method)]
+    title = "One slider at 10 and at 90, the others at 50 (thesis 5.7.1)"
     blocks: list[Block] = [
         Words(words.WISHES),
         table(
@@ -109,7 +111,7 @@ def inverse_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure])
         table("Error and time", timed, TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
         *(figure_block(figure) for figure in chosen(pictured, "work_precision_inverse", "made_profiles")),
         *_loop(evaluation),
-        *_sliders(evaluation, ours),
+        *([table(title, sliders, SLIDERS, folded=True, note=words.SLIDERS)] if sliders else []),
         *_waveforms(evaluation, ours),
         *(figure_block(figure, "Figure 5.14") for figure in chosen(pictured, "figure_5_14")),
         *_floors(evaluation),
@@ -142,12 +144,6 @@ def _loop(evaluation: DoorEvaluation) -> list[Block]:
             folded = name == "loop_felt"
             blocks.append(table(title, rows, columns, folded=folded, note=notes.get(name, "")))
     return blocks
-
-
-def _sliders(evaluation: DoorEvaluation, ours: str) -> list[Block]:
-    rows = [row for method in _in_full(evaluation, ours) for row in slider_rows(method)]
-    title = "One slider at 10 and at 90, the others at 50 (thesis 5.7.1)"
-    return [table(title, rows, SLIDERS, folded=True, note=words.SLIDERS)] if rows else []
 
 
 def _in_full(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:

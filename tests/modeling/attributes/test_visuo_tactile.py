@@ -9,25 +9,28 @@ import pytest
 import torch
 from torch.nn import functional
 
+from palpate.modeling.attributes.ht_net import ConvLSTM1D, HTNet
+from palpate.modeling.attributes.hv_net import HVNet
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.attributes.visuo_tactile import (
-    OWN,
-    REBUILDING,
-    REBUILT,
-    Answer,
-    ConvLSTM1D,
-    HTNet,
-    HVNet,
-    RowConv,
-    VisuoTactile,
-    halved,
-    ht_net_shapes,
-    hv_net_shapes,
-    rmse,
-)
+from palpate.modeling.attributes.row_layers import RowConv, halved
+from palpate.modeling.attributes.visuo_tactile import OWN, REBUILDING, REBUILT, Answer, VisuoTactile, rmse
 from palpate.modeling.training.threads import limited
 
 pytestmark = pytest.mark.needs("torch")
+
+
+def hv_net_shapes(network, rows):
+    """Return the shape of every stage for rows (batch, length), by name; channels before length."""
+    code, answer = network.encode(rows), network(rows)
+    stages = {"code": code, "stretched": network.stretch(code), "rebuilt": answer.rebuilt,
+              "hidden": network.hidden(code), "embedded": answer.embedded}  # fmt: skip
+    return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
+
+
+def ht_net_shapes(network, segments):
+    """Return the shape after every layer for segments (batch, steps, channels, places), and of the answer, by name."""
+    shapes = {f"layer {place}": tuple(stage.shape[1:]) for place, stage in enumerate(network.stages(segments), 1)}
+    return {**shapes, "embedded": tuple(network(segments).shape[1:])}
 
 
 @pytest.mark.parametrize("filters", [1, 6])

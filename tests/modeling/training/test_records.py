@@ -1,11 +1,11 @@
 """What a training leaves behind: history, learning curve, run card, words about time."""
 
 import json
+from dataclasses import astuple
 
 import pytest
 
-from palpate.modeling.training.history import Epoch, read_history, remove_history, write_history
-from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.history import Epoch, remove_history, write_history
 from palpate.modeling.training.run_card import BESIDE, run_card
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.trained_files import learning_curve, save_learning_curve
@@ -19,8 +19,10 @@ HISTORY = (Epoch(1, 0.5, 1e-3, 2.25, 2.5), Epoch(2, 1.1, 1e-3, 1 / 3, None), Epo
 
 def test_a_history_reads_back_to_the_bit(tmp_path):
     path = write_history(HISTORY, tmp_path / "door.history.csv")
-    assert path.read_text().splitlines()[0] == "epoch,seconds,learning_rate,train_loss,held_loss"
-    assert read_history(path) == HISTORY
+    header, *lines = path.read_text().splitlines()
+    assert header == "epoch,seconds,learning_rate,train_loss,held_loss"
+    cells = [[float(cell) if cell else None for cell in line.split(",")] for line in lines]
+    assert cells == [list(astuple(epoch)) for epoch in HISTORY]
     assert [item.name for item in tmp_path.iterdir()] == ["door.history.csv"]
 
 
@@ -33,16 +35,6 @@ def test_an_older_models_history_is_removed_and_somebodys_own_table_is_not(tmp_p
     for name in ("door", "mine", "absent"):
         remove_history(tmp_path, name)
     assert sorted(tmp_path.iterdir()) == own
-
-
-@pytest.mark.parametrize(
-    ("text", "words"), [("a,b\n", "first line"), ("", "first line"), (None, "line 3 is not an epoch")]
-)
-def test_a_foreign_history_is_refused_with_the_line(text, words, tmp_path):
-    path = write_history(HISTORY[:1], tmp_path / "h.csv")
-    path.write_text(path.read_text() + "2,soon\n" if text is None else text)
-    with pytest.raises(TrainingError, match=words):
-        read_history(path)
 
 
 def test_the_learning_curve_is_the_same_file_for_the_same_numbers(tmp_path):
