@@ -99,20 +99,8 @@ def posterior_of(
     """Return the same for counted levels: on a coarse grid over the priors, then on a fine one where the mass lies."""
     problem = problem_of(answers, spec)
     of = tested(problem.t)
-    # Even steps of threshold, width, guess, lapse and eta over all that the priors allow.
-    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
-    bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
-    bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
-    coarse = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
-    # Finer axes over where the marginal of the coarse `mass` is not negligible, and one coarse step beyond.
-    coarse_mass = _mass(coarse, problem, spec, of)
-    fine = FINE if len(coarse[2][0]) == 1 else FINE_WITH_GUESS
-    axes = []
-    for i, (points, _) in enumerate(coarse):
-        marginal = coarse_mass.sum(axis=tuple(j for j in range(coarse_mass.ndim) if j != i))
-        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
-        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
-        axes.append((_even if i < 2 else _gauss)(float(points[first]), float(points[last]), fine[i]))
+    coarse = _coarse_axes(spec, of, overdispersed)
+    axes = _fine_axes(coarse, _mass(coarse, problem, spec, of))
     mass = _mass(axes, problem, spec, of)
     plane = mass.sum(axis=(2, 3, 4))
     place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
@@ -137,6 +125,26 @@ def posterior_of(
         confidence,
         spec.assumed,
     )
+
+
+def _coarse_axes(spec: FunctionSpec, of: Tested, overdispersed: bool) -> list[Axis]:
+    """Return even steps of threshold, width, guess, lapse and eta over all that the priors allow."""
+    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
+    bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
+    bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
+    return [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
+
+
+def _fine_axes(coarse: list[Axis], mass: Floats) -> list[Axis]:
+    """Return finer axes over where the marginal of the coarse `mass` is not negligible, and one coarse step beyond."""
+    fine = FINE if len(coarse[2][0]) == 1 else FINE_WITH_GUESS
+    axes = []
+    for i, (points, _) in enumerate(coarse):
+        marginal = mass.sum(axis=tuple(j for j in range(mass.ndim) if j != i))
+        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
+        axes.append((_even if i < 2 else _gauss)(float(points[first]), float(points[last]), fine[i]))
+    return axes
 
 
 def _even(low: float, high: float, count: int) -> Axis:
@@ -166,23 +174,27 @@ def _mass(axes: list[Axis], problem: Problem, spec: FunctionSpec, of: Tested) ->
     guess = lapse if spec.equal_rates else guess
     for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
         z = (t - centre) / spread
-        hit = np.maximum(guess + (1 - guess - lapse) * spec.shape.share(z), 1e-12)
-        miss = np.maximum(lapse + (1 - guess - lapse) * spec.shape.rest(z), 1e-12)
-        # The log probability of the answers without the binomial coefficient; eta squared is a variance's share.
-        n_hits, n = float(hits), float(trials)
-        plain: Floats = xlogy(n_hits, hit) + xlogy(n - n_hits, miss)
-        if eta.size == 1 and float(eta.ravel()[0]) == 0:
-            weight = weight + plain
-            continue
-        scale = 1 / np.maximum(eta, 1e-5) ** 2 - 1
-        a, b = hit * scale, miss * scale
-        grown = gammaln(n_hits + a) - gammaln(a) + gammaln(n - n_hits + b) - gammaln(b)
-        weight = weight + np.where(eta < 1e-4, plain, grown - (gammaln(n + scale) - gammaln(scale)))
+        hit = guess + (1 - guess - lapse) * spec.shape.share(z)
+        miss = lapse + (1 - guess - lapse) * spec.shape.rest(z)
+        weight = weight + _log_share(hit, miss, float(hits), float(trials), eta)
     mass = np.exp(weight - weight.max())
     for i, (_, weights) in enumerate(axes):
         mass = mass * weights.reshape([-1 if i == j else 1 for j in range(5)])
     result: Floats = mass / mass.sum()
     return result
+
+
+def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Floats) -> Floats:
+    """Return the log probability of the answers without the binomial coefficient; eta squared is a variance's share."""
+    hit, miss = np.maximum(hit, 1e-12), np.maximum(miss, 1e-12)
+    plain: Floats = xlogy(hits, hit) + xlogy(trials - hits, miss)
+    if eta.size == 1 and float(eta.ravel()[0]) == 0:
+        return plain
+    spread = np.maximum(eta, 1e-5) ** 2
+    scale = 1 / spread - 1
+    a, b = hit * scale, miss * scale
+    grown = gammaln(hits + a) - gammaln(a) + gammaln(trials - hits + b) - gammaln(b)
+    return np.where(eta < 1e-4, plain, grown - (gammaln(trials + scale) - gammaln(scale)))
 
 
 def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:

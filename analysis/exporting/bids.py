@@ -58,27 +58,25 @@ def write_bids(
         if recordings and data_set.table("streams") is not None:
             recorded += write_recordings(data_set.source, session, task, draft, guard)
     write_text(draft / "code/study.json", json_for_people(shared_definition(data_set)))
-    write_text(
-        draft / "dataset_description.json",
-        json_for_people(
-            {
-                "Name": description.name,
-                "BIDSVersion": VERSION,
-                "DatasetType": "raw",
-                "License": description.licence,
-                **{key: value for key, value in description.of_lab.items() if key != "License"},
-                "GeneratedBy": [
-                    {"Name": "Palpate", "Version": palpate_version(), "Description": "palpate export --bids"}
-                ],
-                "Simulated": description.simulated,
-            }
-        ),
-    )
+    write_text(draft / "dataset_description.json", json_for_people(_data_set_description(description)))
     write_text(draft / "CHANGES", changes_text(data_set.source))
     streams = recorded.notes() if recordings else ["The recordings were left out (--no-recordings)."]
     contents = [*_file_lines(data_set.source.study.study, task), files.note, *streams]
     contents += [*withheld_lines(data_set), *redacted_lines(guard)]
     write_text(draft / "README.md", readme_text(description, data_set.source, contents))
+
+
+def _data_set_description(description: Description) -> dict[str, Any]:
+    """Return the entries of dataset_description.json."""
+    return {
+        "Name": description.name,
+        "BIDSVersion": VERSION,
+        "DatasetType": "raw",
+        "License": description.licence,
+        **{key: value for key, value in description.of_lab.items() if key != "License"},
+        "GeneratedBy": [{"Name": "Palpate", "Version": palpate_version(), "Description": "palpate export --bids"}],
+        "Simulated": description.simulated,
+    }
 
 
 def _file_lines(study: str, task: str) -> list[str]:
@@ -135,7 +133,7 @@ def _write_session(
         table = Table(behaviour.task, "", behaviour.columns, lambda behaviour=behaviour: behaviour.rows(session))  # type: ignore[misc]
         guard.demand_columns(name, [column.name for column in behaviour.columns])
         write_tsv(draft / name, table, guard.watched(table, name))
-    # sub-P001_sessions.tsv: one row for each.
+    # sub-P001_sessions.tsv, when the participant's last session comes: one row for each
     mine = [one for one in data_set.source.sessions if one.participant == session.participant]
     sessions_table = data_set.table("sessions")
     if session != mine[-1] or sessions_table is None:

@@ -55,27 +55,7 @@ def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
         if question.kind != "pairs":
             tests = [test for test in analysis.statistics.of(question) if test.rows]
             between = question.kind == "between"
-            # The effects within participants; the corrected columns are empty where nothing is corrected.
-            if between:
-                table = _between_table(tests)
-            else:
-                notes, rows = Footnotes(), []
-                for attribute, row in ((test.attribute, row) for test in tests for row in test.rows):
-                    corrected = bool(correction(row))
-                    epsilon = row["eps"] if corrected and row["eps"] is not None else 1.0
-                    df = f"{degrees(row['ddof1'] * epsilon)}, {degrees(row['ddof2'] * epsilon)}"
-                    effect = notes.marked(effect_name(row["Source"]), row["note"])
-                    squares = (fixed(row["SS"]), fixed(row["SS_error"]), fixed(row["F"]), df, p_cell(reported_p(row)))
-                    gg, hf = (share(row["eps"]), share(row["eps_HF"])) if corrected else (NONE, NONE)
-                    p_hf = p_cell(row["p_HF_corr"]) if corrected else NONE
-                    etas = share(row["np2"]), share(row["ng2"])
-                    rows.append((attribute, effect, *squares, gg, p_cell(row["p_unc"]), hf, p_hf, *etas))
-                columns = (
-                    *("attribute", "effect", number("SS"), number("SS error"), number("F"), number("df"), number("p")),
-                    *(number("ε (GG)"), number("p uncorrected"), number("ε (HF)"), number("p (HF)")),
-                    *(number("partial η²"), number("generalized η²")),
-                )
-                table = grouped_table(columns, rows, notes.lines())
+            table = _between_table(tests) if between else _within_table(tests)
             if tests:
                 description = question_words(question, tests, grouped=bool(analysis.ratings.between))
                 description = f"{description} {describe_group_levels(analysis)}".rstrip() if between else description
@@ -94,28 +74,7 @@ def comparisons(analysis: Analysis) -> Iterator[PairsTable]:
                 pairs = count(len(test.rows), "pair")
                 summary = f"{below['p_bonferroni']} of {pairs} below .05 by Bonferroni, {below['p_holm']} by Holm"
                 title, sentences = f"{test.attribute}, {question.factors[0]}", tuple(map(pair_sentence, test.rows))
-                notes = Footnotes()
-                rows = [
-                    (
-                        *(notes.marked(f"{row['A']} − {row['B']}", row["note"]), fixed(row["mean_diff"])),
-                        *(f"[{fixed(row['ci_low'])}, {fixed(row['ci_high'])}]", fixed(row["T"]), degrees(row["dof"])),
-                        *(p_cell(row[name]) for name in ("p_unc", "p_bonferroni", "p_holm")),
-                        fixed(row["dz"]),
-                    )
-                    for row in test.rows
-                ]
-                columns = (
-                    *(
-                        "pair",
-                        number("mean difference"),
-                        number("95 % CI"),
-                        number("t"),
-                        number("df"),
-                        number("p uncorrected"),
-                    ),
-                    *(number("p Bonferroni"), number("p Holm"), number("Cohen's dz")),
-                )
-                yield PairsTable(title, summary, text_table(columns, rows, notes.lines()), sentences)
+                yield PairsTable(title, summary, _pairs_table(test), sentences)
 
 
 def refusals(analysis: Analysis) -> Iterator[str]:
@@ -152,17 +111,19 @@ def question_words(question: Question, tests: list[Test], *, grouped: bool) -> s
     people = sorted({test.participants for test in tests})
     who = count(people[-1], "participant") if len(people) == 1 else f"{people[0]} to {people[-1]} participants"
     apart = question.kind == "between" or question.group is not None
-    averaging: list[str] = []
+    return " ".join([f"{who}.", *_averaging(question, tests), *([GROUPS_APART] if grouped and not apart else [])])
+
+
+def _averaging(question: Question, tests: list[Test]) -> Iterator[str]:
     most, over = max(test.ratings_per_cell[1] for test in tests), phrase(question.averaged_over)
     mean = f"the mean of {per_value(tests)}" + (f", over {over}" if over else "")
     if question.kind == "between":
-        averaging.append(f"Each participant has one value, {mean}." if most > 1 else "Each participant has one rating.")
+        yield f"Each participant has one value, {mean}." if most > 1 else "Each participant has one rating."
     elif question.kind == "pooled":
         means = f", {mean}" if most > 1 else ""
-        averaging.append(f"Each participant has one value for each {question.factors[0]}{means}.")
+        yield f"Each participant has one value for each {question.factors[0]}{means}."
     elif most > 1:
-        averaging.append(f"Each participant has one value in each cell, {mean}.")
-    return " ".join([f"{who}.", *averaging, *([GROUPS_APART] if grouped and not apart else [])])
+        yield f"Each participant has one value in each cell, {mean}."
 
 
 def per_value(tests: list[Test]) -> str:
@@ -178,16 +139,21 @@ def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
     if most > 1 and least == most:
         description += f" A participant's value at a level is the mean of {count(most, 'rating')}."
     elif most > 1:
-        # The levels by their number of ratings: `3 ratings for original, 9 for amplitude and position`.
-        levels: dict[str, list[str]] = {}
-        for level in tests[0].ratings_per_level:
-            ends = {end for test in tests for end in test.ratings_per_level.get(level, ())}
-            levels.setdefault(f"{min(ends)}" if len(ends) == 1 else f"{min(ends)} to {max(ends)}", []).append(level)
-        unit = "rating" if next(iter(levels)) == "1" else "ratings"
-        by_number = ", ".join(f"{number} for {phrase(names)}" for number, names in levels.items())
-        by_number = by_number.replace(" for", f" {unit} for", 1)
-        description += f" A participant's value is the mean of {by_number}: the levels' means rest on unequal numbers."
+        description += (
+            f" A participant's value is the mean of {_by_number(tests)}: the levels' means rest on unequal numbers."
+        )
     return f"{description} {GROUPS_APART}" if grouped else description
+
+
+def _by_number(tests: list[Test]) -> str:
+    """Return the levels by their number of ratings: `3 ratings for original, 9 for amplitude and position`."""
+    levels: dict[str, list[str]] = {}
+    for level in tests[0].ratings_per_level:
+        ends = {end for test in tests for end in test.ratings_per_level.get(level, ())}
+        levels.setdefault(f"{min(ends)}" if len(ends) == 1 else f"{min(ends)} to {max(ends)}", []).append(level)
+    unit = "rating" if next(iter(levels)) == "1" else "ratings"
+    parts = [f"{number} for {phrase(names)}" for number, names in levels.items()]
+    return ", ".join(parts).replace(" for", f" {unit} for", 1)
 
 
 def _title(question: Question) -> str:
@@ -197,6 +163,27 @@ def _title(question: Question) -> str:
     if question.kind == "pairs":
         return f"pairs of {names}"
     return f"{names}, {question.scope}"
+
+
+def _within_table(tests: list[Test]) -> Table:
+    """Return the effects within participants; the corrected columns are empty where nothing is corrected."""
+    notes, rows = Footnotes(), []
+    for attribute, row in ((test.attribute, row) for test in tests for row in test.rows):
+        corrected = bool(correction(row))
+        epsilon = row["eps"] if corrected and row["eps"] is not None else 1.0
+        df = f"{degrees(row['ddof1'] * epsilon)}, {degrees(row['ddof2'] * epsilon)}"
+        effect = notes.marked(effect_name(row["Source"]), row["note"])
+        squares = (fixed(row["SS"]), fixed(row["SS_error"]), fixed(row["F"]), df, p_cell(reported_p(row)))
+        gg, hf = (share(row["eps"]), share(row["eps_HF"])) if corrected else (NONE, NONE)
+        p_hf = p_cell(row["p_HF_corr"]) if corrected else NONE
+        etas = share(row["np2"]), share(row["ng2"])
+        rows.append((attribute, effect, *squares, gg, p_cell(row["p_unc"]), hf, p_hf, *etas))
+    columns = (
+        *("attribute", "effect", number("SS"), number("SS error"), number("F"), number("df"), number("p")),
+        *(number("ε (GG)"), number("p uncorrected"), number("ε (HF)"), number("p (HF)")),
+        *(number("partial η²"), number("generalized η²")),
+    )
+    return grouped_table(columns, rows, notes.lines())
 
 
 def _between_table(tests: list[Test]) -> Table:
@@ -213,6 +200,24 @@ def _between_table(tests: list[Test]) -> Table:
     return text_table(
         ("attribute", "effect", *map(number, ("SS", "SS error", "F", "df", "p", "η²"))), rows, notes.lines()
     )
+
+
+def _pairs_table(test: Test) -> Table:
+    notes = Footnotes()
+    rows = [
+        (
+            *(notes.marked(f"{row['A']} − {row['B']}", row["note"]), fixed(row["mean_diff"])),
+            *(f"[{fixed(row['ci_low'])}, {fixed(row['ci_high'])}]", fixed(row["T"]), degrees(row["dof"])),
+            *(p_cell(row[name]) for name in ("p_unc", "p_bonferroni", "p_holm")),
+            fixed(row["dz"]),
+        )
+        for row in test.rows
+    ]
+    columns = (
+        *("pair", number("mean difference"), number("95 % CI"), number("t"), number("df"), number("p uncorrected")),
+        *(number("p Bonferroni"), number("p Holm"), number("Cohen's dz")),
+    )
+    return text_table(columns, rows, notes.lines())
 
 
 def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:

@@ -83,23 +83,25 @@ def _decided(mark: Decimal, texts: Sequence[str]) -> Decimal:
 def number(text: str, decimal: Decimal) -> float:
     """Return the number that the text writes with this decimal mark; raises NoNumber on everything else."""
     if not (_INTEGER.fullmatch(text) or _FRACTION[decimal].fullmatch(text)):
-        other = "," if decimal == "." else "."
-        if not text.strip():
-            why_not = "the cell is empty; if that means a missing rating, list it under missing"
-        elif text != text.strip():
-            why_not = "blanks around it; say trim: true"
-        elif _NOT_FINITE.fullmatch(text):
-            why_not = "not finite; if it means a missing rating, list it under missing"
-        elif _FRACTION[other].fullmatch(text):
-            why_not = f"written with {other!r} where the decimal mark is {decimal!r}"
-        elif _GROUPED.fullmatch(text):
-            why_not = "written with thousands separators; write it without"
-        else:
-            why_not = next((advice for form, advice in _OTHER_FORMS if form.fullmatch(text)), _NO_NUMBER)
-        raise NoNumber(why_not)
+        raise NoNumber(_why_not(text, decimal))
     value = float(text.replace(",", "."))
     if not isfinite(value):
         raise NoNumber("too large for a number of 64 bits")
     if value == 0 and not _ZERO.fullmatch(text):
         raise NoNumber("too small for a number of 64 bits")
     return value
+
+
+def _why_not(text: str, decimal: Decimal) -> str:
+    other = "," if decimal == "." else "."
+    if not text.strip():
+        return "the cell is empty; if that means a missing rating, list it under missing"
+    if text != text.strip():
+        return "blanks around it; say trim: true"
+    if _NOT_FINITE.fullmatch(text):
+        return "not finite; if it means a missing rating, list it under missing"
+    if _FRACTION[other].fullmatch(text):
+        return f"written with {other!r} where the decimal mark is {decimal!r}"
+    if _GROUPED.fullmatch(text):
+        return "written with thousands separators; write it without"
+    return next((advice for form, advice in _OTHER_FORMS if form.fullmatch(text)), _NO_NUMBER)

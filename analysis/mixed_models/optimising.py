@@ -88,23 +88,7 @@ def find_optimum(counted: Counted, parameters: Parameters) -> Optimum:
     results = [_descended(counted, parameters, parameters.diagonal(start)) for start in starts]
     best = results[0] if results[0][0] <= results[1][0] + 1e-6 else results[1]
     near = parameters.around(best[1])
-    # The factors with every direction of no variance set to exactly none, where that costs nothing.
-    factors = _polished(counted, near, best[1])
-    terms = zip(near.random, factors, strict=True)
-    factors = [triangular(f) if t.correlated else np.abs(f) for t, f in terms]
-    for i, (term, unit) in enumerate(zip(near.random, near.natural, strict=True)):
-        u, s, _ = np.linalg.svd(factors[i] / unit[:, None])
-        for place in np.flatnonzero(s < NEAR_ZERO).tolist():
-            remaining = np.where(np.arange(term.size) < place, s, 0.0)
-            if term.correlated:
-                rebuilt = unit[:, None] * triangular(u * remaining)
-            else:  # without the effects of at most this size
-                rebuilt = np.where(factors[i] / unit[:, None] <= s[place], 0.0, factors[i])
-            tried = [rebuilt if j == i else factor for j, factor in enumerate(factors)]
-            if counted.at(tried) <= counted.at(factors) + SAME:
-                factors = tried
-                break
-    snapped = factors
+    snapped = _snapped(counted, near, _polished(counted, near, best[1]))
     parameters = near.around(snapped)
     value, free = counted.of(parameters), parameters.free_of(snapped)
     slope, curved = gradient(value, free), hessian(value, free)
@@ -175,6 +159,25 @@ def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None
     firm = values > FLAT * largest
     along = vectors[:, firm].T @ slope
     return -vectors[:, firm] @ (along / values[firm]), float(0.5 * (along**2 / values[firm]).sum()), None
+
+
+def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
+    """Return the factors with every direction of no variance set to exactly none, where that costs nothing."""
+    terms = zip(parameters.random, factors, strict=True)
+    factors = [triangular(f) if t.correlated else np.abs(f) for t, f in terms]
+    for i, (term, unit) in enumerate(zip(parameters.random, parameters.natural, strict=True)):
+        u, s, _ = np.linalg.svd(factors[i] / unit[:, None])
+        for place in np.flatnonzero(s < NEAR_ZERO).tolist():
+            remaining = np.where(np.arange(term.size) < place, s, 0.0)
+            if term.correlated:
+                rebuilt = unit[:, None] * triangular(u * remaining)
+            else:  # without the effects of at most this size
+                rebuilt = np.where(factors[i] / unit[:, None] <= s[place], 0.0, factors[i])
+            tried = [rebuilt if j == i else factor for j, factor in enumerate(factors)]
+            if counted.at(tried) <= counted.at(factors) + SAME:
+                factors = tried
+                break
+    return factors
 
 
 @dataclass(frozen=True)
@@ -276,9 +279,10 @@ def hessian(function: Scalar, at: Floats, step: float = WIDE_STEP) -> Floats:
         near, far = (function(at + m * moves[i]) - 2 * middle + function(at - m * moves[i]) for m in (1, 2))
         result[i, i] = (16 * near - far) / (12 * step**2)
         for j in range(i):
-            near, far = (
-                function(at + a + b) - function(at + a - b) - function(at - a + b) + function(at - a - b)
-                for a, b in ((m * moves[i], m * moves[j]) for m in (1, 2))
-            )
+            near, far = (_crossed(function, at, m * moves[i], m * moves[j]) for m in (1, 2))
             result[i, j] = result[j, i] = (16 * near - far) / (48 * step**2)
     return result
+
+
+def _crossed(function: Scalar, at: Floats, a: Floats, b: Floats) -> float:
+    return function(at + a + b) - function(at + a - b) - function(at - a + b) + function(at - a - b)

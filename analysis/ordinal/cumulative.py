@@ -162,17 +162,8 @@ class Interval:
 
 def interval(high: Floats, low: Floats, link: Link) -> Interval:
     """Return the interval's log probability and derivatives; `high` > `low` everywhere, END or -END for an open end."""
-    if link == "logit":
-        log_p: Floats = log_expit(high) + log_expit(-low) + np.log(-np.expm1(low - high))
-    else:
-        flip = low > 0  # where both ends are above 0 the upper tail holds the digits
-        top, bottom = log_ndtr(np.where(flip, -low, high)), log_ndtr(np.where(flip, -high, low))
-        below: Floats = np.minimum(bottom - top, -math.ulp(0.0))
-        log_p = np.asarray(top + np.log(-np.expm1(below)), dtype=np.float64)
-    f_high, f_low = (
-        np.exp((log_expit(end) + log_expit(-end) if link == "logit" else -end * end / 2 - HALF_LOG_TAU) - log_p)
-        for end in (high, low)
-    )
+    log_p = _log_p(high, low, link)
+    f_high, f_low = (np.exp(_log_density(end, link) - log_p) for end in (high, low))
     return Interval(log_p, f_high, f_low, f_high * _relative_slope(high, link), f_low * _relative_slope(low, link))
 
 
@@ -180,6 +171,21 @@ def latent_quantile(share: Floats, link: Link) -> Floats:
     """Return where the latent scale is cut so that this share lies below."""
     quantile: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
     return quantile
+
+
+def _log_p(high: Floats, low: Floats, link: Link) -> Floats:
+    if link == "logit":
+        log_p: Floats = log_expit(high) + log_expit(-low) + np.log(-np.expm1(low - high))
+        return log_p
+    flip = low > 0  # where both ends are above 0 the upper tail holds the digits
+    top, bottom = log_ndtr(np.where(flip, -low, high)), log_ndtr(np.where(flip, -high, low))
+    below: Floats = np.minimum(bottom - top, -math.ulp(0.0))
+    return np.asarray(top + np.log(-np.expm1(below)), dtype=np.float64)
+
+
+def _log_density(x: Floats, link: Link) -> Floats:
+    log_density: Floats = log_expit(x) + log_expit(-x) if link == "logit" else -x * x / 2 - HALF_LOG_TAU
+    return log_density
 
 
 def _relative_slope(x: Floats, link: Link) -> Floats:

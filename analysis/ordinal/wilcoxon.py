@@ -245,12 +245,7 @@ def one_sample_shift(values: Floats, confidence: float) -> Shift:
     if n * (n + 1) // 2 > MOST_MEANS:
         return _too_many(n * (n + 1) // 2)
     first, second = np.triu_indices(n)
-    tail = (1 - confidence) / 2
-    if n > MOST_SIGNED:
-        signed_count = round(n * (n + 1) / 4 + float(ndtri(tail)) * math.sqrt(n * (n + 1) * (2 * n + 1) / 24))
-    else:
-        signed_count = lower_quantile(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
-    return _between(values[first] / 2 + values[second] / 2, signed_count, confidence)
+    return _between(values[first] / 2 + values[second] / 2, _signed_count(n, (1 - confidence) / 2), confidence)
 
 
 def two_sample_shift(a: Floats, b: Floats, confidence: float) -> Shift:
@@ -260,16 +255,7 @@ def two_sample_shift(a: Floats, b: Floats, confidence: float) -> Shift:
     """
     if len(a) * len(b) > MOST_MEANS:
         return _too_many(len(a) * len(b))
-    n_a = len(a)
-    n_b = len(b)
-    tail = (1 - confidence) / 2
-    small, n = min(n_a, n_b), n_a + n_b
-    chances = rank_sum_chances(np.arange(1, n + 1, dtype=np.int64), small)
-    if chances is None:
-        sum_count = round(n_a * n_b / 2 + float(ndtri(tail)) * math.sqrt(n_a * n_b * (n + 1) / 12))
-    else:
-        sum_count = lower_quantile(chances[small * (small + 1) // 2 :], tail)
-    return _between(np.subtract.outer(a, b).ravel(), sum_count, confidence)
+    return _between(np.subtract.outer(a, b).ravel(), _sum_count(len(a), len(b), (1 - confidence) / 2), confidence)
 
 
 def _too_many(count: int) -> Shift:
@@ -286,6 +272,22 @@ def _between(values: Floats, count: int, confidence: float) -> Shift:
         note = f"too few values for an interval with confidence {confidence:.3g}"
         return Shift(estimate, math.nan, math.nan, note)
     return Shift(estimate, *values[ends].tolist())
+
+
+def _signed_count(n: int, tail: float) -> int:
+    """Return how many pairwise means to count off: R's qsignrank(tail, n); 0 where no interval is wide enough."""
+    if n > MOST_SIGNED:
+        return round(n * (n + 1) / 4 + float(ndtri(tail)) * math.sqrt(n * (n + 1) * (2 * n + 1) / 24))
+    return lower_quantile(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
+
+
+def _sum_count(n_a: int, n_b: int, tail: float) -> int:
+    """Return the same for two samples: R's qwilcox(tail, n_a, n_b)."""
+    small, n = min(n_a, n_b), n_a + n_b
+    chances = rank_sum_chances(np.arange(1, n + 1, dtype=np.int64), small)
+    if chances is None:
+        return round(n_a * n_b / 2 + float(ndtri(tail)) * math.sqrt(n_a * n_b * (n + 1) / 12))
+    return lower_quantile(chances[small * (small + 1) // 2 :], tail)
 
 
 def signed_rank_chances(ranks: Ints) -> Floats:

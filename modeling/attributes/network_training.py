@@ -87,8 +87,10 @@ class FittedNetwork:
                 answers.append(tensors)
                 continue
             ratings = self.target.up(next(scaled).numpy().astype(np.float64))
-            not_finite = MaterialError(f"{texture.id}: the network's answer is not finite.")
-            answers.append(ratings if np.isfinite(ratings).all() else not_finite)
+            if np.isfinite(ratings).all():
+                answers.append(ratings)
+            else:
+                answers.append(MaterialError(f"{texture.id}: the network's answer is not finite."))
         return answers
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

@@ -81,10 +81,10 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
         beside = {name: None if other is None else scores[other] for name, other in (("best", best), ("ours", ours))}
         of: Row = {"method": entry.method, "title": title_of(evaluation, entry), "features": features_of(entry)}
         of |= {"resnet": resnet_of(evaluation.material, entry)}
-        names = ("mae", "rmse", "within_jnd")
-        of |= dict(
-            zip(names, (None,) * 3 if own is None else (own.mean_mae, own.mean_rmse, own.all_within), strict=True)
-        )
+        if own is None:
+            of |= dict.fromkeys(("mae", "rmse", "within_jnd"))
+        else:
+            of |= {"mae": own.mean_mae, "rmse": own.mean_rmse, "within_jnd": own.all_within}
         rows.append({**of, **_interval(evaluation, entry, own is not None), **_times(evaluation, entry),
                      **_differences(evaluation, own, beside, compared), "refused": evaluation.refused(entry) or None,
                      "source": evaluation.method(entry).source})  # fmt: skip
