@@ -48,16 +48,15 @@ def full_run(request):
 
 
 @pytest.fixture
-def run_palpate(capsys):
+def run_palpate():
     """Return a function that runs `palpate ...`, checks its exit code and returns its output; above 1, its error."""
-    from palpate.command_line import _status
+    from tests.commands_for_tests import run_command
 
     def run(*arguments, status=0):
-        capsys.readouterr()
-        assert _status([str(argument) for argument in arguments]) == status
-        captured = capsys.readouterr()
-        assert "Traceback" not in captured.err
-        return captured.err if status > 1 else captured.out
+        code, out, err = run_command(*arguments)
+        assert code == status, err
+        assert "Traceback" not in err
+        return err if status > 1 else out
 
     return run
 

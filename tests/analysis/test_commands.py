@@ -23,8 +23,8 @@ from palpate.analysis.first_look.compare_reference import (
 )
 from palpate.analysis.first_look.study_statistics import study_statistics
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.commands_for_tests import run_command
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
+from tests.commands_for_tests import run_command
 
 MAP = SHIPPED.parents[1] / "importing" / "maps" / "sk2011.yaml"
 PEOPLE = 4

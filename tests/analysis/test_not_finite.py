@@ -10,7 +10,7 @@ import pytest
 from palpate.analysis.exporting.tabular import Column, Table, write_csv
 from palpate.analysis.reports.csv_files import NotFinite, csv_text
 from palpate.protocols.canonical import NotCanonical, json_text
-from tests.analysis.commands_for_tests import run_command
+from tests.commands_for_tests import run_command
 
 MAP = """
 name: hard

@@ -10,7 +10,7 @@ from palpate.modeling.commands import evaluate, train
 from palpate.modeling.evaluate.outputs import RESULTS
 from palpate.signals.models.file import read_model
 from palpate.studies.catalogue import SHIPPED
-from tests.analysis.commands_for_tests import run_command, run_verb
+from tests.commands_for_tests import run_command, run_verb
 from tests.modeling.doors.small_evaluation import small_data
 
 pytestmark = pytest.mark.needs("torch")

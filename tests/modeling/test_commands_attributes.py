@@ -13,7 +13,7 @@ from palpate.modeling.commands import evaluate, train
 from palpate.modeling.commands_library import textures
 from palpate.modeling.training import jobs
 from palpate.modeling.training.refusals import JobError
-from tests.analysis.commands_for_tests import run_verb
+from tests.commands_for_tests import run_verb
 from tests.modeling.attributes.material_for_tests import simulated_material
 from tests.modeling.attributes.recordings_for_tests import rated, table
 

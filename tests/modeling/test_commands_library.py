@@ -12,7 +12,7 @@ from palpate import command_line
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.files import place_of, write_library
 from palpate.modeling.library.lab import keep
-from tests.analysis.commands_for_tests import run_command, run_verb
+from tests.commands_for_tests import run_command, run_verb
 from tests.modeling.library.library_for_tests import small_library
 
 HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"

@@ -8,7 +8,7 @@ from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.signals.models.file import read_model
 from palpate.studies.simulation.texture_simulator import SimulatedTextures
-from tests.analysis.commands_for_tests import run_verb
+from tests.commands_for_tests import run_verb
 from tests.modeling.textures.recording_for_tests import recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
-from tests.analysis.commands_for_tests import run_command
 from tests.analysis.exporting.labs import lab_of
+from tests.commands_for_tests import run_command
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from palpate.analysis.exporting.demographics import ParticipantTable, without_sm
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.commands_for_tests import run_command
 from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten
+from tests.commands_for_tests import run_command
 from tests.studies.collecting.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"

@@ -20,9 +20,9 @@ from palpate.analysis.first_look.study_statistics import questions_of, study_sta
 from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Ratings
 from palpate.analysis.ratings.design import cell_faults, check_ratings, without_incomplete
 from palpate.analysis.ratings.reading import read_ratings
-from tests.analysis.commands_for_tests import run_command
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
+from tests.commands_for_tests import run_command
 
 
 def without(ratings: Ratings, **where: str) -> Ratings:

@@ -1,7 +1,7 @@
 """Run `palpate streams` as a user does."""
 
 from palpate.analysis.streams.commands import streams
-from tests.analysis.commands_for_tests import run_verb
+from tests.commands_for_tests import run_verb
 
 
 def output_of(*arguments, status=0):
