@@ -4,7 +4,7 @@
   const marks = all(".mark"), rows = all("tr[data-key]");
   if (!marks.length) return;
   const keysOf = (each) => (each.dataset.key || "").split("\t").filter(Boolean);
-  const toldBy = (mark) => mark.dataset.told.split("\n").map((line) => line.split("\t"));
+  const detailsOf = (mark) => mark.dataset.details.split("\n").map((line) => line.split("\t"));
   const made = (name, words, className = "") => {
     const element = document.createElement(name);
     element.textContent = words;
@@ -15,7 +15,7 @@
   // What can be reached: one stop of the Tab key in each figure and table, from there the arrow keys go on.
   for (const mark of marks) {
     mark.setAttribute("role", mark.dataset.key ? "button" : "img");
-    mark.setAttribute("aria-label", toldBy(mark).map((pair) => pair.filter(Boolean).join(": ")).join(", "));
+    mark.setAttribute("aria-label", detailsOf(mark).map((pair) => pair.filter(Boolean).join(": ")).join(", "));
     mark.setAttribute("tabindex", "-1");
   }
   for (const row of rows) row.setAttribute("tabindex", "-1");
@@ -29,7 +29,7 @@
   tip.setAttribute("aria-hidden", "true");
   const hide = () => { tip.hidden = true; };
   const show = (mark) => {
-    tip.replaceChildren(...toldBy(mark).map(([name, value]) => {
+    tip.replaceChildren(...detailsOf(mark).map(([name, value]) => {
       const line = made("div", "");
       line.append(made("span", name), made("b", value ?? ""));
       return line;

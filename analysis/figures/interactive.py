@@ -45,7 +45,7 @@ def figure_markup(svg: str, marks: Sequence[Mark], prefix: str, label: str = "")
         # From these the script makes the rest: label, role and the place among the Tab key's stops.
         details = "\n".join(BETWEEN.join(map(one_line, pair)) for pair in mark.details)
         key = f' data-key="{escape(key_text(mark.key))}"' if mark.key else ""
-        return f'<g{match[2]} class="mark" data-told="{escape(details)}"{key}>'
+        return f'<g{match[2]} class="mark" data-details="{escape(details)}"{key}>'
 
     drawing = _GROUP.sub(add_attributes, compact_svg(svg, prefix, known))
     labelled = f' aria-label="{escape(label)}"' if label else ""

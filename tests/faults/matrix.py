@@ -142,14 +142,18 @@ def _outcomes_in(
         _import(whole[0].modules)
         for fault in faults:
             turns = _spread(whole[0].changes, instants) if fault == INTERRUPT else FREE if fault == FULL else [0]
-            judged = [_judge(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
-                     for turn in turns]  # fmt: skip
-            verdicts = dict.fromkeys(outcome.verdict for outcome in judged)
+            of_turns = [
+                _outcome_of(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
+                for turn in turns
+            ]
+            verdicts = dict.fromkeys(outcome.verdict for outcome in of_turns)
             if STOPPED in verdicts:  # the last instant may fall before or after the end, as signals come
                 verdicts.pop(DONE, None)
             if REFUSED in verdicts and fault == FULL:  # what is small may fit
                 verdicts.pop(UNTOUCHED, None)
-            yield Outcome(name, fault, " or ".join(verdicts), tuple(p for outcome in judged for p in outcome.problems))
+            yield Outcome(
+                name, fault, " or ".join(verdicts), tuple(p for outcome in of_turns for p in outcome.problems)
+            )
 
 
 def _make(make: Callable[[Path], None], base: Path) -> int:
@@ -191,7 +195,7 @@ def _run_in(name: str, fault: str | None, place: Path, turn: int) -> tuple[Ended
     return ended, tree_of(place)
 
 
-def _judge(name: str, fault: str, after: tuple[Ended, Tree], before: Tree, whole: Tree) -> Outcome:
+def _outcome_of(name: str, fault: str, after: tuple[Ended, Tree], before: Tree, whole: Tree) -> Outcome:
     """Compare a case with what is expected: a message, exit 2 or 130, old files whole, nothing left over."""
     ended, tree = after
     problems = []

@@ -50,7 +50,7 @@ def test_every_length_stays_within_a_hundredth_of_a_point(small):
 
 def test_a_mark_tells_its_numbers_and_nothing_of_it_is_markup():
     markup = str(figure_markup(SVG, [MARK], "f1", 'a "label"'))
-    assert 'data-told="who is\tP &quot;1&quot; &lt;b&gt;\nmean\t2.50"' in markup
+    assert 'data-details="who is\tP &quot;1&quot; &lt;b&gt;\nmean\t2.50"' in markup
     assert 'data-key="P &amp; 1"' in markup and 'aria-label="a &quot;label&quot;"' in markup
     assert markup.count('class="mark"') == 1 and "--least:720px" in markup
 
