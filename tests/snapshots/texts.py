@@ -85,7 +85,7 @@ def with_near_numbers(text: str, stored: str, tolerance: float) -> str:
     def nearer(line: str, stored_line: str) -> str:
         parts, stored_parts = number.split(line), number.split(stored_line)
         near = (
-            math.isclose(float(a), float(b), rel_tol=tolerance, abs_tol=1e-6)
+            math.isclose(float(a), float(b), rel_tol=tolerance, abs_tol=min(tolerance, 1e-6))
             for a, b in zip(parts[1::2], stored_parts[1::2], strict=True)
         )
         return stored_line if parts[::2] == stored_parts[::2] and all(near) else line
