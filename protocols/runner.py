@@ -1,13 +1,16 @@
-"""The runner: walks a plan and records each request before it is performed, its reply before the next."""
+"""The runner: walks a plan and records each request before it is performed, its reply before the next.
+
+A session is resumed or replayed by the same walk, in the world of what was recorded (`Recorded`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from palpate.protocols.canonical import Json, canonical
+from palpate.protocols.canonical import Json, canonical, difference
 from palpate.protocols.events import (
     ANSWERED,
     CAPTURED,
@@ -28,6 +31,7 @@ from palpate.protocols.events import (
     Rest,
     Samples,
     World,
+    WorldEvent,
 )
 from palpate.protocols.plan import Plan
 from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
@@ -218,3 +222,86 @@ def _interact(steps: Steps, record: _Recorder) -> Outcome:
     except StopIteration as end:
         outcome: Outcome = end.value
         return outcome
+
+
+class Divergence(ValueError):
+    """What the code does now is not what was recorded."""
+
+
+BROKEN_OFF = Fault({"device": "session", "what": "interrupted", "message": "the session was interrupted meanwhile"})
+
+
+class EndOfRecord(Exception):
+    """The record ends here and nobody is there to go on."""
+
+
+@dataclass
+class Recorded:
+    """A recorded session as World and Log at once: replies and times come from the record.
+
+    Every event that the runner appends must be the recorded one, byte for byte (Divergence otherwise).
+    Where the record ends, `world` and `log` take over; without them EndOfRecord is raised.
+    """
+
+    events: Sequence[Event]
+    world: World | None = None
+    log: Log | None = None
+    position: int = 0
+    recording: Request | None = None
+
+    def now(self) -> int:
+        """Return the recorded time of the next event, or the live time."""
+        if self.position < len(self.events):
+            return self.events[self.position].t_ns
+        return self._live()[0].now()
+
+    def perform(self, request: Request) -> WorldEvent:
+        """Return the recorded outcome of the request, or perform it live past the end of the record.
+
+        A recording that was cut off by the end of the record becomes a fault, so its trial is repeated.
+        """
+        if self.position == len(self.events):
+            world, broken_off, self.recording = self._live()[0], self.recording is request, None
+            return BROKEN_OFF if broken_off else world.perform(request)
+        came = self.events[self.position]
+        match came.kind:
+            case "experimenter":
+                return Aside(came.value)
+            case "samples":
+                self.recording = request
+                return Chunk(came.value, came.samples)
+            case "fault":
+                return Fault(came.value)
+            case "reply":
+                return Reply(came.value, came.samples)
+        raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
+
+    def append(self, event: Event) -> None:
+        """Compare with the record, or write to the live log."""
+        if self.position == len(self.events):
+            self._live()[1].append(event)
+            return
+        demand_equal(self.events[self.position], event)
+        self.position += 1
+
+    def demand_end(self) -> None:
+        """Raise Divergence if the session is over and events are left in the record."""
+        if self.position < len(self.events):
+            raise Divergence(f"{self.events[self.position].place()}: recorded, but the session is over before it")
+
+    def _live(self) -> tuple[World, Log]:
+        if self.world is None or self.log is None:
+            raise EndOfRecord
+        return self.world, self.log
+
+
+def demand_equal(recorded: Event, now: Event) -> None:
+    """Raise Divergence naming the event, the place in it and both values, unless the two are equal."""
+    if recorded == now:
+        return
+    if recorded.kind != now.kind or recorded.trial != now.trial or recorded.attempt != now.attempt:
+        raise Divergence(
+            f"{recorded.place()}: the code now gives a {now.kind} of trial {now.trial}, attempt {now.attempt}"
+        )
+    text = difference(recorded.value, now.value) or f"recorded {recorded.body!r:.80}, now {now.body!r:.80}"
+    raise Divergence(f"{recorded.place()}: {text}")

@@ -115,7 +115,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
 
 
 def _replayed(path: Path) -> dict[str, Any]:
-    from palpate.protocols.worlds import Divergence
+    from palpate.protocols.runner import Divergence
     from palpate.studies.sessions.record import LedgerError
     from palpate.studies.sessions.replay import replay as repeat
 

@@ -13,9 +13,9 @@ from palpate.protocols.events import Event, Present, Reply, Request
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants import simulated_participant
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import gives_ratings
-from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import allocate
 from palpate.studies.sessions.tables import Answers, answers_of, session_name

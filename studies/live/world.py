@@ -15,8 +15,8 @@ from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
 from palpate.protocols.events import Aside, Ask, Fault, Present, Reply, Request, Sense, WorldEvent
+from palpate.protocols.simulated_world import Done, Twin
 from palpate.protocols.study import Study
-from palpate.protocols.worlds import Done, Twin
 from palpate.studies.sessions.rig import RigError
 
 if TYPE_CHECKING:

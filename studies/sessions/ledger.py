@@ -141,6 +141,22 @@ class Ledger:
             self.lock.release()
 
 
+@dataclass
+class Watched:
+    """The ledger, and a `watch` called with every event once it is written; `planned` counts the events handed over."""
+
+    ledger: Ledger
+    planned: int
+    watch: Callable[[Event], None] = lambda _event: None
+
+    def append(self, event: Event) -> None:
+        """Write the event, then call `watch`."""
+        with self.ledger.shield():
+            self.ledger.append(event)
+            self.planned += 1
+        self.watch(event)
+
+
 def open_for_append(
     path: Path,
     sitting: Mapping[str, Any],

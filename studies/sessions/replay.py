@@ -12,10 +12,9 @@ from palpate.protocols.canonical import difference
 from palpate.protocols.events import NS, ReplyError
 from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import Plan, compile_plan
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Divergence, EndOfRecord, Recorded, run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Divergence, EndOfRecord, Recorded
 from palpate.studies.sessions.record import LedgerError, Record, read
 
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.protocols.events import Event
 from palpate.protocols.plan import Plan
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.wording import count
-from palpate.protocols.worlds import Recorded
 from palpate.studies.sessions.environment import environment, wall_time
 from palpate.studies.sessions.interrupts import Guard, Interrupted, guarded, interrupt_behind
-from palpate.studies.sessions.ledger import Ledger, create, open_for_append
+from palpate.studies.sessions.ledger import Ledger, Watched, create, open_for_append
 from palpate.studies.sessions.record import LedgerError, Record, read
 from palpate.studies.sessions.replay import recompiled
 from palpate.studies.sessions.rig import Rig, RigPlan
@@ -197,22 +195,6 @@ def _receipt(log: Watched) -> Receipt:
 def _because(ledger: Ledger, reason: str) -> str:
     """Return the session's own end if it has come to one, else why this run ended."""
     return reason if ledger.status == "interrupted" else ledger.status
-
-
-@dataclass
-class Watched:
-    """The ledger, and a `watch` called with every event once it is written; `planned` counts the events handed over."""
-
-    ledger: Ledger
-    planned: int
-    watch: Callable[[Event], None] = lambda _event: None
-
-    def append(self, event: Event) -> None:
-        """Write the event, then call `watch`."""
-        with self.ledger.shield():
-            self.ledger.append(event)
-            self.planned += 1
-        self.watch(event)
 
 
 def _sitting() -> dict[str, Any]:

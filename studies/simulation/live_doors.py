@@ -15,7 +15,7 @@ from palpate.protocols.events import NS, Present, Samples
 from palpate.protocols.forms import Sliders
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_participants import simulated_participant
-from palpate.protocols.worlds import Done
+from palpate.protocols.simulated_world import Done
 from palpate.signals.doors.grid import POINTS_PER_DEG
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
 from palpate.studies.stimuli.made_doors import LiveRecord, Setting

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.events import Aside, Reply, Request, Sense
+from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import Trial
-from palpate.protocols.worlds import Done
 from palpate.studies.console.headless import Windowless
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.virtual_recording import Leaping

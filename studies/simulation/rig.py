@@ -7,8 +7,8 @@ from pathlib import Path
 from palpate.protocols.needs import recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_participants import simulated_participant
+from palpate.protocols.simulated_world import Simulated, VirtualClock
 from palpate.protocols.study import Study
-from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.sessions.rig import Rig, RigPlan
 
 

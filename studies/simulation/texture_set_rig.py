@@ -13,8 +13,8 @@ from typing import Generic, TypeVar
 from palpate.protocols.events import Event, Request, Sense
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_participants import simulated_participant
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from palpate.protocols.trial import Trial
-from palpate.protocols.worlds import Done, Simulated, VirtualClock
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.sessions.rig import Rig, RigError, RigPlan
 from palpate.studies.simulation.photographs import KeptCameraTwin, jpegs_of

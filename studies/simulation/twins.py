@@ -12,10 +12,10 @@ from palpate.protocols.events import Present, Reply, Request, Samples, Sense
 from palpate.protocols.keyed import normal
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import Plan
+from palpate.protocols.simulated_world import Done
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import Trial
-from palpate.protocols.worlds import Done
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.stimuli.profiles import Profiles, profile_of
 from palpate.studies.stimuli.scenes import (

@@ -5,9 +5,8 @@ from __future__ import annotations
 import random
 
 from palpate.protocols.events import Aside, Ask, Chunk, Fault, Present, Reply, Samples, Sense
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
-from palpate.protocols.worlds import Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.worlds_for_tests import MemoryLog
 

@@ -8,11 +8,11 @@ from palpate.protocols.events import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.forms import AnchorForm
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.simulated_world import Simulated, VirtualClock
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Recorded, Simulated, VirtualClock
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import device, ran, simulated

@@ -3,8 +3,7 @@
 import pytest
 
 from palpate.protocols.events import Aside, Ask, Present, ReplyError
-from palpate.protocols.runner import run
-from palpate.protocols.worlds import EndOfRecord, Recorded
+from palpate.protocols.runner import EndOfRecord, Recorded, run
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import Interrupting, MemoryLog
 

@@ -7,11 +7,11 @@ from palpate.protocols.forms import Demographics, LabForms, Question
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.plan import PlanError, compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
 from tests.protocols.worlds_for_tests import MemoryLog
 

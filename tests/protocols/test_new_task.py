@@ -103,7 +103,8 @@ from palpate.protocols.events import Ask, Reply
 from palpate.protocols.runner import run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
+from palpate.protocols.runner import Recorded
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 
 
 def plan_of(task, **parts):

@@ -3,9 +3,8 @@
 import pytest
 
 from palpate.protocols.events import Ask, Chunk, Event, Fault, Present, Reply, ReplyError, Samples
-from palpate.protocols.runner import run
+from palpate.protocols.runner import EndOfRecord, Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
-from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import Interrupting, MemoryLog

@@ -1,11 +1,11 @@
 import pytest
 
 from palpate.protocols.events import Ask, Present, Reply, ReplyError, Samples, Sense
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Divergence, EndOfRecord, Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
-from palpate.protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import BACK, MemoryLog, Scripted, rated
 
@@ -184,7 +184,7 @@ def test_a_record_without_a_reply_diverges():
 def test_a_difference_in_time_alone_is_seen():
     from dataclasses import replace
 
-    from palpate.protocols.worlds import demand_equal
+    from palpate.protocols.runner import demand_equal
 
     event = recorded(*FOUR)[3]
     with pytest.raises(Divergence, match="event 3"):

@@ -7,9 +7,8 @@ import pytest
 from palpate.protocols.canonical import canonical
 from palpate.protocols.event_shapes import EventShapes
 from palpate.protocols.events import NS, Aside, Ask, Event, Fault, Reply, Sense
-from palpate.protocols.runner import run
+from palpate.protocols.runner import BROKEN_OFF, Recorded, run
 from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
-from palpate.protocols.worlds import BROKEN_OFF, Recorded
 from palpate.studies.console.status import status_of
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import PARTS

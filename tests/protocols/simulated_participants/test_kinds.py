@@ -7,10 +7,10 @@ import pytest
 from palpate.protocols import simulated_participants
 from palpate.protocols.events import Present, Reply
 from palpate.protocols.registry import Registry
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants import KINDS, SHIPPED_KIND, simulated_participant
 from palpate.protocols.simulated_participants.perceiver import Perceiver
-from palpate.protocols.worlds import Done, Recorded, Simulated, VirtualClock
+from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from tests.protocols.every_task import PARTS, plan_of
 from tests.protocols.worlds_for_tests import MemoryLog
 

@@ -7,11 +7,10 @@ import pytest
 from palpate.protocols.events import Ask, Fault, Present, Reply, ReplyError
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import inconsistencies
-from palpate.protocols.runner import run
+from palpate.protocols.runner import Recorded, run
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS, TaskError
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Recorded
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import ran, simulated

@@ -8,8 +8,8 @@ from palpate.devices.samples import HandMounted
 from palpate.protocols.events import Aside, Present, Reply
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Done
 from palpate.studies.live.opening import last_page
 from palpate.studies.live.world import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
 from palpate.studies.sessions.interrupts import Interrupted

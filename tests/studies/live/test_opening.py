@@ -13,9 +13,9 @@ from palpate.devices.window.calibration import Calibration, write_calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.protocols.events import Ask, Reply, Sense
 from palpate.protocols.plan import compile_plan
+from palpate.protocols.simulated_world import Done
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Done
 from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import ScreenChanged

@@ -9,8 +9,8 @@ import pytest
 from palpate.protocols.events import NS
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.simulated_world import Simulated, VirtualClock
 from palpate.protocols.trial import ParticipantRow
-from palpate.protocols.worlds import Simulated, VirtualClock
 from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.launching.launch import lab_forms
 from palpate.studies.live.options import LiveOptions

@@ -15,7 +15,7 @@ from palpate.analysis.monitoring.following import follow
 from palpate.analysis.streams.recorded_streams import StreamError, attempts_of, counting_attempts, streams_in
 from palpate.protocols.canonical import canonical
 from palpate.protocols.events import Event, event_hash
-from palpate.protocols.worlds import Divergence
+from palpate.protocols.runner import Divergence
 from palpate.studies.collecting.collect import CollectError, collect, open_database
 from palpate.studies.participants.export import demographics
 from palpate.studies.sessions.ledger_schema import SEED, sitting_hash

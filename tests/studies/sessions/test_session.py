@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from palpate.protocols.events import Event
+from palpate.protocols.runner import Divergence
 from palpate.protocols.tasks import Task
-from palpate.protocols.worlds import Divergence
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.rig import Rig, RigError

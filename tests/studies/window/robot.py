@@ -24,8 +24,7 @@ from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.presenter_page import prepare
 from palpate.devices.window.screens.base import DOUBLE_CLICK_S
 from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest, Sense
-from palpate.protocols.runner import run
-from palpate.protocols.worlds import EndOfRecord, Recorded
+from palpate.protocols.runner import EndOfRecord, Recorded, run
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.replay import recompiled
 from palpate.studies.stimuli.made_doors import made_doors

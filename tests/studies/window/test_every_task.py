@@ -3,8 +3,7 @@
 import pytest
 
 from palpate.protocols.events import Ask, Present, Sense
-from palpate.protocols.runner import run
-from palpate.protocols.worlds import Recorded
+from palpate.protocols.runner import Recorded, run
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.sessions.ledger import open_for_append
 from palpate.studies.sessions.record import read
