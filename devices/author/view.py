@@ -19,7 +19,8 @@ from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import ALERT, INK, QUIET
 from palpate.devices.window.paint_text import Laid
 from palpate.devices.window.screens.elements import Element, Label, rounding
-from palpate.devices.window.screens.targets import Button, Track
+from palpate.devices.window.screens.sliders import Track
+from palpate.devices.window.screens.targets import Button
 from palpate.devices.window.texts import MASTER, Texts, window_texts
 from palpate.devices.window.typeset import NUMBER_STEPS, WORD_STEPS
 from palpate.signals.arrays import Array

@@ -29,7 +29,8 @@ from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.paint import ALERT, QUIET
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
-from palpate.devices.window.screens.targets import Button, Track
+from palpate.devices.window.screens.sliders import Track
+from palpate.devices.window.screens.targets import Button
 from palpate.devices.window.typeset import LABEL_STEPS, SMALL_STEPS, WORD_STEPS, line_px
 from palpate.signals.models.card import Card as ModelCard
 from palpate.signals.models.errors import ModelFileError

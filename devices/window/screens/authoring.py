@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import back_and_next
-from palpate.devices.window.screens.frame import Choice, Frame
-from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
+from palpate.devices.window.screens.frame import Choice, Frame, trial_frame
+from palpate.devices.window.screens.sliders import SliderScreen
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
 

@@ -12,6 +12,7 @@ from palpate.devices.window.paint_text import BLANK, Align, Laid, lay
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Element, Label, Progress
 from palpate.devices.window.screens.targets import Button
+from palpate.protocols.events import Ask
 
 STEPS = (5.4, 5.0, 4.6, 4.2, 3.8)
 """Em sizes of text in the design's millimetres, tried one after another; none falls below the floor of the metrics."""
@@ -200,3 +201,17 @@ def first_fit(
         if laid is not None and (height is None or laid.height <= height):
             return laid
     return None
+
+
+def trial_frame(
+    page: Page, ask: Ask, prompt: str, hint: str, left: tuple[Choice, ...], right: tuple[Choice, ...]
+) -> Frame:
+    """Return the frame of a trial's form: the progress, whether it is practice, and how to go back."""
+    trial = ask.trial
+    if ask.may_go_back:
+        hint += "   " + page.texts("back_hint", back=page.texts("back"))
+    label = page.texts("practice") if trial is not None and trial.practice else ""
+    if page.may_rest and trial is not None:
+        left = (*left, Choice("rest", page.texts("rest")))
+    progress = (trial.number - 1) / page.total if trial is not None and page.total else None
+    return Frame(page, page.texts(prompt), hint, left, right, label, progress)

@@ -12,7 +12,7 @@ from palpate.devices.window.inputs import Key, Pressed
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element
-from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.frame import trial_frame
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Lexicon

@@ -14,8 +14,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.cards import dealt, sheets_of, stacked
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
-from palpate.devices.window.screens.frame import STEPS, fitted
-from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.frame import STEPS, fitted, trial_frame
 from palpate.devices.window.screens.targets import Points
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Likert

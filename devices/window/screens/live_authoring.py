@@ -15,10 +15,9 @@ from palpate.devices.window.plot import Axes, Masks, axes_for
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.authoring import AuthoringScreen
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
-from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted
+from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted, trial_frame
 from palpate.devices.window.screens.profile import Curve, Ground
-from palpate.devices.window.screens.rows import rows
-from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.sliders import rows
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
 

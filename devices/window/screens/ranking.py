@@ -14,8 +14,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.authoring import TRY_KEYS
 from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element, Label, hair, rounding
-from palpate.devices.window.screens.frame import STEPS, fitted
-from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.frame import STEPS, fitted, trial_frame
 from palpate.devices.window.screens.specimens import Specimen, Wording
 from palpate.devices.window.screens.targets import Button, Target
 from palpate.protocols.events import Ask

@@ -11,9 +11,8 @@ from palpate.devices.window.inputs import Key
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Missing, back_and_next
 from palpate.devices.window.screens.elements import Element, Label
-from palpate.devices.window.screens.frame import STEPS, Frame, fitted
-from palpate.devices.window.screens.rows import Row, rows
-from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
+from palpate.devices.window.screens.frame import STEPS, Frame, fitted, trial_frame
+from palpate.devices.window.screens.sliders import Row, SliderScreen, rows
 from palpate.devices.window.screens.targets import Button
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders

@@ -1,4 +1,4 @@
-"""Elements that can be pressed: buttons, rating lines, ticks, round buttons and fields."""
+"""Elements that can be pressed: buttons, ticks, round buttons and fields."""
 
 from __future__ import annotations
 
@@ -64,64 +64,6 @@ class Button(Target):
         if self.focused:
             inner = self.box.grown(-2 * hair(page)) if full else self.box
             page.shapes.frame(image, inner, rounding(page), ring(page), CARD if full else INK)
-
-
-@dataclass(frozen=True)
-class Track(Target):
-    """A rating line in the band that takes presses; `share` is where the marker stands, None before the first touch.
-
-    `ticks` are the shares of the line that are marked by a stroke.
-    """
-
-    line_px: int = 0
-    ticks: tuple[float, ...] = ()
-    share: float | None = None
-
-    @property
-    def line(self) -> Box:
-        """The line: its width is the prescribed length."""
-        thick = max(2, self.box.height // 20)
-        left = self.box.left + (self.box.width - self.line_px) // 2
-        return Box(left, self.box.top + (self.box.height - thick) // 2, self.line_px, thick)
-
-    @property
-    def marker(self) -> Box | None:
-        """The marker; its middle is the answer."""
-        if self.share is None:
-            return None
-        width = max(5, self.box.height // 5) | 1
-        height = round(0.72 * self.box.height)
-        x = self.line.left + round(self.share * (self.line_px - 1))
-        return Box(x - width // 2, self.box.top + (self.box.height - height) // 2, width, height)
-
-    @property
-    def strokes(self) -> tuple[Box, ...]:
-        """The ticks, each centred on its value."""
-        line, height = self.line, round(0.36 * self.box.height)
-        middles = (line.left + round(share * (self.line_px - 1)) for share in self.ticks)
-        top = self.box.top + (self.box.height - height) // 2
-        return tuple(Box(middle - line.height // 2, top, line.height, height) for middle in middles)
-
-    def share_at(self, x: float) -> float:
-        """Return where along the line a point lies: 0 at its first pixel, 1 at its last, beyond them the nearer end."""
-        return min(max((x - self.line.left) / (self.line_px - 1), 0.0), 1.0)
-
-    def placed(self, _page: Page, /) -> Iterator[Placed]:
-        yield Placed(self.name, "target", self.box, within=self.within)
-        yield Placed(f"{self.name}.line", "mark", self.line, within=self.name)
-        if (marker := self.marker) is not None:
-            yield Placed(f"{self.name}.marker", "marker", marker, within=self.name)
-
-    def paint(self, image: Image.Image, page: Page) -> None:
-        if self.held or self.focused:
-            page.shapes.fill(image, self.box, rounding(page), TINT)
-        plain(image, self.line, INK)
-        for stroke in self.strokes:
-            plain(image, stroke, INK)
-        if (marker := self.marker) is not None:
-            page.shapes.fill(image, marker.grown(hair(page)), marker.width, CARD)
-            page.shapes.fill(image, marker, marker.width // 2, ACCENT)
-        self._ring(image, page)
 
 
 @dataclass(frozen=True)

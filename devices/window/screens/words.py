@@ -14,8 +14,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base, back_and_next
 from palpate.devices.window.screens.cards import dealt
 from palpate.devices.window.screens.elements import Element
-from palpate.devices.window.screens.frame import HINT_STEPS, STEPS, fitted
-from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.frame import HINT_STEPS, STEPS, fitted, trial_frame
 from palpate.devices.window.screens.targets import Tick
 from palpate.devices.window.screens.writing import FieldOn, with_hangul
 from palpate.protocols.events import Ask

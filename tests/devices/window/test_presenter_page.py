@@ -6,7 +6,7 @@ from palpate.devices.window.build import screen_for
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.presenter_page import describe, prepare
-from palpate.devices.window.screens.targets import Track
+from palpate.devices.window.screens.sliders import Track
 from palpate.protocols.events import Ask
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
