@@ -76,10 +76,14 @@ def compare(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
 
 def author(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
     """Wish for something, try it, change one attribute after another, and settle after a few tries."""
-    tried = 0 if ask.former is None else _tries_behind(person, ask, form)
+    tries, tried = _tries(person, ask), 0
+    if ask.former is not None:
+        # Which try the former answers were is known by what was wished; of equal wishes (a coarse scale) the last
+        # counts, so that every try leads on.
+        tried = max((n + 1 for n in range(tries) if _wish(person, ask, form, n) == ask.former), default=tries)
     wish = _wish(person, ask, form, tried)
     seconds = round(person.seconds(ask, f"try {tried}"), 3)
-    go = {"go": "try"} if tried < _tries(person, ask) else {}
+    go = {"go": "try"} if tried < tries else {}
     return Reply({**go, "answers": wish, "at_s": dict.fromkeys(wish, seconds), "seconds": seconds}), seconds
 
 
@@ -94,16 +98,6 @@ def feel_reference(person: Perceiver, ask: Ask, _form: Form) -> tuple[Reply, flo
 
 def _tries(person: Perceiver, ask: Ask) -> int:
     return 2 + math.floor((LONGEST_TRY - 1) * uniform(*person.moment("tries", ask, "")))
-
-
-def _tries_behind(person: Perceiver, ask: Ask, form: Sliders) -> int:
-    """Which try the former answers were: the person remembers by what was wished.
-
-    Of equal wishes (a coarse scale) the last counts, so that every try leads on.
-    """
-    tries = _tries(person, ask)
-    behind = [n + 1 for n in range(tries) if _wish(person, ask, form, n) == ask.former]
-    return max(behind, default=tries)
 
 
 def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, float]:

@@ -30,14 +30,12 @@ def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
     lines = []
     for problem in problems:
         dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.path).lstrip(".")
-        lines.append(f"{name}:{_line(problem.path, document)} {dotted or 'the file'}: {problem.message}")
+        path = problem.path
+        while path and path not in document.lines:
+            path = path[:-1]
+        line = f" line {document.lines[path]}:" if path else ""
+        lines.append(f"{name}:{line} {dotted or 'the file'}: {problem.message}")
     return "\n".join(some_lines(lines, MOST_SHOWN))
-
-
-def _line(path: Path, document: Document) -> str:
-    while path and path not in document.lines:
-        path = path[:-1]
-    return f" line {document.lines[path]}:" if path else ""
 
 
 def translated(error: ValidationError, model: type[BaseModel]) -> list[Problem]:

@@ -104,7 +104,8 @@ def open_bytes(path: Path, check: Check | None = None) -> Iterator[IO[bytes]]:
             if check is not None:
                 check(draft)
             with holding_interrupts():
-                _copy_mode(target, draft)
+                with suppress(FileNotFoundError):
+                    draft.chmod(stat.S_IMODE(target.stat().st_mode))
                 draft.replace(target)
         except BaseException:
             with holding_interrupts(), suppress(OSError):
@@ -340,11 +341,6 @@ def _temporary(folder: Path) -> Iterator[None]:
     finally:
         with holding_interrupts():
             shutil.rmtree(folder, ignore_errors=True)
-
-
-def _copy_mode(target: Path, draft: Path) -> None:
-    with suppress(FileNotFoundError):
-        draft.chmod(stat.S_IMODE(target.stat().st_mode))
 
 
 def _sync_tree(folder: Path) -> None:

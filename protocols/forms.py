@@ -156,18 +156,16 @@ class Question:
             return None if self.optional else f"{self.name} is not answered"
         match self.kind:
             case "number":
-                return None if self._in_range(answer) else f"{self.name} = {answer!r}: {self._expected()} is expected"
+                fits = type(answer) in (int, float) and (
+                    (self.low is None or answer >= self.low) and (self.high is None or answer <= self.high)
+                )
+                return None if fits else f"{self.name} = {answer!r}: {self._expected()} is expected"
             case "choice":
                 values = [value for value, _ in self.levels]
                 return None if answer in values else f"{self.name} = {answer!r}: one of {values} is expected"
             case _:
                 known = isinstance(answer, str) and 0 < len(answer) <= LONGEST_WORD
                 return None if known else f"{self.name} = {answer!r:.80}: a text is expected"
-
-    def _in_range(self, answer: Any) -> bool:
-        if type(answer) not in (int, float):
-            return False
-        return (self.low is None or answer >= self.low) and (self.high is None or answer <= self.high)
 
     def _expected(self) -> str:
         bounds = [
@@ -418,11 +416,11 @@ class LabForms:
     @classmethod
     def from_definition(cls, data: Mapping[str, Any]) -> LabForms:
         """The forms that a ledger holds."""
-        return cls(data["consent"], tuple(_question(each) for each in data["questions"]))
-
-
-def _question(data: Mapping[str, Any]) -> Question:
-    return Question(**{**data, "levels": tuple((value, label) for value, label in data["levels"])})
+        questions = [
+            Question(**{**question, "levels": tuple((value, label) for value, label in question["levels"])})
+            for question in data["questions"]
+        ]
+        return cls(data["consent"], tuple(questions))
 
 
 def _texts(value: Any) -> bool:

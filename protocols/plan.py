@@ -148,7 +148,7 @@ def compile_plan(
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
     task = TASKS[study.task]
     form = None if task.form is None else task.form(study, who, seed, session)
-    gathered = _singly if task.block_form is None else _in_sets
+    gathered = _in_sets if task.block_form is not None else lambda felt: ((block, (each,)) for block, each in felt)
     by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
     practised = [] if study.practice is None else [by_id[name] for name in study.practice.stimuli]
     practice = list(gathered(("practice", stimulus) for stimulus in practised))
@@ -170,10 +170,6 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
     first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
     trials = [one for turn in range(first, first + repeats) for one in _one_pass(study, who, seed, turn, stimuli)]
     yield from reversed(trials) if study.is_mirrored(session) else trials
-
-
-def _singly(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
-    yield from ((block, (stimulus,)) for block, stimulus in felt)
 
 
 def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
@@ -261,15 +257,6 @@ def _anchor(study: Study, block: str, number: int, met: int) -> Trial:
     return Trial(-met, block, False, stimulus, form, may_go_back=False, rest_before=False)
 
 
-def _recording(study: Study, stimulus: Stimulus) -> Recording | None:
-    if study.capture is None:
-        return None
-    seconds = study.capture.seconds
-    return Recording(
-        study.capture.device, float(stimulus.columns[seconds]) if isinstance(seconds, str) else float(seconds)
-    )
-
-
 def _trial(
     study: Study, form: Form | None, number: int, block: str, stimuli: tuple[Stimulus, ...], counted: int
 ) -> Trial:
@@ -277,6 +264,11 @@ def _trial(
     make = TASKS[study.task].block_form
     first_of_phase = number == 1 or counted == 0
     every = study.rest.every if study.rest is not None else None
+    recording = None
+    if study.capture is not None:
+        seconds = study.capture.seconds
+        seconds = stimuli[0].columns[seconds] if isinstance(seconds, str) else seconds
+        recording = Recording(study.capture.device, float(seconds))
     return Trial(
         number=number,
         block=block,
@@ -285,6 +277,6 @@ def _trial(
         form=form if make is None else make(study, stimuli),
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
         rest_before=every is not None and counted > 0 and counted % every == 0,
-        recording=_recording(study, stimuli[0]),
+        recording=recording,
         stimuli=() if make is None else stimuli,
     )

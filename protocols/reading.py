@@ -61,7 +61,11 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
     yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
     yield from parts_of_task(study)
     yield from _adjectives(study)
-    yield from _groups(study)
+    for group, selection in study.groups.items():
+        problems = [p for c, levels in selection.items() for p in _selection(study, group, c, levels)]
+        yield from problems
+        if not problems and not study.stimuli_of(group):
+            yield Problem(("groups", group), "no stimulus belongs to this group")
     yield from _sample(study)
     if study.order.blocks is not None:
         yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
@@ -97,14 +101,6 @@ def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
         if key in seen:
             yield Problem(path, f"the adjective {word!r} appears twice")
         seen.add(key)
-
-
-def _groups(study: Study) -> Iterator[Problem]:
-    for group, selection in study.groups.items():
-        problems = [p for c, levels in selection.items() for p in _selection(study, group, c, levels)]
-        yield from problems
-        if not problems and not study.stimuli_of(group):
-            yield Problem(("groups", group), "no stimulus belongs to this group")
 
 
 def _anchors(study: Study) -> Iterator[Problem]:

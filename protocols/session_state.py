@@ -147,11 +147,17 @@ class SessionState:
         self.t_ns = event.t_ns
         match event.kind:
             case "request":
-                self._request(event)
+                self.request, current = event, self.current
+                if current is not None and current.asked_ns is None and event.value["do"] == "ask":
+                    current.asked_ns = event.t_ns
             case "reply":
                 self._reply(event)
             case "trial_started":
-                self._start(event)
+                number = event.trial or 0
+                self.current = Attempt(number, event.attempt or 0, event.value["stimulus"], event.seq, event.t_ns)
+                self.request, self.next_trial = None, number
+                self.attempts.append(self.current)
+                self.trials.setdefault(number, TrialState()).attempts.append(self.current)
             case "trial_ended":
                 self._end(event)
             case "experimenter":
@@ -163,18 +169,6 @@ class SessionState:
                 self.header = event.value
             case "session_ended":
                 self.ended, self.current, self.request = event.ended_as, None, None
-
-    def _start(self, event: Event) -> None:
-        number = event.trial or 0
-        self.current = Attempt(number, event.attempt or 0, event.value["stimulus"], event.seq, event.t_ns)
-        self.request, self.next_trial = None, number
-        self.attempts.append(self.current)
-        self.trials.setdefault(number, TrialState()).attempts.append(self.current)
-
-    def _request(self, event: Event) -> None:
-        self.request, current = event, self.current
-        if current is not None and current.asked_ns is None and event.value["do"] == "ask":
-            current.asked_ns = event.t_ns
 
     def _reply(self, event: Event) -> None:
         request, reply, self.request = self.request, event.value, None

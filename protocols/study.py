@@ -33,11 +33,6 @@ ROUNDING = 1e-6
 """How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
 
 
-def _level(value: Any) -> Any:
-    """A level may be written as a whole number; it is a text from then on."""
-    return str(value) if type(value) is int else value
-
-
 def _plain_name(value: str) -> str:
     if not value.replace("_", "").replace("-", "").isalnum() or not value.isascii():
         raise ValueError("a name of letters, digits, _ and - is expected")
@@ -58,7 +53,8 @@ def _one_of(names: Collection[str]) -> BeforeValidator:
 
 Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
 Name = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
-Level = Annotated[Text, BeforeValidator(_level)]
+Level = Annotated[Text, BeforeValidator(lambda value: str(value) if type(value) is int else value)]
+"""A level may be written as a whole number; it is a text from then on."""
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Whole
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]

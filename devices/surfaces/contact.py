@@ -90,7 +90,12 @@ class Drive:
 
     def blocks(self, count: int) -> Drive:
         """Return the drive cut into blocks of equal length that lie side by side: (..., steps, count)."""
-        return Drive(*(_side_by_side(column, count) for column in vars(self).values()))
+        return Drive(
+            *(
+                np.ascontiguousarray(np.swapaxes(column.reshape(*column.shape[:-1], count, -1), -1, -2))
+                for column in vars(self).values()
+            )
+        )
 
     def of(self, chosen: NDArray[np.intp]) -> Drive:
         """Return the drive of the chosen blocks."""
@@ -245,7 +250,3 @@ class _Sideways:
 def _whole(law: Law) -> float:
     """Return the force along the surface per change of the tip's speed within a step."""
     return law.side_mass / (THETA * law.step_s) + law.side_damping + law.side_stiffness * THETA * law.step_s
-
-
-def _side_by_side(values: Array, count: int) -> Array:
-    return np.ascontiguousarray(np.swapaxes(values.reshape(*values.shape[:-1], count, -1), -1, -2))

@@ -259,21 +259,19 @@ def _heap(lot: Field) -> tuple[Field, ...]:
 def hollows(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Field:
     """Round hollows of different breadth that cut into each other: depth from 0 to 1."""
     depth = np.zeros((pixels, pixels), np.float32)
-    for distance, breadth in neighbours(pixels, pitch_mm, regularity, *key, of=_hollow):
+    for distance, breadth in neighbours(
+        pixels, pitch_mm, regularity, *key, of=lambda lot: (np.float32(0.35) + np.float32(0.45) * lot,)
+    ):
         np.maximum(depth, breadth * np.sqrt(np.maximum(1 - (distance / breadth) ** 2, 0)), out=depth)
     return depth / np.float32(0.8)
 
 
-def _hollow(lot: Field) -> tuple[Field, ...]:
-    return (np.float32(0.35) + np.float32(0.45) * lot,)
-
-
-def _chance_alone(lot: Field) -> tuple[Field, ...]:
-    return (lot,)
-
-
 def neighbours(
-    pixels: int, pitch_mm: float, regularity: float, *key: Key, of: Callable[[Field], tuple[Field, ...]] = _chance_alone
+    pixels: int,
+    pitch_mm: float,
+    regularity: float,
+    *key: Key,
+    of: Callable[[Field], tuple[Field, ...]] = lambda lot: (lot,),
 ) -> Iterator[tuple[Field, ...]]:
     """Yield each neighbouring cell's seed distance in pitches, and `of` applied to its random number (nine cells)."""
     count = max(1, round(SIZE_MM / pitch_mm))

@@ -213,15 +213,14 @@ def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> F
     """Return the fonts of this machine (or of some folders) that Palpate writes with. Raise WindowError if none."""
     from PIL import features
 
-    files = font_files(folders)
-    regular, bold = (tuple(_face(path, language) for path in in_order(files, patterns)) for patterns in (REGULAR, BOLD))
+    files, cjk = font_files(folders), CJK_INDEX.get(language[:2], 1)
+    regular, bold = (
+        tuple(Face(path, cjk if path.name.startswith("NotoSansCJK") else 0) for path in in_order(files, patterns))
+        for patterns in (REGULAR, BOLD)
+    )
     if not regular:
         raise WindowError("no font was found on this machine; install fonts-noto-core (Debian) or Noto Sans")
     return Fonts(regular, bold, shapes_complex=bool(features.check("raqm")))
-
-
-def _face(path: Path, language: str) -> Face:
-    return Face(path, CJK_INDEX.get(language[:2], 1) if path.name.startswith("NotoSansCJK") else 0)
 
 
 def _invisible(character: str) -> bool:

@@ -190,7 +190,9 @@ class WindowPresenter(Stage):
             if (aside := self._turn(scene, desk)) is not None:
                 return aside
         self._forget(desk)
-        return _timed(reply, now_ns() - round(scene.since_s() * NS))
+        # The reply's samples count from when the screen was first seen.
+        seen_ns = now_ns() - round(scene.since_s() * NS)
+        return replace(reply, samples=tuple(replace(block, t0_ns=seen_ns) for block in reply.samples))
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
         """Show a page until something else is ready."""
@@ -320,11 +322,6 @@ class WindowPresenter(Stage):
         if isinstance(self.request, Confirm):
             desk.demand(None)
         self.request = self.request_scene = None
-
-
-def _timed(reply: Reply, t0_ns: int) -> Reply:
-    """Return the reply with its samples counted from the moment that the screen was first seen."""
-    return replace(reply, samples=tuple(replace(block, t0_ns=t0_ns) for block in reply.samples))
 
 
 def _name(request: Shown) -> str:

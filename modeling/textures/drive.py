@@ -13,13 +13,12 @@ from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, Textu
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.signals.arrays import Array
+from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
 
 LEAST_S = 2.0
 """A shorter test part does not determine level and spectrum: the whole recording's hand is taken then."""
 MOVES = 0.1
 """The share of the time that the hand has to move and press, or the renderer is silent nearly always."""
-SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
-"""Below these the renderer is silent (thesis 4.5.3)."""
 Origin = Literal["another exploration", "test part", "whole recording"]
 
 

@@ -56,7 +56,8 @@ class Perceiver:
     def latent(self, item: str, stimulus: Stimulus) -> float:
         """What everybody would feel: scale units around the middle of the scale, or logits of ticking a word."""
         if self.feels is not None and (felt := self.feels(stimulus)):
-            return self.latent_of(item, {**self._columns_of(stimulus), **felt})
+            columns = {column: float(stimulus.columns[column]) for column in self.columns}
+            return self.latent_of(item, {**columns, **felt})
         return weighed(self.simulation.latents.get(item, {}), lambda column: self.z_scores[column][stimulus.id])
 
     def latent_of(self, item: str, columns: Mapping[str, float]) -> float:
@@ -68,9 +69,6 @@ class Perceiver:
         if missing := [column for column in weights if column != INTERCEPT and column not in columns]:
             raise ValueError(f"{item} is felt by {', '.join(missing)}, which this stimulus does not have")
         return weighed(weights, lambda column: z_score(columns[column], self.standings[column]))
-
-    def _columns_of(self, stimulus: Stimulus) -> dict[str, float]:
-        return {column: float(stimulus.columns[column]) for column in self.columns}
 
     def gain(self, attribute: Attribute) -> float:
         """The participant's own gain, at least 0.1."""

@@ -142,10 +142,6 @@ def _form(study: Study, stimuli: tuple[Stimulus, ...]) -> Ranking | None:
     return Ranking(tuple(stimulus.id for stimulus in stimuli), study.attributes[0], settings.again)
 
 
-def _ends(study: Study) -> str:
-    return " and ".join(f"an order from {attribute.low} to {attribute.high}" for attribute in study.attributes)
-
-
 def _sets(study: Study) -> Iterator[Problem]:
     """The study asks for one order, of sets that can be put in one. Columns that are missing are named elsewhere."""
     if len(study.attributes) > 1:
@@ -175,7 +171,8 @@ def _size(path: tuple[str, ...], sizes: Mapping[str, int], where: str) -> Iterat
 TASK = Task(
     "The stimuli of a set are felt one after another and put in order.",
     put_in_order, keys=("attributes", "settings"), required=("attributes",), block_form=_form, settings=Settings,
-    answers="rankings", asked=_ends, check=_sets,
+    answers="rankings", check=_sets,
+    asked=lambda study: " and ".join(f"an order from {pair.low} to {pair.high}" for pair in study.attributes),
 )  # fmt: skip
 FORM = FormKind(
     "putting {n} stimuli in order",

@@ -21,10 +21,6 @@ def _list_of(study: Study, who: ParticipantRow, seed: int, session: int) -> Word
     return Words(tuple(words), study.adjectives.further)
 
 
-def _own_words(study: Study, _who: ParticipantRow, _seed: int, _session: int) -> Lexicon:
-    return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)
-
-
 ADJECTIVE_SELECTION = Task(
     "A stimulus is felt, and the adjectives of a list that describe it are ticked.",
     feel_and_answer, keys=("adjectives",), required=("adjectives",), form=_list_of, answers="words",
@@ -32,6 +28,7 @@ ADJECTIVE_SELECTION = Task(
 )  # fmt: skip
 FREE_LEXICON = Task(
     "A stimulus is felt and described in words of the participant's own.",
-    feel_and_answer, keys=("lexicon",), form=_own_words, answers="words",
+    feel_and_answer, keys=("lexicon",), answers="words",
+    form=lambda study, *_session: Lexicon(study.lexicon.at_least if study.lexicon is not None else 1),
     asked=lambda _study: "words of the participant's own",
 )  # fmt: skip

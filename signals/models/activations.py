@@ -65,14 +65,6 @@ def _gelu() -> Callable[[Values, Kept], Values]:
     return run
 
 
-def _relu(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.maximum(x, 0, out=into))
-
-
-def _tanh(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.tanh(x, out=into))
-
-
 def _sigmoid(x: Values, into: Values | None) -> Values:
     y = np.negative(x, out=into)
     np.exp(y, out=y)
@@ -85,18 +77,10 @@ def _elu(x: Values, into: Values | None) -> Values:
     return np.asarray(np.add(np.maximum(x, 0, out=into), below, out=below))
 
 
-def _leaky(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.maximum(x, x * SLOPE, out=into))
-
-
 def _softplus(x: Values, into: Values | None) -> Values:
     """Return log(1 + exp(x)), also where exp(x) would overflow."""
     beyond = np.log1p(np.exp(-np.abs(x)))
     return np.asarray(np.add(np.maximum(x, 0, out=into), beyond, out=beyond))
-
-
-def _exp(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.exp(x, out=into))
 
 
 def _log(x: Values, into: Values | None) -> Values:
@@ -104,15 +88,15 @@ def _log(x: Values, into: Values | None) -> Values:
     return np.asarray(np.log(y, out=y))
 
 
-def _square(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.multiply(x, x, out=into))
-
-
-def _abs(x: Values, into: Values | None) -> Values:
-    return np.asarray(np.abs(x, out=into))
-
-
 FUNCTIONS: Mapping[str, Callable[[Values, Values | None], Values]] = {
-    "relu": _relu, "tanh": _tanh, "sigmoid": _sigmoid, "elu": _elu, "leaky": _leaky, "softplus": _softplus,
-    "exp": _exp, "log": _log, "square": _square, "abs": _abs,
-}  # fmt: skip
+    "relu": lambda x, into: np.asarray(np.maximum(x, 0, out=into)),
+    "tanh": lambda x, into: np.asarray(np.tanh(x, out=into)),
+    "sigmoid": _sigmoid,
+    "elu": _elu,
+    "leaky": lambda x, into: np.asarray(np.maximum(x, x * SLOPE, out=into)),
+    "softplus": _softplus,
+    "exp": lambda x, into: np.asarray(np.exp(x, out=into)),
+    "log": _log,
+    "square": lambda x, into: np.asarray(np.multiply(x, x, out=into)),
+    "abs": lambda x, into: np.asarray(np.abs(x, out=into)),
+}

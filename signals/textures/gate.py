@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
+"""What moves slower or presses less is no touch (thesis 4.5.3)."""
 RAMP = 8
 """Milliseconds from silence to full, and back, along a raised cosine."""
 GAINS = tuple(0.5 - 0.5 * math.cos(math.pi * step / RAMP) for step in range(RAMP + 1))

@@ -138,7 +138,10 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
 
 def write_table(file: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
     """Put a table in the file's place, whole or not at all; a cell that is missing is n/a."""
-    lines = ["\t".join(columns), *("\t".join(_cell(row.get(name)) for name in columns) for row in rows)]
+    lines = [
+        "\t".join(columns),
+        *("\t".join(" ".join((row.get(name) or "").split()) or MISSING for name in columns) for row in rows),
+    ]
     write_text(file, "\n".join(lines) + "\n")
 
 
@@ -152,10 +155,6 @@ def drop_row(file: Path, participant: str) -> bool:
         return False
     write_text(file, "".join(left), errors="surrogateescape")
     return True
-
-
-def _cell(text: str | None) -> str:
-    return " ".join(text.split()) or MISSING if text is not None else MISSING
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,14 @@ def open_registry(lab: Path) -> Registry:
     if settings(lab).registry is None:
         make_folder(Path(str(url.database)).parent)
     registry = _at(lab, url)
-    write(registry, lambda connection: _create(connection, url))
+
+    def create(connection: Connection) -> None:
+        schema.metadata.create_all(connection)
+        if connection.execute(select(schema.registry.c.version)).first() is None:
+            connection.execute(insert(schema.registry), {"version": schema.VERSION})
+        _demand_version(connection, url)
+
+    write(registry, create)
     return registry
 
 
@@ -183,13 +190,6 @@ def _said(registry: Registry) -> Iterator[None]:
         raise
     except SQLAlchemyError as error:
         raise ParticipantError(f"{where(registry)}: {database_reason(error, registry.engine.url)}") from None
-
-
-def _create(connection: Connection, url: URL) -> None:
-    schema.metadata.create_all(connection)
-    if connection.execute(select(schema.registry.c.version)).first() is None:
-        connection.execute(insert(schema.registry), {"version": schema.VERSION})
-    _demand_version(connection, url)
 
 
 def _demand_version(connection: Connection, url: URL) -> None:

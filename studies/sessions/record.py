@@ -148,7 +148,13 @@ def read(path: Path) -> Record:
     except LedgerError:
         raise
     except sqlite3.OperationalError as error:
-        raise LedgerError(f"{path}: {_unreadable(str(error))}") from None
+        reason = f"the file is damaged ({error}); restore it from a copy"
+        if any(word in str(error) for word in ("unable to open", "locked", "readonly", "disk I/O")):
+            # One that cannot be opened here is not thereby damaged.
+            reason = (
+                f"cannot be read here ({error}); copy it, with its -wal file if it has one, to a folder of your own"
+            )
+        raise LedgerError(f"{path}: {reason}") from None
     except (sqlite3.Error, ValueError, OverflowError, TypeError, AttributeError) as error:
         raise LedgerError(f"{path}: the file is damaged ({error}); restore it") from None
 
@@ -183,13 +189,6 @@ def _size(path: Path) -> int:
         return path.stat().st_size
     except FileNotFoundError:
         return 0
-
-
-def _unreadable(reason: str) -> str:
-    """Return why a file could not be read: one that cannot be opened here is not thereby damaged."""
-    if any(word in reason for word in ("unable to open", "locked", "readonly", "disk I/O")):
-        return f"cannot be read here ({reason}); copy it, with its -wal file if it has one, to a folder of your own"
-    return f"the file is damaged ({reason}); restore it from a copy"
 
 
 def _one(connection: sqlite3.Connection, query: str) -> Any:

@@ -21,10 +21,6 @@ def _do_nothing() -> None:
     """Do nothing: in a simulated rig nothing moves, and nothing is held open."""
 
 
-def _watch_nothing(_event: Event) -> None:
-    """Ignore the event."""
-
-
 @dataclass(frozen=True)
 class Rig:
     """An open rig: its world, and how to make it safe.
@@ -35,7 +31,7 @@ class Rig:
 
     world: World
     safe: Callable[[], None] = _do_nothing
-    watch: Callable[[Event], None] = _watch_nothing
+    watch: Callable[[Event], None] = lambda _event: None
     finish: Callable[[], None] = _do_nothing
 
 

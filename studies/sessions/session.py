@@ -130,7 +130,13 @@ def _run(ledger: Ledger, planned: RigPlan, guard: Guard) -> SessionResult:
             plan = recompiled(ledger.record)
             rig = planned.open(plan, ledger.record.events[-1].t_ns)
             guard.listen()
-            _replay_and_go_on(plan, rig, log)
+            log.watch = rig.watch
+            record = ledger.record
+            recorded = Recorded(record.events, rig.world, log)
+            for event in record.events:
+                rig.watch(event)
+            run(plan, recorded, recorded, record.header)
+            recorded.demand_end()
             rig.finish()
         finally:
             guard.over = True
@@ -153,16 +159,6 @@ def _demand_resumable(record: Record) -> None:
     if record.ended:
         raise LedgerError(f"{record.path}: the session is {record.status}; nothing to resume")
     recompiled(record)
-
-
-def _replay_and_go_on(plan: Plan, rig: Rig, log: Watched) -> None:
-    log.watch = rig.watch
-    record = log.ledger.record
-    tape = Recorded(record.events, rig.world, log)
-    for event in record.events:
-        rig.watch(event)
-    run(plan, tape, tape, record.header)
-    tape.demand_end()
 
 
 def _close(log: Watched, rig: Rig | None, reason: str) -> Receipt:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.signals.arrays import Array
+from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
 from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.stimuli.renderings import MET, SEED, Alike, Rendered, model_metadata
@@ -39,8 +40,6 @@ FELT = TableFormat(
 RATE_HZ = 1000.0
 FRAME, HOP = 256, 128
 """Samples of the frames whose spectra are averaged, and how far apart they begin."""
-SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
-"""What moves slower or presses less is no touch (thesis 4.5.3)."""
 FEWEST = 3
 GLASS = 0.2
 """Kinetic friction of a stylus' nib on a tablet's glass: judgement. No method renders friction (thesis 4.8)."""

@@ -241,7 +241,11 @@ def make_set(lab: Path, options: SetOptions, report: Report) -> list[SetSession]
     if options.workers < 1:
         raise TextureSetError(f"{options.workers} workers: 1 or more are expected")
     _demand_no_others(lab, options)
-    _demand_nobody_withdrew(lab, options)
+    if taken := sorted(withdrawn(lab) & {who for study in STUDIES for who in _people(study, options)}):
+        raise TextureSetError(
+            f"{lab}: {some(taken)} withdrew here, and no session can be run under that name, not even a simulated "
+            "one; a set of simulated textures needs its own lab, or fewer raters (--raters)"
+        )
     _demand_room(lab, options)
     pace = Pace(_weights(options), _cpu_s(options))
     studies = set_studies(lab, options.selection)
@@ -308,16 +312,6 @@ def _demand_no_others(lab: Path, options: SetOptions) -> None:
                 f"{some(others, 1)}: a session of {study} that is not of {len(ours)} simulated participants; a set of"
                 " simulated textures wants a lab of its own, or as many raters as it was made with"
             )
-
-
-def _demand_nobody_withdrew(lab: Path, options: SetOptions) -> None:
-    """Raise TextureSetError if a pseudonym of the set is that of somebody who withdrew."""
-    taken = sorted(withdrawn(lab) & {who for study in STUDIES for who in _people(study, options)})
-    if taken:
-        raise TextureSetError(
-            f"{lab}: {some(taken)} withdrew here, and no session can be run under that name, not even a simulated "
-            "one; a set of simulated textures needs its own lab, or fewer raters (--raters)"
-        )
 
 
 def _demand_room(lab: Path, options: SetOptions) -> None:

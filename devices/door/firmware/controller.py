@@ -99,7 +99,8 @@ class Firmware:
         if self.state in (State.armed, State.playing) and self.t_ms - self.beat_ms > HEARTBEAT_MS:
             self._trip(Fault.heartbeat_lost, float(self.t_ms - self.beat_ms))
         self.reading = self.plant.step()
-        self._wrong = self._watch.check(self.reading, self.state, self._end_deg)
+        end_deg = self.memory.profile.end_deg if self.memory.profile else MAX_ANGLE_DEG
+        self._wrong = self._watch.check(self.reading, self.state, end_deg)
         if self._wrong is not None:
             self._trip(*self._wrong)
         if self.state is State.boot and self.t_ms >= BOOT_MS:
@@ -107,10 +108,6 @@ class Firmware:
         self._report(self.reading)
         out, self._out = bytes(self._out), bytearray()
         return out
-
-    @property
-    def _end_deg(self) -> float:
-        return self.memory.profile.end_deg if self.memory.profile else MAX_ANGLE_DEG
 
     def _trip(self, fault: Fault, value: float) -> None:
         """Switch the motor off and the brake on; the first fault stays latched."""
