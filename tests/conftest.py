@@ -14,7 +14,13 @@ from hypothesis import settings
 
 from tests.needs import NEEDS, missing, needs_of_file, tests_of_file
 
-TRACED = ("tests/protocols/", "tests/studies/", "tests/devices/streams/")
+TRACED = (
+    "tests/protocols/",
+    "tests/studies/",
+    "tests/devices/streams/",
+    "tests/benchmarks/streams/",
+    "tests/benchmarks/test_sessions.py",
+)
 """The tests of the two rooms whose coverage `make test-all` demands, wherever they lie; no others count."""
 ELSEWHERE = ("tests/studies/window/", "tests/studies/sessions/test_kill.py")
 """What these test runs in processes of its own."""
@@ -22,7 +28,7 @@ LONGEST = ("tests/faults/test_commands.py", "tests/studies/sessions/test_kill.py
 """Each takes minutes, so it starts first."""
 LONG = "long"
 WORD = re.compile(r"\w+")
-AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
+AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/benchmarks/render/", "tests/test_recorded")
 """What CI runs bare and again with everything installed: the kernel takes part in it."""
 
 

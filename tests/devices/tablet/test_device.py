@@ -20,7 +20,7 @@ from palpate.devices.health import samples
 from palpate.devices.tablet.device import Settings, make
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.reports import Guard, Report
-from tests.devices.tablet.test_tablet_evdev import LATER, LIFTED, PRESSED, SYN, record, report
+from tests.devices.tablet.test_evdev import LATER, LIFTED, PRESSED, SYN, record, report
 
 AXES = {
     "x": {"least": 0, "most": 20000, "per_mm": 100}, "y": {"least": 100, "most": 15100, "per_mm": 100},

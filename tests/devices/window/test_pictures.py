@@ -9,7 +9,7 @@ from palpate.devices.window.texts import SHIPPED, languages, read_words
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import FORMS
 
-DOCS = Path(__file__).parents[4] / "docs" / "pictures"
+DOCS = Path(__file__).parents[3] / "docs" / "pictures"
 WAITING = {"changing_sample", "feel_now", "recording"}
 
 
