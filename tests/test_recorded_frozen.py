@@ -197,7 +197,7 @@ def test_what_is_regenerated_is_what_was_regenerated_then(lab, name):
     for now, then in REWORDED.items():
         texts = {file: text.replace(now, then) for file, text in texts.items()}
     texts |= {file: without(ADDED[file], file, texts[file]) for file in ADDED.keys() & texts.keys()}
-    assert [found.text() for found in differences(texts, LAB / "regenerated" / name)] == []
+    assert [difference.text() for difference in differences(texts, LAB / "regenerated" / name)] == []
 
 
 def test_every_model_answers_as_it_did(lab):

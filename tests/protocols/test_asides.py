@@ -5,7 +5,7 @@ import pytest
 from palpate.protocols.events import Aside, Ask, Present, ReplyError
 from palpate.protocols.runner import EndOfRecord, Recorded, run
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Interrupting, MemoryLog
+from tests.protocols.worlds_for_tests import Interrupting, MemoryLog, replay_record
 
 PLAN = toy_plan(order={"design": "as_listed"})
 NOTE = {"do": "note", "text": "sneezed"}
@@ -23,27 +23,21 @@ def ran(**asides):
     return log, desk
 
 
-def replayed(events):
-    tape = Recorded(events)
-    run(PLAN, tape, tape, {})
-    tape.demand_end()
-
-
 def test_a_note_stands_between_a_request_and_its_reply():
     log, _ = ran(n2=[NOTE, {"do": "pause"}, {"do": "go_on"}])
     assert log.words()[4:9] == ["ask", "experimenter", "experimenter", "experimenter", "answer"]
     assert log.events[5].value == NOTE and log.events[5].trial == 1
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 def test_a_rest_of_the_participants_is_on_record_and_replays():
     rest = [{"do": do, "by": "participant"} for do in ("pause", "go_on")]
     log, _ = ran(n2=rest)
     assert [event.value for event in log.events[5:7]] == rest
-    replayed(log.events)
+    replay_record(PLAN, log.events)
     for end in (6, 7):
         with pytest.raises(EndOfRecord):
-            replayed(log.events[:end])
+            replay_record(PLAN, log.events[:end])
 
 
 def test_a_note_is_recorded_before_the_answer():
@@ -57,7 +51,7 @@ def test_a_note_is_recorded_before_the_answer():
 def test_a_trial_that_is_repeated_is_felt_again():
     log, _ = ran(n2=[REPEAT])
     assert " ".join(log.words()[1:12]) == ("A1( present . ask experimenter )repeated A2( present . ask answer")
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 def test_the_last_trial_is_repeated_and_its_answer_is_forgotten():
@@ -67,7 +61,7 @@ def test_the_last_trial_is_repeated_and_its_answer_is_forgotten():
     )
     again = [request for request in desk.requests if isinstance(request, Ask)][2]
     assert again.trial.previous is None
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 def test_the_first_trial_has_none_before_it():
@@ -80,7 +74,7 @@ def test_a_session_that_is_aborted_is_over():
     assert log.words()[-3:] == ["experimenter", "experimenter", "session_ended"]
     assert log.events[-1].value == {"trials": 4, "as": "aborted"} and log.events[-1].trial is None
     assert isinstance(desk.requests[-1], Present)
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 @pytest.mark.parametrize("cut", range(1, 12))

@@ -7,7 +7,7 @@ from palpate.protocols.runner import EndOfRecord, Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Interrupting, MemoryLog
+from tests.protocols.worlds_for_tests import Interrupting, MemoryLog, replay_record
 
 PLAN = toy_plan(order={"design": "as_listed"})
 GONE = Fault({"device": "door", "what": "link_lost", "message": "the cable is out"})
@@ -24,12 +24,6 @@ def ran(**script):
     return log, lab
 
 
-def replayed(events):
-    tape = Recorded(events)
-    run(PLAN, tape, tape, {})
-    tape.demand_end()
-
-
 def kinds(events):
     return [event.kind for event in events]
 
@@ -39,7 +33,7 @@ def test_chunks_stand_between_a_request_and_its_reply():
     assert kinds(log.events)[2:6] == ["request", "samples", "samples", "reply"]
     assert [event.samples[0].first for event in log.events[3:5]] == [0, 250]
     assert log.events[4].value == chunk(250).value
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 def test_a_fault_marks_the_trial_which_is_repeated():
@@ -49,7 +43,7 @@ def test_a_fault_marks_the_trial_which_is_repeated():
     assert [event.value["as"] for event in log.events if event.kind == "trial_ended"][:2] == ["faulted", "answered"]
     assert next(event for event in log.events if event.kind == "fault").value == GONE.value
     assert lab.requests[0].trial.number == lab.requests[1].trial.number
-    replayed(log.events)
+    replay_record(PLAN, log.events)
 
 
 def test_a_fault_outside_a_trial_ends_the_run_and_is_not_recorded():
@@ -72,7 +66,7 @@ def gone_on(events: list[Event]):
 def test_a_session_cut_anywhere_goes_on_and_never_mixes_two_recordings(cut):
     log, _ = ran(n1=[chunk(0), chunk(250)], n3=[chunk(0), GONE])
     events = gone_on(log.events[:cut])
-    replayed(events)
+    replay_record(PLAN, events)
     for request, *rest in _acts(events):
         rest_kinds = [event.kind for event in rest]
         broken_off = "samples" in kinds(events[request.seq : cut]) and not {"reply", "fault"} & {

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.protocols.events import Ask, Event, Reply, Request
+from palpate.protocols.plan import Plan
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import Recorded
 
 
 @dataclass
@@ -76,6 +79,13 @@ def _word(event: Event) -> str:
             return "back" if value.get("go") else "answer" if "answers" in value else "."
         case _:
             return event.kind
+
+
+def replay_record(plan: Plan, events: list[Event]) -> None:
+    """Replay a record to its end without a world."""
+    tape = Recorded(events)
+    run(plan, tape, tape, {})
+    tape.demand_end()
 
 
 def rated(*values: float) -> dict[str, Any]:

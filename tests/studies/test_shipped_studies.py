@@ -20,6 +20,7 @@ from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import resume, start
 from palpate.studies.simulation.rig import simulated
+from tests.protocols.worlds_for_tests import MemoryLog
 from tests.studies.labs import stopping
 from tests.studies.shipped import TEN, plan_for, read_shipped
 from tests.studies.simulation.matching_raters import expected, off_what_is_felt, table_rows
@@ -38,14 +39,9 @@ def rig_of(name):
 @cache
 def events_of(name, participant="P001"):
     """A whole session in memory."""
-    plan, events = plan_for(name, participant), []
-    run(plan, rig_of(name).open(plan, 0).world, Kept(events), {})
-    return tuple(events)
-
-
-class Kept:
-    def __init__(self, events):
-        self.append = events.append
+    plan, log = plan_for(name, participant), MemoryLog()
+    run(plan, rig_of(name).open(plan, 0).world, log, {})
+    return tuple(log.events)
 
 
 def answers_of(name, participant="P001"):

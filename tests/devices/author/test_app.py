@@ -10,7 +10,8 @@ from palpate.devices.author.work import neutral
 from palpate.devices.door.twin import open_door
 from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import LOWS, FakeMaker
-from tests.devices.author.windows_for_tests import click, do, keys, on, open_author, typed, wish
+from tests.devices.author.windows_for_tests import click, keys, on, open_author, typed, wish
+from tests.devices.window.shells_for_tests import do
 
 
 def wishes(room):

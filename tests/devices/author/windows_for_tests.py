@@ -9,7 +9,7 @@ from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.inputs import Key, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from tests.devices.author.fakes import FakeMaker
-from tests.devices.window.shells_for_tests import FakeShell
+from tests.devices.window.shells_for_tests import FakeShell, do
 
 SIZE = (1280, 720)
 
@@ -27,14 +27,6 @@ def open_author(lab, **more):
     room = room_in(lab, **more)
     room.begin()
     return room
-
-
-def do(room, *inputs):
-    """The inputs, each in a turn of its own."""
-    for input_event in inputs:
-        room.shell.turns.append([input_event])
-        room.turn()
-    room.turn()
 
 
 def typed(room, *texts):

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from palpate.devices.door.stimuli import profile_text
 from palpate.devices.models import lookup
 from palpate.devices.models.commands import models, predict
 from palpate.signals.doors.limits import refusal
 from palpate.signals.doors.profile_file import read_profile
+from tests.devices.models.commands_for_tests import run, text
 from tests.signals.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
 
 RAMP = np.linspace(0, 30, 621)
@@ -32,16 +32,6 @@ def lab(tmp_path, monkeypatch):
     shape(tmp_path / "models")
     Path("ramp.csv").write_text(profile_text(RAMP))
     return tmp_path
-
-
-def run(command, *arguments) -> Result:
-    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
-
-
-def text(result: Result) -> str:
-    """What was printed, blanks made one."""
-    assert result.exit_code == 0, result.output
-    return re.sub(r"\s+", " ", result.stdout)
 
 
 def test_the_list_names_what_there_is_and_what_is_broken(lab):

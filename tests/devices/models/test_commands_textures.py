@@ -7,12 +7,12 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from palpate.devices.models import lookup
 from palpate.devices.models.commands import models, predict
 from palpate.signals.models.card import Affine, Dense, Port, Reshape, Texture
 from palpate.signals.models.card_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
+from tests.devices.models.commands_for_tests import run, text
 from tests.signals.models.cards import feeling, saved
 from tests.signals.models.make_hatt import FILE
 
@@ -63,15 +63,6 @@ def lab(tmp_path, monkeypatch):
     autoregressive(tmp_path / "textures")
     plain(tmp_path / "models")
     return tmp_path
-
-
-def run(command, *arguments):
-    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
-
-
-def text(result):
-    assert result.exit_code == 0, result.output
-    return re.sub(r"\s+", " ", result.stdout)
 
 
 def test_models_of_textures_are_listed_with_the_others(lab):

@@ -81,3 +81,11 @@ class FakeDesk:
 
 def page(language="en", **more):
     return Page(Metrics(*SIZE, 3.6), load_texts(language), find_fonts(language), **more)
+
+
+def do(room, *inputs):
+    """Give an app its inputs, each in a turn of its own."""
+    for input_event in inputs:
+        room.shell.turns.append([input_event])
+        room.turn()
+    room.turn()

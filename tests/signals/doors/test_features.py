@@ -11,14 +11,7 @@ from scipy.signal import find_peaks
 from palpate.signals.doors.features import describe, landmarks, peaks_of, plateau_after_second_peak
 from palpate.signals.doors.grid import POINTS, DoorDataError, motion_end
 from tests.examples import examples
-
-
-def line(*points: tuple[float, float]) -> np.ndarray:
-    angles, forces = zip(*points, strict=True)
-    return np.interp(np.arange(POINTS) / 10, angles, forces)
-
-
-SAW = line((0, 0), (10, 20), (20, -5), (30, 40), (34, 22), (38, 18), (42, -10), (50, 30), (62, 6))
+from tests.signals.doors.profiles_for_tests import SAW, line
 
 
 @given(st.lists(st.integers(-6, 6), min_size=3, max_size=120), st.integers(1, 6))

@@ -12,14 +12,7 @@ from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import POINTS, DoorDataError
 from palpate.signals.doors.model_features import FEATURES, all_features, features
 from tests.examples import examples
-
-
-def line(*points: tuple[float, float]) -> np.ndarray:
-    angles, forces = zip(*points, strict=True)
-    return np.interp(np.arange(POINTS) / 10, angles, forces)
-
-
-SAW = line((0, 0), (10, 20), (20, -5), (30, 40), (34, 22), (38, 18), (42, -10), (50, 30), (62, 6))
+from tests.signals.doors.profiles_for_tests import SAW, line
 
 
 def test_the_first_columns_are_those_of_the_stimulus_table():

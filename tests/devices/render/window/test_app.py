@@ -23,7 +23,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.texts import read_words
 from palpate.signals.textures.sounds import RenderError, Sounds
 from tests.devices.render.made import model, write
-from tests.devices.window.shells_for_tests import FakeShell
+from tests.devices.window.shells_for_tests import FakeShell, do
 
 SIZE, PX_PER_MM = (1280, 720), 3.6
 
@@ -89,13 +89,6 @@ def only(lab):
     own = {texture: {method: card for method, card in methods.items() if card.is_relative_to(lab)}
            for texture, methods in available(lab).items()}  # fmt: skip
     return {texture: methods for texture, methods in own.items() if methods}
-
-
-def do(room, *inputs):
-    for input_event in inputs:
-        room.shell.turns.append([input_event])
-        room.turn()
-    room.turn()
 
 
 def box(room, name):
