@@ -9,7 +9,7 @@ from typing import Any
 from palpate.protocols.events import Ask, Event, Reply, Request
 from palpate.protocols.plan import Plan
 from palpate.protocols.runner import run
-from palpate.protocols.worlds import Recorded
+from palpate.studies.sessions.simulated_world import Recorded
 
 
 @dataclass

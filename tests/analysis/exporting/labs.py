@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +34,12 @@ def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, u
     """What `palpate export --least-people 1` does."""
     request = DataRequest(study, lab, url, None, include_incomplete, simulated)
     return export(request, to, Choices(fmt, **{"least_people": 1, **choices}))
+
+
+def read_rows(path):
+    """Return the rows of a CSV file, each a dict of its cells by column."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def rewritten(source, to, change=lambda kind, body: body, header=None, upto=None):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-
 import pandas as pd
 import pytest
 from pyarrow import parquet
@@ -12,7 +10,7 @@ from palpate.analysis.exporting.reading_back import exported_ratings
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.exporting.labs import RECORDED, exported, lab_of
+from tests.analysis.exporting.labs import RECORDED, exported, lab_of, read_rows
 
 pytestmark = pytest.mark.needs("pyarrow")
 
@@ -59,14 +57,11 @@ TABLES = {
 def test_csv_holds_what_plain_sqlite_finds_in_the_ledger(study, table, tmp_path):
     """tests/recorded/expected/ten was made by Python's sqlite3 and json alone (tests/recorded/make_ten.py)."""
     exported(lab_of(tmp_path / "lab", study), study, tmp_path / "out", "csv")
-    ours = rows(tmp_path / f"out/{'ratings' if table == 'responses' else table}.csv")
-    expected = [row for row in rows(RECORDED / f"expected/ten/{table}.csv") if row["session"].startswith(f"{study}/")]
+    ours = read_rows(tmp_path / f"out/{'ratings' if table == 'responses' else table}.csv")
+    expected = [
+        row for row in read_rows(RECORDED / f"expected/ten/{table}.csv") if row["session"].startswith(f"{study}/")
+    ]
     assert ours and sorted(plain(row, table) for row in ours) == sorted(plain(row, table) for row in expected)
-
-
-def rows(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def plain(row, table):

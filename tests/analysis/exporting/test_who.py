@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import pytest
@@ -11,16 +10,11 @@ from palpate.analysis.exporting.demographics import ParticipantTable, without_sm
 from palpate.analysis.exporting.tabular import Column, ExportRefused
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.studies.collecting.collect import collect, open_database
-from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten
+from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, read_rows, rewritten
 from tests.commands_for_tests import run_command
 from tests.studies.collecting.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
-
-
-def rows(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def session(lab, who, change=lambda kind, body: body, **how):
@@ -49,7 +43,7 @@ def test_a_database_that_marks_a_withdrawal_is_heeded_without_the_lab(tmp_path):
     list(collect(sorted(RECORDED.glob("sessions/doors_small_P00[12]_s1.sqlite")), engine, {"P002"}))
     engine.dispose()
     exported(tmp_path, "doors_small", tmp_path / "out", "csv", url=url)
-    assert {row["participant"] for row in rows(tmp_path / "out/ratings.csv")} == {"P001"}
+    assert {row["participant"] for row in read_rows(tmp_path / "out/ratings.csv")} == {"P001"}
 
 
 @pytest.mark.parametrize("ended_as", ["declined", "ineligible"])
@@ -61,7 +55,7 @@ def test_people_who_took_no_part_are_never_exported_whatever_is_requested(tmp_pa
 
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", declining, {"participant": "P002"})
     exported(lab, "door_lexicon", tmp_path / "out", "csv", include_incomplete=True)
-    assert [row["participant"] for row in rows(tmp_path / "out/participants.csv")] == ["P001"]
+    assert [row["participant"] for row in read_rows(tmp_path / "out/participants.csv")] == ["P001"]
 
 
 @pytest.mark.parametrize("free_text", [False, True])
@@ -69,7 +63,7 @@ def test_what_people_wrote_in_an_interview_leaves_the_lab_only_on_request(tmp_pa
     questions = [{"name": "felt", "text": "What did you feel?"}]
     ran(tmp_path, "matching", closing=["questionnaire", "interview"], interview=questions)
     exported(tmp_path, "toy", tmp_path / "out", "csv", free_text=free_text)
-    assert ("interview" in {row["form"] for row in rows(tmp_path / "out/answers.csv")}) == free_text
+    assert ("interview" in {row["form"] for row in read_rows(tmp_path / "out/answers.csv")}) == free_text
 
 
 @pytest.mark.parametrize(
@@ -94,8 +88,8 @@ def test_interrupted_sessions_come_only_on_request_and_say_so(tmp_path):
     exported(lab, "door_lexicon", tmp_path / "out", "bids")
     assert "P002, session 1: interrupted after" in (tmp_path / "out/README.md").read_text()
     exported(lab, "door_lexicon", tmp_path / "all", "csv", include_incomplete=True)
-    assert [row["status"] for row in rows(tmp_path / "all/sessions.csv")] == ["complete", "interrupted"]
-    assert {row["status"] for row in rows(tmp_path / "all/trials.csv")} >= {"answered", "not met"}
+    assert [row["status"] for row in read_rows(tmp_path / "all/sessions.csv")] == ["complete", "interrupted"]
+    assert {row["status"] for row in read_rows(tmp_path / "all/trials.csv")} >= {"answered", "not met"}
 
 
 def test_ages_are_capped_and_answers_are_codes(tmp_path):
@@ -106,9 +100,9 @@ def test_ages_are_capped_and_answers_are_codes(tmp_path):
         ("psych-ds", "data/study-doorlexicon_description-participants_data.csv"),
     ):
         exported(lab, "door_lexicon", tmp_path / fmt, fmt)
-        [row] = rows(tmp_path / fmt / file)
+        [row] = read_rows(tmp_path / fmt / file)
         assert (row["age"], row["handedness"], row["simulated"]) == ("89", "", "false")
-    assert {row["value"] for row in rows(tmp_path / "csv/answers.csv")} == {"89", ""}
+    assert {row["value"] for row in read_rows(tmp_path / "csv/answers.csv")} == {"89", ""}
     assert "93" not in (tmp_path / "csv/answers.csv").read_text()
 
 
@@ -204,8 +198,8 @@ def test_real_people_are_protected_in_every_table_unless_requested(tmp_path, rig
     for who, age in (("P001", 20), ("P002", 40), ("P003", 60)):
         session(tmp_path, who, answering(age=age), header={"rig": {"kind": rig}})
     export = exported(tmp_path, "door_lexicon", tmp_path / "out", "csv", least_people=3)
-    assert {float(row["age"]) for row in rows(tmp_path / "out/participants.csv")} == set(map(float, ages))
-    age_rows = [row for row in rows(tmp_path / "out/answers.csv") if row["item"] == "age"]
+    assert {float(row["age"]) for row in read_rows(tmp_path / "out/participants.csv")} == set(map(float, ages))
+    age_rows = [row for row in read_rows(tmp_path / "out/answers.csv") if row["item"] == "age"]
     assert (
         {float(row["value_number"]) for row in age_rows}
         == {float(row["value"]) for row in age_rows}
@@ -214,4 +208,4 @@ def test_real_people_are_protected_in_every_table_unless_requested(tmp_path, rig
     note = "age: each number is the mean of at least 3 participants of like age."
     assert (note in export.withheld) == (rig == "live") == (note in (tmp_path / "out/README.md").read_text())
     exported(tmp_path, "door_lexicon", tmp_path / "all", "csv")
-    assert {float(row["age"]) for row in rows(tmp_path / "all/participants.csv")} == {20, 40, 60}
+    assert {float(row["age"]) for row in read_rows(tmp_path / "all/participants.csv")} == {20, 40, 60}

@@ -47,16 +47,8 @@ def same(a: pd.DataFrame, b: pd.DataFrame) -> bool:
     return True
 
 
-def rated_table() -> pd.DataFrame:
-    """8 participants who rated 3 cars in 2 variants each, labels as text."""
-    cells = np.round(np.random.default_rng(6).normal(5, 2, (8, 3, 2)), 1)
-    result = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
-    result["participant"] = "P00" + result["participant"]
-    return result.assign(car=result["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
-
-
 def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:
-    """What `rm_anova` says when it refuses a table like `rated_table`."""
+    """What `rm_anova` says when it refuses a table like that of the fixture `table`."""
     arguments = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
     with pytest.raises(error) as caught:
         rm_anova(table, **arguments)  # type: ignore[arg-type]

@@ -11,12 +11,7 @@ import pytest
 
 from palpate.analysis import anova, pairwise_tests
 from palpate.analysis.statistics.refusals import BadValue
-from tests.analysis.statistics.anova_for_tests import long_table, rated_table, tell
-
-
-@pytest.fixture
-def table() -> pd.DataFrame:
-    return rated_table()
+from tests.analysis.statistics.anova_for_tests import long_table, tell
 
 
 @pytest.mark.parametrize("kind", ["object", "str", "category"])

@@ -15,12 +15,7 @@ from palpate.analysis.statistics.refusals import (
     TooFew,
     UnknownColumn,
 )
-from tests.analysis.statistics.anova_for_tests import rated_table, same, tell
-
-
-@pytest.fixture
-def table() -> pd.DataFrame:
-    return rated_table()
+from tests.analysis.statistics.anova_for_tests import same, tell
 
 
 def test_a_missing_cell_is_named(table: pd.DataFrame) -> None:

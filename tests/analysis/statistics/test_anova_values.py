@@ -11,12 +11,7 @@ import pytest
 
 from palpate.analysis import rm_anova
 from palpate.analysis.statistics.refusals import BadValue
-from tests.analysis.statistics.anova_for_tests import rated_table, same, tell
-
-
-@pytest.fixture
-def table() -> pd.DataFrame:
-    return rated_table()
+from tests.analysis.statistics.anova_for_tests import same, tell
 
 
 @pytest.mark.parametrize("kind", ["int64", "uint64", "Int64", "UInt64", "object"])
