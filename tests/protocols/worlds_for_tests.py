@@ -8,8 +8,7 @@ from typing import Any
 
 from palpate.protocols.events import Ask, Event, Reply, Request
 from palpate.protocols.plan import Plan
-from palpate.protocols.runner import run
-from palpate.studies.sessions.simulated_world import Recorded
+from palpate.protocols.runner import Recorded, run
 
 
 @dataclass
