@@ -18,14 +18,14 @@ class Act:
     """A request being performed; it is performed on with the same object after every aside."""
 
     request: Request
-    begun_ns: int
+    started_ns: int
     paused_at_ns: int | None = None
     paused_ns: int = 0
 
     def seconds(self, t_ns: int) -> float:
         """Return the seconds since the act began, without pauses."""
         until = t_ns if self.paused_at_ns is None else self.paused_at_ns
-        return round((until - self.begun_ns - self.paused_ns) / NS, 3)
+        return round((until - self.started_ns - self.paused_ns) / NS, 3)
 
     def wait(
         self, key: str, window: Pages, desk: Desk, now_ns: Callable[[], int], ready: Callable[[], bool]
@@ -49,23 +49,24 @@ def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Ac
 
 
 @dataclass
-class Mending:
-    """The last fault that nobody has confirmed to be put right; "" where there is none."""
+class UnconfirmedFault:
+    """The last device fault that the experimenter has not confirmed as put right."""
 
-    wanted: str = ""
+    message: str = ""
+    """Empty where there is none."""
 
-    def fault(self, fault: DeviceFault) -> Fault:
-        """Return the fault as it is put on record; from now on it has to be put right first."""
-        self.wanted = str(fault)
+    def record(self, fault: DeviceFault) -> Fault:
+        """Return the fault as an event; from now on it has to be confirmed first."""
+        self.message = str(fault)
         return Fault({"device": fault.device, "what": fault.what, "message": str(fault)})
 
-    def asked(self, page: str, window: Pages, desk: Desk) -> Aside | None:
-        """Show what has to be put right and wait for the confirmation; return None at once where nothing has."""
-        if not self.wanted:
+    def demand_confirmation(self, page: str, window: Pages, desk: Desk) -> Aside | None:
+        """Show what has to be put right and wait for the confirmation; return None at once without an open fault."""
+        if not self.message:
             return None
-        desk.demand(Prompt(f"{self.wanted.rstrip('.')}. Put it right, then confirm."))
+        desk.demand(Prompt(f"{self.message.rstrip('.')}. Put it right, then confirm."))
         aside = window.wait_for(page, desk, lambda: desk.answer() is not None)
         if aside is None:
             desk.demand(None)
-            self.wanted = ""
+            self.message = ""
         return aside

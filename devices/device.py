@@ -169,7 +169,7 @@ class Sensor(Device, Protocol):
         """
 
     def stop(self) -> None:
-        """End sampling; also where it has not begun."""
+        """End sampling; also where it has not started."""
 
 
 class Presents(Protocol):

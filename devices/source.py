@@ -35,7 +35,7 @@ class Source(Protocol[Opened_co, Batch_co]):
         """Return what came since the last pull, waiting at most that long. Raises DeviceFault."""
 
     def stop(self) -> None:
-        """End sampling; also where it has not begun."""
+        """End sampling; also where it has not started."""
 
     def close(self) -> None:
         """Disconnect."""

@@ -58,7 +58,7 @@ def evaluate() -> None:
 @TO_MODELS
 @JSON
 def train_doors(
-    asked: DataOptions, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
+    source: DataOptions, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
     cluster: str | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Train both door models on all stimuli and write them as files that a rig reads.
@@ -81,13 +81,13 @@ def train_doors(
         if name is not None:
             demand_file(way, name)
     with going_on("what is left"), progress_lines() as report:
-        data, _ = read(asked)
-        methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
-        work = jobs_folder(asked.lab, NAME)
+        data, _ = read(source)
+        methods = {way: name or default_of(source.lab, data, way) for way, name in named.items()}
+        work = jobs_folder(source.lab, NAME)
         options = DoorOptions(
             seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, work=work
         )
-        written = train_pair(data, Training(methods, to or asked.lab / "models", options), report)
+        written = train_pair(data, Training(methods, to or source.lab / "models", options), report)
     if as_json:
         echo_json({way: model.plain() for way, model in written.items()})
         return
@@ -122,7 +122,7 @@ def _scores_text(way: Direction, metrics: Any) -> str:
 @to_evaluated("doors")
 @JSON
 def evaluate_doors(
-    asked: DataOptions, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
+    source: DataOptions, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
     cluster: str | None, figures: bool | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Evaluate every method of both directions on the same folds, and write tables, figures and a report.
@@ -146,14 +146,14 @@ def evaluate_doors(
         folds=folds_for(quick),
         workers=workers,
         cluster=cluster,
-        work=jobs_folder(asked.lab, NAME),
+        work=jobs_folder(source.lab, NAME),
         beside=not quick,
     )
     with going_on("what is left"), progress_lines() as report:
-        data, individual = read(asked)
+        data, individual = read(source)
         evaluation = evaluated(data, individual, options, report)
         paths = write_all(
-            evaluation, to or folder_for(asked.lab, split), report, not quick if figures is None else figures
+            evaluation, to or folder_for(source.lab, split), report, not quick if figures is None else figures
         )
     if as_json:
         from palpate.modeling.doors.evaluation.result_tables import as_json as results

@@ -98,12 +98,12 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
     """Return the options that both verbs share; the command receives them as one `AttributeRequest`."""
 
     @wraps(command)
-    def with_asked(**given: Any) -> None:
+    def with_request(**given: Any) -> None:
         demand_folder_alone(given)
         recordings = beside_a_table(given)
         command(AttributeRequest(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
 
-    return with_options(with_asked, OPTIONS)
+    return with_options(with_request, OPTIONS)
 
 
 def material_for(request: AttributeRequest, report: Report) -> Material:
@@ -267,7 +267,7 @@ def _show(evaluation: AttributeEvaluation, page: Path) -> None:
     Console(highlight=False).print(methods_table(rows, COLUMNS))
     for row in rows:
         if row["refused"]:
-            click.echo(f"not judged: {row['method']}: {row['refused']}")
+            click.echo(f"not evaluated: {row['method']}: {row['refused']}")
     chosen = choice_of(evaluation)
     click.echo(f"default: {chosen.method}. {chosen.why}")
     for label, line in reached(evaluation):

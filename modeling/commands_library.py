@@ -49,11 +49,11 @@ def textures() -> None:
     """
 
 
-def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
+def library_options(command: Callable[..., None]) -> Callable[..., None]:
     """Return the options that the questions share; the command receives them as one `LibraryRequest`."""
 
     @wraps(command)
-    def with_asked(
+    def with_request(
         *, lab: Path, classes: tuple[str, ...], rated_only: bool, predicted: bool, as_json: bool, **others: Any
     ) -> None:
         from palpate.modeling.library.answer import LibraryRequest
@@ -65,7 +65,7 @@ def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
             **others,
         )
 
-    return with_options(with_asked, OPTIONS)
+    return with_options(with_request, OPTIONS)
 
 
 textures.add_command(simulate)
@@ -123,7 +123,7 @@ def index_command(as_json: bool, **given: Any) -> None:
 @COUNT
 @SHEET
 @click.option("--map", "plane", type=FILE, help="Mark them on the map of the library: FILE.png, with FILE.svg.")
-@asked_of_textures
+@library_options
 def find_command(
     request: LibraryRequest,
     wish: tuple[str, ...],
@@ -143,7 +143,7 @@ def find_command(
       palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
     """
     from palpate.modeling.library.answer import Beside, opened
-    from palpate.modeling.library.listing import percent, plain_found, wish_words
+    from palpate.modeling.library.listing import matches_data, percent, wish_words
     from palpate.modeling.library.search import find, fitting, none_fits
 
     here = opened(request)
@@ -157,7 +157,7 @@ def find_command(
     files = here.sheet(sheet, entries, Beside(", ".join(wish.said for wish in wishes), texts, fits, wishes))
     files += here.map(plane, fits)
     if request.as_json:
-        echo_json({**plain_found(matches, wishes, here.library, request.kind), "files": list(map(str, files))})
+        echo_json({**matches_data(matches, wishes, here.library, request.kind), "files": list(map(str, files))})
         return
     click.echo("\n".join(texts))
     if matches:
@@ -173,7 +173,7 @@ def find_command(
 @click.argument("texture")
 @COUNT
 @SHEET
-@asked_of_textures
+@library_options
 def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Path | None) -> None:
     """Find the textures that feel most like TEXTURE (its id or label).
 
@@ -212,7 +212,7 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
 @textures.command("show")
 @click.argument("texture", required=False)
 @SHEET
-@asked_of_textures
+@library_options
 def show_command(request: LibraryRequest, texture: str | None, sheet: Path | None) -> None:
     """Show TEXTURE (its id or label): what people and the model say of it; without one, the whole library.
 
@@ -248,7 +248,7 @@ def show_command(request: LibraryRequest, texture: str | None, sheet: Path | Non
 @AT
 @COUNT
 @click.option("--to", type=FILE, help="Where to: FILE.png, with FILE.svg.  [default: LAB/library/map.png]")
-@asked_of_textures
+@library_options
 def map_command(
     request: LibraryRequest, wish: tuple[str, ...], at: tuple[str, ...], count: int, to: Path | None
 ) -> None:

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 @click.option("--quick", is_flag=True, help="10 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
 @JSON
 @click.pass_obj
-def simulate(get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...], as_json: bool, **asked: Any) -> None:
+def simulate(
+    get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...], as_json: bool, **options: Any
+) -> None:
     """Fill a lab with simulated textures: touched, photographed and rated, in real ledgers.
 
     Runs texture_capture (50 textures x 60 s), texture_photos (10 pictures of each) and texture_ratings (20 people)
@@ -46,7 +48,7 @@ def simulate(get_simulator: GetSimulator, /, lab: Path, textures: tuple[str, ...
     if textures and not named:
         raise click.UsageError("--textures names none: T01,T15,T33 for instance, or leave it out for all")
     with going_on("what is left"), progress_lines() as report:
-        made = get_simulator().make_set(lab, report, textures=named, **asked)
+        made = get_simulator().make_set(lab, report, textures=named, **options)
     if as_json:
         names = ("study", "participant", "done", "complete", "events", "ended")
         echo_json(

@@ -82,14 +82,14 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
     """Return the options that both verbs share; the command receives them as one `TextureRequest`."""
 
     @wraps(command)
-    def with_asked(**given: Any) -> None:
+    def with_request(**given: Any) -> None:
         own = {name: given.pop(name) for name in OWN}
         demand_one(own, SOURCES)
         held = held_in(given, own["tables"])
         textures, methods = (names_in(given.pop(name)) for name in ("textures", "methods"))
         command(TextureRequest(textures=textures, methods=methods, held=held, **own), **given)
 
-    return with_options(with_asked, OPTIONS)
+    return with_options(with_request, OPTIONS)
 
 
 def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:

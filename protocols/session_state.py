@@ -33,18 +33,18 @@ class Answer(NamedTuple):
 
 @dataclass
 class Attempt:
-    """One time that a trial was begun: its events have the numbers `first` to `last`, None while they go on.
+    """One attempt at a trial: its events have the numbers `first` to `last`, None while it lasts.
 
-    `asked_ns` is when its form was first shown, in session time. `withdrawn`: the experimenter had the trial repeated
-    since, and what this attempt came to does not count.
+    `form_shown_ns` is when its form was first shown, in session time. `withdrawn`: the experimenter had the trial
+    repeated since, and what this attempt came to does not count.
     """
 
     trial: int
     number: int
     stimulus: str
     first: int
-    begun_ns: int
-    asked_ns: int | None = None
+    started_ns: int
+    form_shown_ns: int | None = None
     answer: Answer | None = None
     last: int | None = None
     ended_ns: int | None = None
@@ -99,7 +99,7 @@ class TrialState:
 class Pause:
     """A pause of the session, by the experimenter or by a participant who rests; `ended_ns` is None while it lasts."""
 
-    begun_ns: int
+    started_ns: int
     by_participant: bool
     ended_ns: int | None = None
 
@@ -108,9 +108,9 @@ class Pause:
 class SessionState:
     """A session so far; `apply` takes in its next event.
 
-    attempts: all, in the order in which they were begun. answers: all forms that were answered, those outside trials
+    attempts: all, in the order in which they started. answers: all forms that were answered, those outside trials
     too. asides: the events of what the experimenter did, and of faults. current: the attempt under way. request: the
-    open one. next_trial: the number of the trial under way or, where none is, of the one that is begun next (one past
+    open one. next_trial: the number of the trial under way or, where none is, of the next one (one past
     the last where none is left). Of other events only their numbers are kept: a monitor has thousands of states.
     """
 
@@ -128,7 +128,7 @@ class SessionState:
 
     @property
     def counting(self) -> list[Attempt]:
-        """Return the attempt that counts of each trial that has one, in the order in which they were begun."""
+        """Return the attempt that counts of each trial that has one, in the order in which they started."""
         counting = [attempt for trial in self.trials.values() if (attempt := trial.counting) is not None]
         return sorted(counting, key=lambda attempt: attempt.first)
 
@@ -148,8 +148,8 @@ class SessionState:
         match event.kind:
             case "request":
                 self.request, current = event, self.current
-                if current is not None and current.asked_ns is None and event.value["do"] == "ask":
-                    current.asked_ns = event.t_ns
+                if current is not None and current.form_shown_ns is None and event.value["do"] == "ask":
+                    current.form_shown_ns = event.t_ns
             case "reply":
                 self._reply(event)
             case "trial_started":
@@ -224,5 +224,5 @@ def active_ns(pauses: Sequence[Pause], t_ns: int) -> int:
     """Return session time without the pauses that began before."""
     if not pauses:
         return t_ns
-    ends = [(pause.begun_ns, t_ns if pause.ended_ns is None else min(pause.ended_ns, t_ns)) for pause in pauses]
-    return t_ns - sum(end - begun for begun, end in ends if begun < t_ns)
+    ends = [(pause.started_ns, t_ns if pause.ended_ns is None else min(pause.ended_ns, t_ns)) for pause in pauses]
+    return t_ns - sum(end - start for start, end in ends if start < t_ns)

@@ -55,7 +55,7 @@ def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
         "title": study.title or "",
         "stimuli": len(study.stimuli),
         "attributes": len(study.attributes),
-        "asked": TASKS[study.task].asked(study),
+        "asked": TASKS[study.task].summary(study),
         "file": str(path),
     }
 
@@ -143,7 +143,7 @@ def _summary(study_files: StudyFiles) -> str:
         + ", ".join(
             f"group {name}: {count(count_trials(study, own), 'trial')}" for name, own in sorted(stimuli.items())
         ),
-        f"    {TASKS[study.task].asked(study)}; "
+        f"    {TASKS[study.task].summary(study)}; "
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
         f"    digest {digest(study.conditions())}",
     ]

@@ -112,7 +112,7 @@ def _cut(data: bytes, where: str) -> Image:
         raise PictureError(f"{where}: Sigma's raw format is not decoded here; develop it to TIFF, PNG or JPEG")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # large pictures, and odd tags: what they show is judged below
+            warnings.simplefilter("ignore")  # large pictures, and odd tags: what they show is checked below
             with Image.open(io.BytesIO(data)) as picture:
                 picture.load()
                 turned = ImageOps.exif_transpose(picture)

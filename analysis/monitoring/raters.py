@@ -91,9 +91,9 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
 def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
     """Return the time from the first look at the form to the first answer that still stands, without pauses."""
     first = next(attempt for attempt in trial.attempts if attempt.valid)
-    if first.asked_ns is None or first.done_ns is None:
+    if first.form_shown_ns is None or first.done_ns is None:
         return None
-    return (active_ns(pauses, first.done_ns) - active_ns(pauses, first.asked_ns)) / NS
+    return (active_ns(pauses, first.done_ns) - active_ns(pauses, first.form_shown_ns)) / NS
 
 
 def _seconds(trials: Sequence[_Trial]) -> tuple[float, ...]:

@@ -109,7 +109,7 @@ def _left(state: SessionState, status: str, done: int) -> float | None:
     """Return the seconds to go: the participant's own median from trial to trial, for every trial that is left."""
     # How long each attempt that ended well took, from the end of the one before or, of the first, from its start.
     paces_ns = []
-    since_ns = state.attempts[0].begun_ns if state.attempts else 0
+    since_ns = state.attempts[0].started_ns if state.attempts else 0
     for attempt in state.attempts:
         if attempt.ended_ns is not None:
             if attempt.ended_as in (ANSWERED, CAPTURED):

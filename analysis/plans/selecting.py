@@ -101,7 +101,7 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
             keys = zip(*(table[name].tolist() for name in key), strict=True)
             return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
 
-        return _kept(material, stays), lines
+        return _filtered(material, stays), lines
     return _without_people(material, _bad_people(material, rule), rule.because)
 
 
@@ -164,7 +164,7 @@ def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
 def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:
     whose = (material.trials if material.ratings is None else material.ratings.table)["participant"]
     lines = [Exclusion("participant", who, why, int((whose == who).sum())) for who in people]
-    return _kept(material, lambda table: ~table["participant"].isin(people)), lines
+    return _filtered(material, lambda table: ~table["participant"].isin(people)), lines
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
@@ -185,7 +185,7 @@ def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Mat
     return replace(material, ratings=ratings), lines
 
 
-def _kept(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Material:
+def _filtered(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Material:
     def part(table: pd.DataFrame) -> pd.DataFrame:
         return table[stays(table)].reset_index(drop=True) if len(table) else table
 

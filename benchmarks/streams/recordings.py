@@ -26,7 +26,7 @@ RAMP = 1 << 16
 
 
 @dataclass
-class MadeUp:
+class SyntheticSensor:
     """A sensor that gives the samples that are due, `fast` times as many as its rate says; every value is its number.
 
     `late_ns` holds for every read when it was due and when the thread ran; `handed_ns` how long it took to pass on

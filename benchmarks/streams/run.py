@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.streams.recordings import KINDS, MadeUp
+from benchmarks.streams.recordings import KINDS, SyntheticSensor
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import Block, NowNs, Records
 from palpate.devices.streams.capture import Capture
@@ -104,13 +104,13 @@ def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
 class Discarded:
     """A recorder with Capture's threads and rings that throws all samples away, to measure the readers alone."""
 
-    sensors: Mapping[str, MadeUp]
+    sensors: Mapping[str, SyntheticSensor]
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Present for the request's seconds."""
         recording = Recording(self.sensors, now_ns)
         recording.start()
-        while now_ns() < recording.begun_ns + request.seconds * NS:
+        while now_ns() < recording.started_ns + request.seconds * NS:
             window.wait_for("", desk, past(now_ns() + round(CHUNK_S * NS), now_ns))
             for stream in recording.streams.values():
                 stream.ring.get(sys.maxsize)
@@ -122,7 +122,7 @@ class Discarded:
 class OneThread:
     """A recorder as in a script: one loop reads sensor after sensor, and returns what it has twice a second."""
 
-    sensors: Mapping[str, MadeUp]
+    sensors: Mapping[str, SyntheticSensor]
     start_ns: int | None = None
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
@@ -159,7 +159,7 @@ def plan_of(seconds: float) -> Plan:
     return compile_plan(Study.model_validate(study), ParticipantRow("P001"))
 
 
-def recorder(writer: str, sensors: Mapping[str, MadeUp], fast: float) -> Records:
+def recorder(writer: str, sensors: Mapping[str, SyntheticSensor], fast: float) -> Records:
     """Return the recorder: `palpate`; `none`, which throws samples away; `one thread`, which also writes at times.
 
     The room for what waits to be written is what it would be at the sensors' own pace.
@@ -171,7 +171,7 @@ def recorder(writer: str, sensors: Mapping[str, MadeUp], fast: float) -> Records
 
 def run(lab: Path, stream_s: float, fast: float, writer: str) -> dict[str, Any]:
     """Record through a real session; times in milliseconds, memory in 10^6 bytes."""
-    sensors = {name: MadeUp(name, channels, rate_hz, fast) for name, channels, rate_hz in KINDS}
+    sensors = {name: SyntheticSensor(name, channels, rate_hz, fast) for name, channels, rate_hz in KINDS}
     records = recorder(writer, sensors, fast)
     desk, before, window = Nobody(), [0.0], Watching(rest=lambda _turn_s: time.sleep(TURN_S))
 

@@ -52,7 +52,6 @@ class AnalogOut:
     package: Callable[[], Any] = nidaqmx
     pause: Callable[[float], None] = time.sleep
     rate_hz: float = RATE_HZ
-    told: str = ""
     _task: Any = None
     _fill: Fill | None = None
     _fault: DeviceFault | None = None

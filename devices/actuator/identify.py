@@ -91,12 +91,12 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
 
     def play_and_record(volts: Array) -> tuple[Array, int]:
         rate_hz = round(sensor.signals[0].rate_hz)
-        wanted = len(volts) * rate_hz // RATE_HZ
+        needed = len(volts) * rate_hz // RATE_HZ
         before = coil.record()
         sensor.start(now_ns)
         try:
             coil.start()
-            rows = _recorded(coil, sensor, volts, wanted, now_ns)
+            rows = _recorded(coil, sensor, volts, needed, now_ns)
         finally:
             coil.safe()
             sensor.stop()
@@ -107,7 +107,7 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
         if after["underruns"] > before["underruns"]:
             count = after["missing"] - before["missing"]
             raise ResponseError(f"{count} samples came too late to be played: raise `ahead_ms` and identify it again")
-        return _along_the_motion(rows[:wanted]), rate_hz
+        return _along_the_motion(rows[:needed]), rate_hz
 
     return play_and_record
 

@@ -65,12 +65,12 @@ class Upsampler:
         """Return the next samples at the card's rate."""
         places = self._at + np.arange(count) * self._down
         newest, phase = places // self._up, places % self._up
-        wanted = int(newest[-1]) if count else 0
-        got = self.source(wanted) if wanted else np.zeros(0)
+        needed = int(newest[-1]) if count else 0
+        got = self.source(needed) if needed else np.zeros(0)
         past = np.concatenate([self._past, got])
         windows = np.lib.stride_tricks.sliding_window_view(past, REACH)
         output: Array = np.einsum("nk,nk->n", windows[newest], self._bank[phase][:, ::-1])
-        self._past, self._at = past[-REACH:], self._at + count * self._down - wanted * self._up
+        self._past, self._at = past[-REACH:], self._at + count * self._down - needed * self._up
         return output
 
 

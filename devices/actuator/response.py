@@ -143,17 +143,17 @@ def excitation(kind: Kind, level_V: float, seed: int, measured: int = 8) -> Exci
 
 def _multisine(seed: int, number: int) -> Array:
     count = HIGHEST_HZ - LOWEST_HZ + 1
-    return _made_of(np.random.PCG64([seed, number]).random_raw(count) / 2.0**64, np.ones(count))
+    return _signal_of(np.random.PCG64([seed, number]).random_raw(count) / 2.0**64, np.ones(count))
 
 
 def _sweep() -> Array:
     """Return a logarithmic sweep, made of its lines, so that no line is missing and it loops without a seam."""
     hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1)
     sounds_at_s = np.log(hz / LOWEST_HZ) / np.log(HIGHEST_HZ / LOWEST_HZ)
-    return _made_of(-np.cumsum(sounds_at_s), 1 / np.sqrt(hz))
+    return _signal_of(-np.cumsum(sounds_at_s), 1 / np.sqrt(hz))
 
 
-def _made_of(turns: Array, sizes: Array) -> Array:
+def _signal_of(turns: Array, sizes: Array) -> Array:
     lines = np.zeros(PERIOD // 2 + 1, dtype=np.complex128)
     lines[LOWEST_HZ : HIGHEST_HZ + 1] = sizes * np.exp(2j * np.pi * turns)
     made: Array = np.fft.irfft(lines, PERIOD)

@@ -36,8 +36,8 @@ class Settings(Strict):
         if self.rms_V > self.peak_V:
             raise ValueError(f"rms_V ({self.rms_V:g}) must not be above peak_V ({self.peak_V:g})")
         if self.driver == "sound" and self.peak_V > self.full_scale_V:
-            told = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
-            raise ValueError(f"{told}, what the sound card gives at full scale")
+            problem = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
+            raise ValueError(f"{problem}, what the sound card gives at full scale")
         return self
 
 

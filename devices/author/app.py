@@ -53,7 +53,7 @@ class DesignerApp(WindowApp):
     main: DesignerScreen = field(init=False)
     _scene: Scene = field(init=False)
     _aside: tuple[Aside, Callable[[Aside], None]] | None = None
-    _kept: Work | None = None
+    _saved_work: Work | None = None
     _live: LiveDoor[Setting] | None = None
     _reported: int = 0
 
@@ -65,7 +65,7 @@ class DesignerApp(WindowApp):
 
     def begin(self) -> None:
         """Put the sliders on, or first ask about the work that was left."""
-        self._kept = self.main.work
+        self._saved_work = self.main.work
         self.door_is("rest")
         try:
             left = designs.kept_work(self.lab, self.maker)
@@ -216,8 +216,8 @@ class DesignerApp(WindowApp):
 
     def _keep(self) -> None:
         """Save the work on the screen to disk."""
-        if self.main.work is not self._kept and self.main.work != self._kept:
-            self._kept = self.main.work
+        if self.main.work is not self._saved_work and self.main.work != self._saved_work:
+            self._saved_work = self.main.work
             designs.keep(self.lab, self.main.work, self.maker)
 
 

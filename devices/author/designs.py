@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
-from palpate.devices.door.making import Made, Maker
+from palpate.devices.door.making import DesignedDoor, Maker
 from palpate.devices.door.stimuli import profile_text
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_text
@@ -51,7 +51,7 @@ class Side(Strict):
     smoothing_deg: Smoothing
 
 
-class Kept(Strict):
+class StoredWork(Strict):
     """The work under way, as it is kept at every change."""
 
     format: Literal["palpate-authoring/1"] = "palpate-authoring/1"
@@ -78,7 +78,7 @@ def name_problem(name: str) -> str:
     return "" if letters.isalnum() else "name_letters"
 
 
-def design_of(name: str, setting: Setting, maker: Maker, made: Made) -> Design:
+def design_of(name: str, setting: Setting, maker: Maker, made: DesignedDoor) -> Design:
     """Return the design to save. Raise DesignError on a name that is not allowed."""
     if problem := name_problem(name):
         raise DesignError(f"a design cannot be called {name!r:.80} ({problem}): letters, digits, blanks, - and _")
@@ -123,7 +123,7 @@ def setting_of(design: Design, maker: Maker) -> Setting:
 
 def keep(lab: Path, work: Work, maker: Maker) -> None:
     """Keep the work under way, so that a process that is killed loses no more than its last move."""
-    kept = Kept(
+    kept = StoredWork(
         attributes=tuple(maker.attributes), a=_side(work.a), b=None if work.b is None else _side(work.b), on=work.on,
         name=work.name, saved=None if work.saved is None else _side(work.saved),
     )  # fmt: skip
@@ -138,7 +138,7 @@ def kept_work(lab: Path, maker: Maker) -> Work | None:
     path = designs_folder(lab) / KEPT
     if not path.is_file():
         return None
-    kept = _read(path, Kept)
+    kept = _read(path, StoredWork)
     ours = tuple(maker.attributes)
     if kept.attributes != ours or any(len(s.wish) != len(ours) for s in (kept.a, kept.b, kept.saved) if s):
         raise DesignError(f"Work on doors of other attributes than these models' was left. It is kept as {BEFORE}.")

@@ -55,7 +55,7 @@ class OneDesk:
     """The designer is participant and experimenter in one: the main button confirms whatever is asked for."""
 
     screen: Screen
-    asked: Prompt | None = None
+    prompt: Prompt | None = None
     confirmed: bool = False
     leaving: bool = False
 
@@ -65,8 +65,8 @@ class OneDesk:
 
     def demand(self, prompt: Prompt | None) -> None:
         """Let a demand stand; another one takes the confirmation with it."""
-        if prompt != self.asked:
-            self.asked, self.confirmed = prompt, False
+        if prompt != self.prompt:
+            self.prompt, self.confirmed = prompt, False
 
     def answer(self) -> float | bool | str | None:
         """Return True once the main button was pressed."""
@@ -86,8 +86,8 @@ class InWindow:
         """Let the window live until `ready`."""
         if key == "feel_now":
             self.screen.door_is("playing")
-        elif isinstance(desk, OneDesk) and desk.asked is not None:
-            self.screen.door_is("asking", desk.asked.text)
+        elif isinstance(desk, OneDesk) and desk.prompt is not None:
+            self.screen.door_is("asking", desk.prompt.text)
         while (aside := desk.poll()) is None and not ready():
             self.screen.turn()
         return aside
@@ -199,7 +199,7 @@ class Player:
                     return Played("stopped")
             if isinstance(event, Fault):
                 if event.value["what"] == "limit":  # Nothing is to be put right at the door.
-                    self.door.mending.wanted = ""
+                    self.door.unconfirmed.message = ""
                     return Played("door_refuses", str(event.value["message"]))
                 return Played("door_failed", str(event.value["message"]))
             return Played({"brought_back": "played", "time_limit": "ended_late"}.get(event.value["ended"], "stopped"))

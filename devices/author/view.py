@@ -13,7 +13,7 @@ from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
 from palpate.devices.author.plotter import Hand, Plotter
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
-from palpate.devices.door.making import NEUTRAL, Made, Maker
+from palpate.devices.door.making import NEUTRAL, DesignedDoor, Maker
 from palpate.devices.window.app import AppView, Status
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.paint import ALERT, INK, QUIET
@@ -51,9 +51,9 @@ class DesignerView(AppView):
     """A builder of the window's elements, which makes a door once for each setting."""
 
     maker: Maker
-    _made: dict[Setting, Made] = field(default_factory=dict)
+    _designed: dict[Setting, DesignedDoor] = field(default_factory=dict)
     _foot_words: tuple[str, ...] = ()
-    _foot_found: dict[str, tuple[Box, Laid]] = field(default_factory=dict)
+    _foot_buttons: dict[str, tuple[Box, Laid]] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -65,13 +65,13 @@ class DesignerView(AppView):
         """What draws the doors."""
         return Plotter(self.setter, self.layout)
 
-    def made(self, setting: Setting) -> Made:
+    def made(self, setting: Setting) -> DesignedDoor:
         """Return the door of a setting."""
-        if setting not in self._made:
-            if len(self._made) >= KEPT:
-                del self._made[next(iter(self._made))]
-            self._made[setting] = self.maker.design(np.array(setting.wish), setting.smoothing_deg)
-        return self._made[setting]
+        if setting not in self._designed:
+            if len(self._designed) >= KEPT:
+                del self._designed[next(iter(self._designed))]
+            self._designed[setting] = self.maker.design(np.array(setting.wish), setting.smoothing_deg)
+        return self._designed[setting]
 
     def elements(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
         """Yield every element, from the ground up."""
@@ -160,8 +160,8 @@ class DesignerView(AppView):
             words["compare"] = texts("keep_one", side=work.on)
         key = (*words.values(), status.play)
         if key != self._foot_words:
-            self._foot_words, self._foot_found = key, buttons(self.page, self.layout.foot, words, status.play)
-        for name, (box, laid) in self._foot_found.items():
+            self._foot_words, self._foot_buttons = key, buttons(self.page, self.layout.foot, words, status.play)
+        for name, (box, laid) in self._foot_buttons.items():
             yield Button(name, box, laid=laid, primary=name == "play")
 
 

@@ -63,8 +63,8 @@ class Work:
     @property
     def untouched(self) -> bool:
         """Whether nothing would be lost: all that is here is saved, or is where everything begins."""
-        begun = neutral(len(self.a.wish))
-        return self.b is None and self.a in (begun, self.saved)
+        start = neutral(len(self.a.wish))
+        return self.b is None and self.a in (start, self.saved)
 
     def put(self, setting: Setting) -> Work:
         """Return the work with the edited setting replaced."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.acts import Act, Mending, going_on
+from palpate.devices.acts import Act, UnconfirmedFault, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
@@ -92,10 +92,10 @@ class Camera:
     act: Act | None = None
     taken: dict[int, dict[str, Any]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
-    kept_as_it_is: set[int] = field(default_factory=set)
+    accepted: set[int] = field(default_factory=set)
     stopped: bool = False
     seen: dict[str, str] = field(default_factory=dict)
-    mending: Mending = field(default_factory=Mending)
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
 
     @property
     def signals(self) -> Sequence[Signal]:
@@ -148,19 +148,19 @@ class Camera:
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Ask for one light after the other until there is a picture for each, at most `request.seconds`."""
-        if aside := self.mending.asked("changing_sample", window, desk):
+        if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         try:
             act = going_on(self.act, request, now_ns)
             if act is not self.act:
-                self.taken, self.left_out, self.kept_as_it_is, self.stopped = {}, [], set(), False
+                self.taken, self.left_out, self.accepted, self.stopped = {}, [], set(), False
                 self.source.begin(request)
                 self.act = act
             aside = self._shot(act, request, window, desk, now_ns)
         except DeviceFault as fault:
             desk.demand(None)
             self.act = None
-            return self.mending.fault(fault)
+            return self.unconfirmed.record(fault)
         if aside is not None:
             return aside
         desk.demand(None)
@@ -174,7 +174,7 @@ class Camera:
             lacking = f"light {missing[0]}" if len(missing) == 1 else f"lights {', '.join(missing)}"
             twice = [f"{name} was left out, its picture had come before" for name in self.left_out]
             also = "".join(f"; {reason}" for reason in (*self.source.broken(), *twice))
-            return self.mending.fault(
+            return self.unconfirmed.record(
                 DeviceFault(self.name, "silent", f"{self.name} gave {there}, without {lacking}{also}")
             )
         pictures = [self.taken[n] for n in sorted(self.taken)]
@@ -187,7 +187,7 @@ class Camera:
             if light_wanted is not None and desk.answer() is not None:
                 # A confirmation keeps the picture that is complained of, or says that no more are coming.
                 if light_wanted in self.taken:
-                    self.kept_as_it_is.add(light_wanted)
+                    self.accepted.add(light_wanted)
                 else:
                     self.stopped = True
             for arrived in self.source.new(now_ns() / NS):
@@ -204,7 +204,7 @@ class Camera:
         A twin's pictures do not get better: they are flagged, and kept.
         """
         missing = (n for n in range(1, self.settings.count + 1) if n not in self.taken)
-        bad = (n for n, picture in sorted(self.taken.items()) if picture["flags"] and n not in self.kept_as_it_is)
+        bad = (n for n, picture in sorted(self.taken.items()) if picture["flags"] and n not in self.accepted)
         return next(missing, None) or (None if self.settings.driver == "twin" else next(bad, None))
 
     def _prompt(self, request: Sense) -> Prompt | None:

@@ -63,8 +63,8 @@ class Pace:
     @staticmethod
     def by_clock(elapsed_s: Elapsed) -> Pace:
         """Return a pace by an elapsed time that is computed elsewhere, from now on; reads never wait."""
-        begun = elapsed_s()
-        return Pace(lambda: elapsed_s() - begun, lambda _seconds: None)
+        start_s = elapsed_s()
+        return Pace(lambda: elapsed_s() - start_s, lambda _seconds: None)
 
 
 class Daq(Protocol):
@@ -90,7 +90,7 @@ class Daq(Protocol):
         """Return at most `most` rows that have come, waiting for some at most timeout_s. Raise DeviceFault."""
 
     def stop(self) -> None:
-        """End sampling; also where it has not begun."""
+        """End sampling; also where it has not started."""
 
     def close(self) -> None:
         """Let go of the inputs; also where they are not open."""

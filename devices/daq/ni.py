@@ -19,7 +19,7 @@ from palpate.devices.device import DeviceError, DeviceFault
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
-TOLD_S = 0.005
+POLL_S = 0.005
 """A read waits for about so much, so that it is not woken for every sample."""
 RATE_TOLERANCE = 1e-4
 """How far the real rate may lie from the one asked for. A card divides its clock, so few rates are met exactly; what is
@@ -163,10 +163,10 @@ class NiDaq:
             return nothing
         try:
             # Wait until there is enough for a read, or the time is over.
-            enough = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
+            enough = max(1, round(self.wiring.rate_hz * min(POLL_S, timeout_s)))
             end = self.pace.elapsed_s() + timeout_s
             while (there := int(self.task.in_stream.avail_samp_per_chan)) < enough and self.pace.elapsed_s() < end:
-                self.pace.wait(min(TOLD_S, timeout_s))
+                self.pace.wait(min(POLL_S, timeout_s))
             count = min(there, most)
             return Taken(self._read(count)) if count else nothing
         except Exception as error:

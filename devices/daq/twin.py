@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 BITS = 16
 """Of the converter, as in the card of thesis 4.3.1 (USB-6351)."""
-TOLD_S = 0.005
+POLL_S = 0.005
 PIECE = 512
 """Samples per block of noise."""
 NOISE = np.array(QUANTILES)
@@ -97,14 +97,14 @@ class TwinDaq:
 
     def _due(self, pace: Pace, timeout_s: float) -> int:
         """Return how many samples have fallen due and were neither read nor lost."""
-        wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
+        needed = max(1, round(self.wiring.rate_hz * min(POLL_S, timeout_s)))
         end = pace.elapsed_s() + timeout_s
         while True:
             elapsed = pace.elapsed_s()
             due = int(elapsed * self.wiring.rate_hz + DUE) - self.made
-            if due >= wanted or elapsed >= end:
+            if due >= needed or elapsed >= end:
                 return max(0, due)
-            pace.wait(min(TOLD_S, timeout_s))
+            pace.wait(min(POLL_S, timeout_s))
             if pace.elapsed_s() == elapsed:
                 return max(0, due)
 

@@ -176,9 +176,11 @@ def _require(what: str, model: Model, takes: str, gives: str) -> None:
             f"{gives}."
         )
     for port, names in ((card.takes, card.takes.names), (card.gives, card.gives.names)):
-        wanted = POINTS if port.kind == "force_profile" else len(names)
-        if port.size != wanted:
-            raise ModelFileError(f"{card.name}: a {port.kind} of {port.size}; {wanted} are expected, ratings by name.")
+        expected = POINTS if port.kind == "force_profile" else len(names)
+        if port.size != expected:
+            raise ModelFileError(
+                f"{card.name}: a {port.kind} of {port.size}; {expected} are expected, ratings by name."
+            )
 
 
 def _numbers(wish: ArrayLike | Sequence[float]) -> Array:

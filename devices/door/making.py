@@ -15,7 +15,7 @@ from palpate.signals.doors.grid import FORCE_DECIMALS
 LOWEST, NEUTRAL, HIGHEST = 0.0, 50.0, 100.0
 
 
-class Made(Protocol):
+class DesignedDoor(Protocol):
     """A door made from wishes; see palpate.devices.door.designer.Designed."""
 
     @property
@@ -50,7 +50,7 @@ class Maker(Protocol):
     def identity(self) -> Mapping[str, Any]:
         """The models' names and SHA-256."""
 
-    def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> Made:
+    def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> DesignedDoor:
         """Return the door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.
 
         Raises DoorDataError on another wish or smoothing.

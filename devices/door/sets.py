@@ -49,12 +49,12 @@ SETS: Mapping[str, Callable[[], dict[str, str]]] = {
 
 def make(study: str, folder: Path) -> list[Path]:
     """Write the stimulus files of a study of SETS into its folder. Raises DoorDataError on another study."""
-    return write_texts(folder, _made(study))
+    return write_texts(folder, _set_files(study))
 
 
 def differences(study: str, folder: Path) -> list[str]:
     """List what in a folder differs by a byte from what `make` writes: one line each, empty when all is equal."""
-    expected = _made(study)
+    expected = _set_files(study)
     lines = []
     for name, text in expected.items():
         path = folder / name
@@ -66,7 +66,7 @@ def differences(study: str, folder: Path) -> list[str]:
     return lines + [f"{path}: not a file of this study" for path in unknown]
 
 
-def _made(study: str) -> dict[str, str]:
+def _set_files(study: str) -> dict[str, str]:
     if study not in SETS:
         raise DoorDataError(f"{study!r} has no made stimuli; there are {', '.join(SETS)} and door_ratings.")
     return SETS[study]()

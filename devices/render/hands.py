@@ -103,9 +103,9 @@ class Pushed:
         while self._ticks < due:
             t_s = self._ticks / RATE_HZ
             while self._waiting and self._waiting[0].t_s <= t_s:
-                judged = self.refused.judge(self._waiting.popleft(), now_s)
-                if judged is not None:
-                    self._stylus.report(judged)
+                sound = self.refused.check(self._waiting.popleft(), now_s)
+                if sound is not None:
+                    self._stylus.report(sound)
             self.felt = self._stylus.step(t_s)
             self._ticks += 1
         return self.felt
@@ -178,14 +178,14 @@ def _filtered(
     reports: Sequence[Report], start_s: float, end_s: float, shape: Shape
 ) -> tuple[list[tuple[float, float]], Counter[str]]:
     """Return speed and force at every millisecond, and how many reports were implausible, by the reason."""
-    judge, stylus = Guard("hand", aligned=True), Stylus(shape)
+    guard, stylus = Guard("hand", aligned=True), Stylus(shape)
     waiting = [report._replace(t_s=report.t_s - start_s) for report in reversed(reports)]
     felt = []
     for sample in range(int((end_s - start_s) * RATE_HZ) + 1):
         t_s = sample / RATE_HZ
         while waiting and not waiting[-1].t_s > t_s:
             with suppress(DeviceFault):  # it counts them
-                if (judged := judge.judge(waiting.pop(), t_s)) is not None:
-                    stylus.report(judged)
+                if (sound := guard.check(waiting.pop(), t_s)) is not None:
+                    stylus.report(sound)
         felt.append(stylus.step(t_s))
-    return felt, judge.refused
+    return felt, guard.refused

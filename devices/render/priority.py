@@ -82,11 +82,11 @@ def _short_slices() -> bool:
     if numbers is None or os.sched_getscheduler(0) != os.SCHED_OTHER:
         return False
     ask, look = (ctypes.c_long(number) for number in numbers)
-    wanted = _Attributes(size=size, nice=os.getpriority(os.PRIO_PROCESS, 0), runtime=SLICE_NS)
+    attributes = _Attributes(size=size, nice=os.getpriority(os.PRIO_PROCESS, 0), runtime=SLICE_NS)
     got, none = _Attributes(), ctypes.c_uint(0)
     with suppress(OSError, AttributeError):
         call = ctypes.CDLL(None).syscall
-        refused = call(ask, 0, ctypes.byref(wanted), none) or call(
+        refused = call(ask, 0, ctypes.byref(attributes), none) or call(
             look, 0, ctypes.byref(got), ctypes.c_uint(size), none
         )
         return not refused and int(got.runtime) == SLICE_NS

@@ -69,7 +69,7 @@ class Rendering:
         if self._process is not None:
             if self._process.is_alive():
                 with suppress(RenderError, OSError):
-                    self._asked(End())
+                    self._send_request(End())
             if self._process.pid is not None:
                 self._process.join(GONE_S)
             if self._process.is_alive():
@@ -91,7 +91,7 @@ class Rendering:
 
     def switch(self, sounds: Sounds | None) -> None:
         """Go over to another texture, or to silence. Raises RenderError where its model cannot be played."""
-        self._asked(Switch(sounds))
+        self._send_request(Switch(sounds))
 
     def volume(self, gain: float) -> None:
         """Set the volume, from 0 to 1: 1 as it was recorded."""
@@ -118,7 +118,7 @@ class Rendering:
         """
         return self._answer(timeout_s)
 
-    def _asked(self, what: object) -> None:
+    def _send_request(self, what: object) -> None:
         self._send(what)
         self._answer(ANSWER_S)
 
@@ -192,7 +192,7 @@ def _serve(job: Job, memory: str, talk: Connection) -> None:
 
 def _play(job: Job, work: Playing, talk: Connection) -> None:
     ending = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_told: ending.set())
+    signal.signal(signal.SIGTERM, lambda *_args: ending.set())
     with undisturbed():
         work.facts.update(in_front(job.real_time))
         # After that: a listener of lower priority would, while it holds the interpreter, be held up with the loop.

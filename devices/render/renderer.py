@@ -23,7 +23,7 @@ class Renderer:
 
     def __init__(self, voice: Voice | None = None) -> None:
         """Begin with this voice, or with silence."""
-        self._now = self._asked = voice
+        self._now = self._queued = voice
         self._old: Voice | None = None
         self._place = CROSS_MS
         self.switches = 0
@@ -32,11 +32,11 @@ class Renderer:
     @property
     def voice(self) -> Voice | None:
         """The voice that is played, or will be as soon as a switch under way has ended."""
-        return self._asked
+        return self._queued
 
     def switch(self, voice: Voice | None) -> None:
         """Go over to another voice, or to silence."""
-        self._asked = voice
+        self._queued = voice
 
     def volume(self, gain: float) -> None:
         """Set the volume, 0 to 1, which is reached without a click."""
@@ -52,8 +52,8 @@ class Renderer:
         return sample if gain == 1.0 else gain * sample
 
     def _next(self, speed_mm_s: float, force_N: float) -> float:
-        if self._asked is not self._now and self._place == CROSS_MS:
-            self._old, self._now, self._place = self._now, self._asked, 0
+        if self._queued is not self._now and self._place == CROSS_MS:
+            self._old, self._now, self._place = self._now, self._queued, 0
             self.switches += 1
             if self._now is not None:
                 self._now.join()

@@ -77,7 +77,7 @@ def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
 
 
 @dataclass
-class Kept:
+class RecordingSink:
     """A sink that keeps everything; one sample may be written at each step, so that it is paced as a hand is."""
 
     samples: list[float] = field(default_factory=list)

@@ -47,7 +47,7 @@ def calibrate(
 
     An accelerometer is laid in six positions, each axis up and down. A voice coil is shaken with an accelerometer
     on it; what was found is written beside the rig file. A tablet's pressure becomes newtons by measured pairs. The
-    settings are told, and put into the rig file with --write: the rest of the file stays as it is. Exit code 1 if
+    settings are printed, and put into the rig file with --write: the rest of the file stays as it is. Exit code 1 if
     what was measured calibrates nothing.
 
     \b

@@ -93,7 +93,7 @@ class Bench:
     job: CalibrationJob
     sensor: DaqSensor
     scaling: Scaling
-    wanted: int
+    needed: int
     now: NowNs = time.monotonic_ns
     tries: dict[str, int] = field(default_factory=dict)
 
@@ -101,13 +101,13 @@ class Bench:
     def of(job: CalibrationJob, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
         """Return the bench of a sensor. Raise DeviceError where so few seconds hold too few samples."""
         rate_hz = sensor.signals[0].rate_hz
-        if (wanted := round(seconds * rate_hz)) < FEWEST_SAMPLES:
-            problem = f"{seconds:g} s at {rate_hz:g} Hz are {wanted} samples a position; {FEWEST_SAMPLES} are needed"
+        if (needed := round(seconds * rate_hz)) < FEWEST_SAMPLES:
+            problem = f"{seconds:g} s at {rate_hz:g} Hz are {needed} samples a position; {FEWEST_SAMPLES} are needed"
             raise DeviceError(f"{job.name}: {problem}: give --seconds {FEWEST_SAMPLES / rate_hz:.3g} or more")
         if sensor.driver != "twin":
-            return Bench(job, sensor, scaling, wanted)
+            return Bench(job, sensor, scaling, needed)
         hastened = Hastened.of(sensor)
-        return Bench(job, hastened, scaling, wanted, hastened.clock.ns)
+        return Bench(job, hastened, scaling, needed, hastened.clock.ns)
 
     def measured(self, position: str) -> Array:
         """Return the mean volts of a position, of shape (3,), once it is the right one and still.
@@ -127,14 +127,14 @@ class Bench:
             signal, blocks, count = self.sensor.signals[0], list[Block](), 0
             self.sensor.start(self.now)
             try:
-                while count < self.wanted:
+                while count < self.needed:
                     came = self.sensor.read(WAIT_S).get(signal.name, ())
                     blocks += came
                     count += sum(len(block.data) for block in came) // (4 * len(AXES))
             finally:
                 self.sensor.stop()
             # In g by the scaling so far, of shape (n, 3).
-            g = samples(signal, blocks)[: self.wanted] / GRAVITY_M_S2
+            g = samples(signal, blocks)[: self.needed] / GRAVITY_M_S2
             wrong = _movement(position, g) or _misplacement(position, g.mean(axis=0))
             if wrong is None:
                 self.job.say(f"    {_format_g(g.mean(axis=0))}; noise {g.std(axis=0).max():.4f} g")

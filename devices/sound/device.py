@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.acts import Mending
+from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
@@ -203,31 +203,31 @@ class Masked:
 
     presents: Presents
     noise: MaskingNoise
-    mending: Mending = field(default_factory=Mending)
-    begun: Present | None = None
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
+    playing_request: Present | None = None
     paused: bool = False
     on: bool = False
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Return the presenting device's reply, or the noise's fault before a presentation or where it ended."""
-        if aside := self.mending.asked("changing_sample", window, desk):
+        if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         try:
-            if request is not self.begun:
+            if request is not self.playing_request:
                 self._there()
-                self.begun = request
+                self.playing_request = request
             if not self.paused:
                 self.noise.start()
                 self.on = True
             event = self.presents.perform(request, window, desk, now_ns)
             if isinstance(event, Reply):
-                self.begun = None
+                self.playing_request = None
                 self.noise.check()
         except DeviceFault as fault:
             if fault.device != self.noise.name:
                 raise
             self.noise.close()
-            return self.mending.fault(fault)
+            return self.unconfirmed.record(fault)
         if isinstance(event, Aside):
             self.heed(event)
         return event

@@ -67,7 +67,7 @@ class Tape:
     most_s: float = math.inf
     taken: int = 0
     _fill: Fill | None = None
-    _begun_s: float = 0.0
+    _started_s: float = 0.0
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def open(self) -> None:
@@ -75,12 +75,12 @@ class Tape:
 
     def start(self, fill: Fill) -> None:
         """Begin at the clock's time now."""
-        self._fill, self._begun_s, self.taken = fill, self.elapsed_s(), 0
+        self._fill, self._started_s, self.taken = fill, self.elapsed_s(), 0
 
     def advance(self) -> None:
         """Play what is due by now."""
         with self._lock:
-            due = int((self.elapsed_s() - self._begun_s) * self.rate_hz + 1e-6)
+            due = int((self.elapsed_s() - self._started_s) * self.rate_hz + 1e-6)
             self.taken = max(self.taken, math.ceil(due - self.most_s * self.rate_hz) if self.most_s < math.inf else 0)
             self._play(due - self.taken)
 

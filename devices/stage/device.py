@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.acts import Act, Mending, going_on
+from palpate.devices.acts import Act, UnconfirmedFault, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import Date, DeviceKind, Strict
@@ -62,7 +62,7 @@ class Scanning:
     codes: bool = False
     right: str | None = None
     wrong: list[str] = field(default_factory=list)
-    asked: Prompt | None = None
+    prompt: Prompt | None = None
 
     def poll(self) -> Aside | None:
         """Return the experimenter's action, if any."""
@@ -74,10 +74,10 @@ class Scanning:
 
     def demand(self, prompt: Prompt | None) -> None:
         """Put the demand, with the last refusal where there is one."""
-        self.asked = prompt
+        self.prompt = prompt
         if prompt is not None:
-            told = f". {refusal(self.stimulus, self.wrong[-1], self.known)}." if self.wrong else ""
-            prompt = replace(prompt, text=prompt.text + told, codes=self.codes)
+            why = f". {refusal(self.stimulus, self.wrong[-1], self.known)}." if self.wrong else ""
+            prompt = replace(prompt, text=prompt.text + why, codes=self.codes)
         self.desk.demand(prompt)
 
     def answer(self) -> float | bool | str | None:
@@ -98,7 +98,7 @@ class Scanning:
                 self.right = code
                 return
             self.wrong.append(code)
-            self.demand(self.asked)
+            self.demand(self.prompt)
 
     @property
     def by(self) -> str:
@@ -118,7 +118,7 @@ class Stage:
     act: Act | None = None
     request: Present | None = None
     scanning: Scanning | None = None
-    mending: Mending = field(default_factory=Mending)
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
 
     @property
     def signals(self) -> Sequence[Signal]:
@@ -145,28 +145,28 @@ class Stage:
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
         """Return as health whether the scanner answers; drop a code that is scanned meanwhile."""
         by = {"hand": "a key confirms", "twin": "simulated"}
-        told = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
+        summary = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
         try:
             if self.scanner is not None:
                 self.scanner.forget()
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=self.settings.calibrated)
-        return Health(True, told, calibrated=self.settings.calibrated)
+        return Health(True, summary, calibrated=self.settings.calibrated)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Wait until the sample that the trial asks for is in place."""
-        if aside := self.mending.asked("changing_sample", window, desk):
+        if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         if self.settings.driver == "twin":
             return self._simulated(request, window, desk, now_ns)
         try:
-            scanning = self._begun(request, desk)
+            scanning = self._start_scanning(request, desk)
             event = self.hand.perform(request, window, scanning, now_ns)
         except DeviceFault as fault:
             desk.demand(None)
             self.scanning = None
             self.close()
-            return self.mending.fault(fault)
+            return self.unconfirmed.record(fault)
         if isinstance(event, Aside):
             return event
         self.scanning = None
@@ -174,7 +174,7 @@ class Stage:
         code = {} if scanning.right is None else {"code": plain(scanning.right)}
         return Reply({**event.value, "by": scanning.by, **code, **wrong})
 
-    def _begun(self, request: Present, desk: Desk) -> Scanning:
+    def _start_scanning(self, request: Present, desk: Desk) -> Scanning:
         """Return the scanning of this very request; reopen a scanner that failed, and drop earlier codes."""
         scanning = self.scanning
         if scanning is not None and self.request is request:

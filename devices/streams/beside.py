@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
-from palpate.devices.acts import Mending
+from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceFault, NowNs, Sensor
 from palpate.devices.streams.recording import Recording
@@ -26,7 +26,7 @@ class BesideRecorder:
     names: Mapping[tuple[str, str], str] = field(default_factory=dict)
     may_hide: Collection[str] = ()
     _recording: Recording | None = None
-    _mending: Mending = field(default_factory=Mending)
+    _unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
     _failed: DeviceFault | None = None
 
     def ready(self, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent | None:
@@ -35,7 +35,7 @@ class BesideRecorder:
         Return None, or what comes first: what the experimenter did while a fault is put right, the samples up to a
         fault, and then the fault.
         """
-        if (aside := self._mending.asked(WAITING, window, desk)) is not None:
+        if (aside := self._unconfirmed.demand_confirmation(WAITING, window, desk)) is not None:
             return aside
         if self._failed is None:
             try:
@@ -47,7 +47,7 @@ class BesideRecorder:
                 if samples:
                     return Chunk({"streams": {}}, samples)
         failed, self._failed = self._failed, None
-        return self._mending.fault(failed.named())
+        return self._unconfirmed.record(failed.named())
 
     def take(self) -> tuple[Samples, ...]:
         """Return what the sensors gave since the last call."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from math import hypot
 
-from palpate.devices.acts import Mending
+from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceFault, NowNs, Sensor, closed_on_failure
 from palpate.devices.scene import Scene
@@ -38,7 +38,7 @@ class _Going:
 class Capture:
     """Records `sensors` ({prefix: sensor}; `names`, `may_hide` and the times as for Recording).
 
-    A recording is whole or it does not count. A pause ends it: once the session goes on, its trial is met again. After
+    A recording is whole or it does not count. A pause ends it: once the session goes on, its trial is repeated. After
     a fault every sensor is stopped and safe, and the next attempt begins once the experimenter has confirmed. What had
     been recorded stays on disk, in the attempt that does not count.
     """
@@ -52,7 +52,7 @@ class Capture:
     by: str = "rig"
     suspended_ns: NowNs = suspended_ns
     _going: _Going | None = None
-    _mending: Mending = field(default_factory=Mending)
+    _unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
     _last: Recording | None = None
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
@@ -79,20 +79,20 @@ class Capture:
         # Wait for the end of a pause, and for a device to be put right.
         aside = window.wait_for(WAITING, desk, lambda: False) if going.paused else None
         if aside is None and going.recording is None:
-            aside = self._mending.asked(WAITING, window, desk)
+            aside = self._unconfirmed.demand_confirmation(WAITING, window, desk)
         if aside is not None:
             return self._obey(going, aside, desk)
         try:
             return self._record(going, window, desk, now_ns)
         except DeviceFault as fault:
             message = "; ".join([str(fault.named()), *self._make_safe(desk)])
-            going.over = self._mending.fault(DeviceFault(fault.device, fault.what, message))
+            going.over = self._unconfirmed.record(DeviceFault(fault.device, fault.what, message))
         return self._continue(going, window, desk, now_ns)
 
     def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Wait for the next chunk, or for the end. Raises DeviceFault."""
         recording = going.recording = going.recording or self._begin(going.request, now_ns)
-        until_ns = recording.begun_ns + round(going.request.seconds * NS)
+        until_ns = recording.started_ns + round(going.request.seconds * NS)
 
         def ready() -> bool:
             return recording.due() or recording.fault() is not None or now_ns() >= until_ns
@@ -106,7 +106,7 @@ class Capture:
             if (fault := recording.fault()) is not None:  # A sensor may have failed at the very end.
                 raise fault
             desk.tell(clear_streams(recording.streams))
-            seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
+            seconds = round(((recording.ended_ns or recording.started_ns) - recording.started_ns) / NS, 3)
             going.over = Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
             return self._continue(going, window, desk, now_ns)
         chunk = recording.take()

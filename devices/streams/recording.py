@@ -51,7 +51,7 @@ class Recording:
     may_hide: Collection[str] = ()
     suspended_ns: NowNs = suspended_ns
     streams: dict[str, Stream] = field(default_factory=dict)
-    begun_ns: int = 0
+    started_ns: int = 0
     ended_ns: int | None = None
     _readers: list[Reader] = field(default_factory=list)
     _failed: DeviceFault | None = None
@@ -82,7 +82,7 @@ class Recording:
         with closed_on_failure(self.end):
             for reader in self._readers:
                 reader.start()
-        self.begun_ns = self._taken_ns = self.now_ns()
+        self.started_ns = self._taken_ns = self.now_ns()
 
     def due(self) -> bool:
         """Return whether a chunk is to be written: its time is over, more waits than one holds, or it is the last."""
@@ -175,7 +175,7 @@ class Recording:
         """Return a fault for an empty stream once all is taken: a short recording ends before silence is noticed."""
         if self._left():
             return None
-        lasted_s = ((self.ended_ns or 0) - self.begun_ns) / NS
+        lasted_s = ((self.ended_ns or 0) - self.started_ns) / NS
         for name, stream in self.streams.items():
             due = lasted_s * stream.signal.rate_hz >= SILENT_SAMPLES
             if due and not stream.next:

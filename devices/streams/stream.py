@@ -61,13 +61,13 @@ class Standstill:
         """Take a block that came so late and then, of so many seconds; return whether nothing came for too long."""
         pause = self.last_ns is not None and (at_ns - self.last_ns) / NS - lasts_s > self.limit_s
         if at_ns >= self._ends_ns or pause:
-            self.judge()
+            self.check()
             self._before_s, self._paused = self._least_s, pause
             self._least_s, self._ends_ns = math.inf, at_ns + round(WINDOW_S * NS)
         self._least_s, self.last_ns = min(self._least_s, late_s), at_ns
         return pause
 
-    def judge(self) -> None:
+    def check(self) -> None:
         """Compare the window that is going on with the one before, where there was a pause between them."""
         if self._paused and self._least_s - self._before_s > self.limit_s:
             self.stood_s = self._least_s - self._before_s
@@ -123,7 +123,7 @@ class Stream:
             gaps.append(self._miss(self.ring.dropped, NO_ROOM))
             self.ring.dropped = 0
         if last and not self.ring.held:
-            self.standstill.judge()
+            self.standstill.check()
         if not blocks and not gaps:
             return (), None
         pieces = tuple(piece for run in runs for piece in self._pieces(run))

@@ -184,9 +184,9 @@ class Tablet:
     def signals(self) -> Sequence[Signal]:
         """The stylus."""
         curve = f"F = {self.shape.force.a_N:g} exp({self.shape.force.b:g} y) N"
-        told = curve if self.settings.calibrated is None else f"{curve}, {self.settings.calibrated}"
+        calibration = curve if self.settings.calibrated is None else f"{curve}, {self.settings.calibrated}"
         names, units = ("x", "y", "pressure", "contact", "speed", "force"), ("mm", "mm", "1", "1", "mm/s", "N")
-        return (Signal("stylus", names, units, float(TICK_HZ), calibration=told),)
+        return (Signal("stylus", names, units, float(TICK_HZ), calibration=calibration),)
 
     def attach(self, window: Any) -> None:
         """Take reports from this pyglet window (PsychoPy's `win.winHandle`); before opening, and for pyglet only."""
@@ -260,7 +260,9 @@ class Tablet:
             readings = sensed(self, seconds, self.now_ns)
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=calibrated, facts=facts)
-        wrong = [f"{self.guard.refused[why]} x {told}" for why, (_, told) in REFUSED.items() if self.guard.refused[why]]
+        wrong = [
+            f"{self.guard.refused[why]} x {reason}" for why, (_, reason) in REFUSED.items() if self.guard.refused[why]
+        ]
         dropped = f"{self.dropped} times reports were dropped" if self.dropped else ""
         came = f"{self.came} reports in {seconds:g} s" if self.came else "no report: move the stylus on it to see some"
         return Health(not wrong, "; ".join(filter(None, (came, *wrong, dropped))), readings, calibrated, facts)
@@ -271,8 +273,8 @@ class Tablet:
         while True:
             batch = self.source.pull(min(timeout_s, STEP_S))
             now_s = passed_s()
-            judged = (self.guard.judge(one, now_s) for one in batch.reports)
-            self.waiting.extend(one for one in judged if one is not None)
+            sound = (self.guard.check(one, now_s) for one in batch.reports)
+            self.waiting.extend(one for one in sound if one is not None)
             self.came += len(batch.reports)
             if batch.dropped:
                 self.dropped += batch.dropped

@@ -148,15 +148,15 @@ def sets(number: int, size: int) -> int:
 
 def name_of(ask: Ioctl, file: int) -> str:
     """Return the device's own name; "" where it does not answer."""
-    return _asked(ask, file, asks(0x06, 256), 256).split(b"\0")[0].decode("utf-8", "replace")
+    return _ioctl(ask, file, asks(0x06, 256), 256).split(b"\0")[0].decode("utf-8", "replace")
 
 
 def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
     """Return the range of an axis; None where there is no such axis."""
-    known = _asked(ask, file, asks(0x20 + EV_ABS, 8), 8)
+    known = _ioctl(ask, file, asks(0x20 + EV_ABS, 8), 8)
     if not known or not known[code // 8] >> code % 8 & 1:
         return None
-    answers = _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size)
+    answers = _ioctl(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size)
     if not answers:
         return None
     _, least, most, _, _, per_mm = ABSINFO.unpack(answers)
@@ -166,9 +166,9 @@ def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
 def state_of(ask: Ioctl, file: int) -> State | None:
     """Return the kernel's state of the stylus; None where it does not answer."""
     answers = [
-        _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)
+        _ioctl(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)
     ]
-    keys = _asked(ask, file, asks(0x18, KEYS), KEYS)
+    keys = _ioctl(ask, file, asks(0x18, KEYS), KEYS)
     if not all(answers) or not keys:
         return None
     x, y, pressure = (ABSINFO.unpack(answer)[0] for answer in answers)
@@ -178,7 +178,7 @@ def state_of(ask: Ioctl, file: int) -> State | None:
 
 def timed_monotonic(ask: Ioctl, file: int) -> bool:
     """Request time stamps by the monotonic clock; return whether the device uses it."""
-    return bool(_asked(ask, file, sets(0xA0, 4), 4, struct.pack("<i", MONOTONIC)))
+    return bool(_ioctl(ask, file, sets(0xA0, 4), 4, struct.pack("<i", MONOTONIC)))
 
 
 def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
@@ -193,7 +193,7 @@ def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
     return devices
 
 
-def _asked(ask: Ioctl, file: int, request: int, size: int, buffer: bytes = b"") -> bytes:
+def _ioctl(ask: Ioctl, file: int, request: int, size: int, buffer: bytes = b"") -> bytes:
     try:
         return ask(file, request, buffer or bytes(size))
     except OSError:

@@ -109,7 +109,7 @@ class Stylus:
         return self._touching
 
     def report(self, report: Report) -> None:
-        """Take a report that was judged to be sound."""
+        """Take a sound report."""
         if not report.touching or report.pressure <= 0:
             self._touching = False
             return

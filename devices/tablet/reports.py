@@ -73,7 +73,7 @@ class Guard:
         if self.aligned:
             self.shift_s = 0.0
 
-    def judge(self, report: Report, now_s: float) -> Report | None:
+    def check(self, report: Report, now_s: float) -> Report | None:
         """Return the report in this computer's time, or None.
 
         A clock that was reset is followed after three reports (`clock_reset`).

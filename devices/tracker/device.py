@@ -218,10 +218,10 @@ class Tracker:
         return Health(ok, summary, readings, calibrated, facts)
 
     def _misdeclared(self, opened: Opened) -> str | None:
-        declared, wanted = opened.declared_hz, self.settings.rate_hz
-        if not declared or abs(declared / wanted - 1) <= Tally.TOLERANCE:
+        declared, expected = opened.declared_hz, self.settings.rate_hz
+        if not declared or abs(declared / expected - 1) <= Tally.TOLERANCE:
             return None
-        return f"{self.name}: it reports {declared:g} Hz, the rig file says {wanted:g} Hz: correct rate_hz."
+        return f"{self.name}: it reports {declared:g} Hz, the rig file says {expected:g} Hz: correct rate_hz."
 
     def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
         reach = self.settings.reach_mm

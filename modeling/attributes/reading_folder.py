@@ -127,8 +127,8 @@ def read_folder(
     loose = _nobodys(folder, albums) if sight else ()
     file_notes = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
     photographed = any(album.pictures for album in albums)
-    weights_told, hurried = (how.weights.description, (QUICK_LOOK,) if quick else ()) if photographed else ("", ())
-    return Material(textures, columns.pairs, weights_told, simulated, (*file_notes, *hurried))
+    weights_text, hurried = (how.weights.description, (QUICK_LOOK,) if quick else ()) if photographed else ("", ())
+    return Material(textures, columns.pairs, weights_text, simulated, (*file_notes, *hurried))
 
 
 def rated_lines(

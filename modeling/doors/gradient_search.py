@@ -80,7 +80,7 @@ class Searching:
         Raises ModelDataError for what is far off that scale.
         """
         wish = checked_wishes(given, self.rating.shape[1])
-        parts = [self._found(wish[at : at + AT_ONCE]) for at in range(0, len(wish), AT_ONCE)]
+        parts = [self._search(wish[at : at + AT_ONCE]) for at in range(0, len(wish), AT_ONCE)]
         return bounded_profiles(self.codes.decoded(np.concatenate(parts)))
 
     def exported(self) -> Exported:
@@ -90,7 +90,7 @@ class Searching:
             "export the generator or the network instead."
         )
 
-    def _found(self, wish: Array) -> Array:
+    def _search(self, wish: Array) -> Array:
         """Return the best codes (n, k) for these wishes."""
         with training_state(0, 1):
             self.network.eval()

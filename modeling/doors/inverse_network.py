@@ -40,7 +40,7 @@ QUICK_EPOCHS = 2
 
 
 @dataclass(frozen=True)
-class MadeThrough:
+class FittedNetwork:
     """A trained network from ratings on 0..100 to forces on 0..100, the way to newtons, and how its training went."""
 
     network: nn.Sequential
@@ -59,7 +59,7 @@ class MadeThrough:
         return exported_network(self.network, newtons, PLAYABLE)
 
 
-def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
+def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedNetwork:
     """Train the encoder and the last dense layer; the decoder is the trained forward network's and stays as it is.
 
     Ratings are centred by the first layer, the last one brings forces to 0..100, where the squared error is taken. The
@@ -80,7 +80,7 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     _hand_over(network, forward, rows)
     watched = None if held is None else _pairs(held, learning.scaling)
     trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, chosen, report=learning.report)
-    return MadeThrough(network, learning.scaling, trained)
+    return FittedNetwork(network, learning.scaling, trained)
 
 
 def _inner(forward: FeltThrough) -> ForceToPerception:

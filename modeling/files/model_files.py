@@ -152,7 +152,7 @@ def replace_model(card: Path, text: bytes, content: bytes, renamed: Callable[[st
 
     def check(draft: Path) -> None:
         for name, expected in files.items():
-            _require_kept(draft / name, expected, card.with_name(name))
+            _require_content(draft / name, expected, card.with_name(name))
         _free_numbers(card, numbers, copy, renamed(copy.name))
 
     with staged_files(card.parent, last=[card.name], check=check) as draft:
@@ -168,8 +168,8 @@ def _free_numbers(card: Path, numbers: Path, copy: Path, renamed: bytes | None) 
         return
     earlier = numbers.read_bytes()
     try:
-        write_bytes(copy, earlier, lambda draft: _require_kept(draft, earlier, copy))
-        write_bytes(card, renamed, lambda draft: _require_kept(draft, renamed, card))
+        write_bytes(copy, earlier, lambda draft: _require_content(draft, earlier, copy))
+        write_bytes(card, renamed, lambda draft: _require_content(draft, renamed, card))
     except BaseException:
         with suppress(OSError):
             if card.read_bytes() != renamed:  # else the card is in place, and only its folder could not be synced
@@ -177,6 +177,6 @@ def _free_numbers(card: Path, numbers: Path, copy: Path, renamed: bytes | None) 
         raise
 
 
-def _require_kept(draft: Path, content: bytes, path: Path) -> None:
+def _require_content(draft: Path, content: bytes, path: Path) -> None:
     if draft.read_bytes() != content:
         raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")

@@ -61,7 +61,7 @@ def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dic
             "raters": entry.rated.raters if entry.rated else 0, "picture": entry.picture}  # fmt: skip
 
 
-def plain_found(
+def matches_data(
     matches: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None
 ) -> dict[str, Any]:
     """Return the answer to `find` as JSON."""

@@ -48,7 +48,7 @@ class _Reader:
     words: Sequence[str]
     known: Vocabulary
     at: int = 0
-    said_from: int = 0
+    phrase_start: int = 0
     wishes: list[Wish] = field(default_factory=list)
 
     def peek(self, ahead: int = 0) -> str:
@@ -71,7 +71,7 @@ class _Reader:
 
     def wish(self, pair: int, soft: Soft) -> None:
         """Note a wish, from where its first word stood to here."""
-        self.wishes.append(Wish(" ".join(self.words[self.said_from : self.at]), pair, soft))
+        self.wishes.append(Wish(" ".join(self.words[self.phrase_start : self.at]), pair, soft))
 
 
 def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
@@ -103,7 +103,7 @@ def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
 def _read(text: str, known: Vocabulary) -> list[Wish]:
     reader = _Reader(text, [word.replace("’", "'") for word in TOKEN.findall(text.lower())], known)
     while reader.at < len(reader.words):
-        reader.said_from = reader.at
+        reader.phrase_start = reader.at
         if reader.peek() in SEPARATORS:
             reader.at += 1
         elif reader.peek() == "neither":

@@ -42,7 +42,7 @@ SHORTEST_S = 1.0
 """In less, a line of hum is as wide as what it should be told from."""
 FINER = 2
 """Spectra are computed at so many points per resolution."""
-TOLD_HZ = 0.05
+WANDERS_HZ = 0.05
 """The mains' frequency counts as wandering where it does by more."""
 
 
@@ -175,7 +175,7 @@ class Hum:
         """Return a sentence that says what was removed."""
         at = ", ".join(f"{line.frequency_hz:.2f}" for line in self.lines)
         low, high = self.between_hz()
-        wanders = f" (the mains wander from {low:.2f} to {high:.2f} Hz)" if high - low > TOLD_HZ else ""
+        wanders = f" (the mains wander from {low:.2f} to {high:.2f} Hz)" if high - low > WANDERS_HZ else ""
         return (
             f"mains hum of {self.mains_hz:g} Hz found and removed at {at} Hz{wanders} by notches {NOTCH_HZ:g} Hz wide:"
             f" {self.removed_rms_m_s2:.3g} m/s^2 RMS, {self.removed_share:.1%} of the power; whatever the texture had"

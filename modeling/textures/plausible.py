@@ -12,7 +12,7 @@ LIMITS = {"acceleration": (2000.0, "m/s^2"), "speed": (5000.0, "mm/s"), "force":
 """Beyond these (200 g, 5 m/s, 20 kg) a number is a fault of a sensor or of its unit, whatever the texture."""
 STILL_M_S2 = 1e-6
 """Vibration that a sensor's last bit would exceed: no texture."""
-CLIPPED, TOLD = 0.05, 0.0005
+REFUSED_CLIPPED, NOTED_CLIPPED = 0.05, 0.0005
 """Shares of clipped samples above which a recording is refused, and above which a note says so."""
 AT_END, CROWDED, LEAST_CROWD = 0.003, 8.0, 4
 """See `clipped_share`."""
@@ -53,10 +53,10 @@ def demand_plausible(signal: Sampled) -> None:
                 f"{signal.where}: acceleration, {text} Record again, or leave out what measured nothing"
             )
         share = clipped_share(values)
-        if share > CLIPPED:
+        if share > REFUSED_CLIPPED:
             raise TextureDataError(
                 f"{signal.where}: {share:.1%} of the acceleration is clipped at the end of its sensor's range; at most"
-                f" {CLIPPED:.0%} are accepted; press less, or use a sensor of a wider range"
+                f" {REFUSED_CLIPPED:.0%} are accepted; press less, or use a sensor of a wider range"
             )
 
 

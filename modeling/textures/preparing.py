@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.analysis.features.touch import Stretch
 from palpate.modeling.textures.hum import before_filter, without_hum
-from palpate.modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
+from palpate.modeling.textures.plausible import NOTED_CLIPPED, clipped_share, demand_alive, demand_plausible, oddities
 from palpate.modeling.textures.rates import Sampled, along, on_grid, speed_from
 from palpate.modeling.textures.recording import RATE_HZ, Recording, TextureDataError, TooShort, joined
 from palpate.signals.arrays import Array
@@ -187,7 +187,7 @@ def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
         notes.append(f"{axes} axes of acceleration on one by DFT321, in {way.frames}")
     if way.trim_s:
         notes.append(f"the first and last {way.trim_s:g} s are left out")
-    if (share := clipped_share(acceleration.values)) > TOLD:
+    if (share := clipped_share(acceleration.values)) > NOTED_CLIPPED:
         notes.append(f"{share:.2%} of the acceleration is clipped at the end of its sensor's range")
     if acceleration.rate_hz < 0.99 * RATE_HZ:
         notes.append(f"acceleration recorded at {acceleration.rate_hz:.4g} Hz: nothing above half of that is known")

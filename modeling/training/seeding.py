@@ -11,7 +11,7 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor
 
-Made = TypeVar("Made")
+Seeded = TypeVar("Seeded")
 _ORDER, _BATCHES, _DROPOUT, _WEIGHTS, _HELD = range(5)
 """What a seed is used for; each use has numbers of its own."""
 
@@ -26,7 +26,7 @@ def batch_chance(seed: int, epoch: int) -> torch.Generator:
     return torch.Generator().manual_seed(_number(seed, _HELD if epoch == 0 else _BATCHES, epoch))
 
 
-def seeded(make: Callable[[], Made], seed: int) -> Made:
+def seeded(make: Callable[[], Seeded], seed: int) -> Seeded:
     """`make()` with starting weights that the seed alone decides; the process's own generator is left as it was."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(_number(seed, _WEIGHTS))

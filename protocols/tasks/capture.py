@@ -45,5 +45,5 @@ CAPTURE = Task(
     "A stimulus is felt while sensors record it.",
     capture, keys=("capture",), required=("capture",), forward_only=True, check=_durations,
     device=lambda study: None if study.capture is None else study.capture.device,
-    asked=lambda study: f"recorded by {study.capture.device if study.capture else 'nothing'}",
+    summary=lambda study: f"recorded by {study.capture.device if study.capture else 'nothing'}",
 )  # fmt: skip

@@ -172,7 +172,7 @@ TASK = Task(
     "The stimuli of a set are felt one after another and put in order.",
     put_in_order, keys=("attributes", "settings"), required=("attributes",), block_form=_form, settings=Settings,
     answers="rankings", check=_sets,
-    asked=lambda study: " and ".join(f"an order from {pair.low} to {pair.high}" for pair in study.attributes),
+    summary=lambda study: " and ".join(f"an order from {pair.low} to {pair.high}" for pair in study.attributes),
 )  # fmt: skip
 FORM = FormKind(
     "putting {n} stimuli in order",

@@ -54,19 +54,19 @@ def _two_sides(study: Study) -> Iterator[Problem]:
 
 SLIDER_RATING = Task(
     "A stimulus is felt and rated on bipolar attributes.",
-    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", asked=_rated,
+    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", summary=_rated,
 )  # fmt: skip
 MATCHING = Task(
     "A stimulus that was made for a wish is felt and rated on bipolar attributes.",
-    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", asked=_rated,
+    feel_and_answer, keys=RATED, required=RATED, form=_sliders, answers="ratings", summary=_rated,
 )  # fmt: skip
 SIMILARITY = Task(
     "Two sides are felt in turns, and their similarity is rated.",
-    feel_and_answer, keys=(*RATED, "sides"), required=RATED, form=_sliders, answers="ratings", asked=_rated,
+    feel_and_answer, keys=(*RATED, "sides"), required=RATED, form=_sliders, answers="ratings", summary=_rated,
     check=_two_sides,
 )  # fmt: skip
 AUTHORING = Task(
     "Attributes are set, what is made for them is felt, until it is as wished.",
-    author, keys=(*RATED, "live"), required=RATED, form=partial(_sliders, tries=True), answers="ratings", asked=_rated,
-    forward_only=True, makes=True, device=lambda _study: "door_generator",
+    author, keys=(*RATED, "live"), required=RATED, form=partial(_sliders, tries=True), answers="ratings",
+    summary=_rated, forward_only=True, makes=True, device=lambda _study: "door_generator",
 )  # fmt: skip

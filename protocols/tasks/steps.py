@@ -42,7 +42,7 @@ class TaskError(ValueError):
 class Task:
     """A kind of task: which keys of a study file belong to it, what is asked in a trial, and how a trial goes.
 
-    `description` is what exports say of it, `asked` says in a few words what a trial asks or records. `keys` are the
+    `description` is what exports say of it, `summary` says in a few words what a trial asks or records. `keys` are the
     keys of the file that only tasks which name them may have, `required` those of them that must be there; `settings`
     is the schema of the key `settings`. `form` makes what is asked in every trial, from the study, the participant's
     row, the seed and the session's number; None asks nothing. `block_form` stands in its place where a trial is about
@@ -60,7 +60,7 @@ class Task:
     block_form: Callable[[Study, tuple[Stimulus, ...]], Form | None] | None = None
     settings: type[Strict] | None = None
     answers: str = "trials"
-    asked: Callable[[Study], str] = lambda _study: "answers of its own"
+    summary: Callable[[Study], str] = lambda _study: "answers of its own"
     forward_only: bool = False
     makes: bool = False
     device: Callable[[Study], str | None] = lambda _study: None

@@ -24,11 +24,11 @@ def _list_of(study: Study, who: ParticipantRow, seed: int, session: int) -> Word
 ADJECTIVE_SELECTION = Task(
     "A stimulus is felt, and the adjectives of a list that describe it are ticked.",
     feel_and_answer, keys=("adjectives",), required=("adjectives",), form=_list_of, answers="words",
-    asked=lambda study: f"{len(study.adjectives.words if study.adjectives else ())} adjectives to tick",
+    summary=lambda study: f"{len(study.adjectives.words if study.adjectives else ())} adjectives to tick",
 )  # fmt: skip
 FREE_LEXICON = Task(
     "A stimulus is felt and described in words of the participant's own.",
     feel_and_answer, keys=("lexicon",), answers="words",
     form=lambda study, *_session: Lexicon(study.lexicon.at_least if study.lexicon is not None else 1),
-    asked=lambda _study: "words of the participant's own",
+    summary=lambda _study: "words of the participant's own",
 )  # fmt: skip

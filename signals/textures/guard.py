@@ -1,4 +1,4 @@
-"""Watches a running model: what has left all bounds is begun anew, over a short cross-fade."""
+"""Watches a running model: what has left all bounds is restarted, over a short cross-fade."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ KEEP = math.exp(-1 / MEMORY_MS)
 QUIET = 0.01
 """Below this share of the training's level a model counts as dead: told, and left alone (a texture may be faint)."""
 MOST, WELL = 4, 1000
-"""A model that had to be begun anew more often, without so many good steps in between, is given a pause."""
+"""A model that had to be restarted more often, without so many good steps in between, is given a pause."""
 PAUSE, LONGEST = 40, 5
 """Milliseconds of silence before the next try; twice as long every further time, five times over."""
 
@@ -33,7 +33,7 @@ PAUSE, LONGEST = 40, 5
 class Guard:
     """The model's next sample, always finite and within the peak.
 
-    Begun anew: an answer that is no number; a level above `loud`; a mean beyond `off`. `restarts`, `quiet` and `muted`
+    Restarted: an answer that is no number; a level above `loud`; a mean beyond `off`. `restarts`, `quiet` and `muted`
     count for the record: how often, steps of a dead model, steps of silence before a model was tried again.
     """
 

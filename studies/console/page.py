@@ -129,7 +129,7 @@ def _progress(status: SessionStatus, t_ns: int) -> RenderableType:
     )
     times = Text(f" {clock(t_ns / NS)} since the start, {about(status.left_s(t_ns))}", style="dim")
     if status.pause is not None:
-        times.append(f"   paused for {clock((t_ns - status.pause.begun_ns) / NS)}", style="yellow")
+        times.append(f"   paused for {clock((t_ns - status.pause.started_ns) / NS)}", style="yellow")
     return Padding(Group(line, times), (0, 0, 1, 0))
 
 

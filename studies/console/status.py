@@ -102,7 +102,7 @@ def status_of(plan: Plan, state: SessionState) -> SessionStatus:
         since_ns=0 if state.request is None else state.request.t_ns,
         pauses=tuple(state.pauses),
         pause=state.pause,
-        first_trial_ns=attempts[0].begun_ns if attempts else None,
+        first_trial_ns=attempts[0].started_ns if attempts else None,
         last_done_ns=done_ns[-1] if done_ns else 0,
         remarks=tuple(_remark(plan, event) for event in state.asides[-REMEMBERED:]),
         ended=state.ended,

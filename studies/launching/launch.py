@@ -50,7 +50,7 @@ def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | N
 
 
 def demand_new(lab: Path, study: str, participant: str, number: int) -> None:
-    """Raise ParticipantError or LedgerError unless a live session of this number may be begun. Writes nothing.
+    """Raise ParticipantError or LedgerError unless a live session of this number may start. Writes nothing.
 
     A start that is refused must take no row of the square, so this comes before one is allocated.
     """

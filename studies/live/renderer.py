@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from palpate.devices.acts import Mending
+from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault
@@ -76,7 +76,7 @@ class RigRenderer:
     plays: Plays | None = None
     tablet: Shows | None = None
     on: bool = False
-    mending: Mending = field(default_factory=Mending)
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
     counted: dict[str, Any] = field(default_factory=dict)
     metadata: dict[str, Any] = field(default_factory=dict)
     picture: Path | None = None
@@ -86,16 +86,16 @@ class RigRenderer:
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
-        if aside := self.mending.asked("changing_sample", window, desk):
+        if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
-        begun_ns = now_ns()
+        started_ns = now_ns()
         try:
             self._put_on(request.trial)
         except (ValueError, OSError) as error:
             return self._fault(error)
         blind = self.plan.study.blind
         desk.tell({NEED: "renders" if blind else f"{self.metadata['model']}, {self.metadata['runtime']}"})
-        seconds = round((now_ns() - begun_ns) / NS, 3)
+        seconds = round((now_ns() - started_ns) / NS, 3)
         made = {**self.metadata, "deadlines": self.counted}
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
 
@@ -144,9 +144,9 @@ class RigRenderer:
             self.tablet.show(self.picture if seen else None)
 
     def _fault(self, error: Exception) -> Fault:
-        """The trial is marked, and met again once somebody has seen to it."""
+        """Return the fault that has the trial repeated once somebody has seen to it."""
         self.close()
-        return self.mending.fault(DeviceFault(NEED, "refused", str(error)))
+        return self.unconfirmed.record(DeviceFault(NEED, "refused", str(error)))
 
     def after(self, event: WorldEvent) -> WorldEvent:
         """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
@@ -167,7 +167,7 @@ class RigRenderer:
             return fault if isinstance(event, Reply) else event
         if not isinstance(event, Reply):
             return event
-        made = {**self.metadata, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
+        made = {**self.metadata, "deadlines": since(self.counted, counts_of(record)), "met": playing_counts(record)}
         return replace(event, value={**event.value, "rendered": made})
 
     def close(self) -> None:
@@ -186,13 +186,13 @@ def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Show
     for device in rig.of(NEED).values():
         device.close()
     job = Job(None, None, rig.file.path, min(MOST_AHEAD, coil.settings.ahead_ms))
-    made = RigRenderer(plan, VirtualTextures(folder, lab), lambda: begun(job), tablet=tablet)
+    made = RigRenderer(plan, VirtualTextures(folder, lab), lambda: open_rendering(job), tablet=tablet)
     made.plays = made.begin()
     return made
 
 
-def begun(job: Job) -> Rendering:
-    """The loop in its process, silent. Raises DeviceError where the devices cannot be had."""
+def open_rendering(job: Job) -> Rendering:
+    """Start the loop in its process, silent. Raises DeviceError where the devices cannot be had."""
     try:
         return Rendering(job).__enter__()
     except RenderError as error:
@@ -248,8 +248,8 @@ def runtime_of(record: Mapping[str, Any]) -> str:
     return str((record.get("voice") or {}).get("runtime", "none"))
 
 
-def met_in(record: Mapping[str, Any]) -> dict[str, Any]:
-    """How the model fared that is on: for how long it sounded, was begun anew, was dead or given a pause."""
+def playing_counts(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return for how long the current model sounded, and how often it was restarted, dead or paused."""
     voice = record.get("voice") or {}
     return {name: voice.get(name, 0) for name in MET}
 

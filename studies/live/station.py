@@ -76,11 +76,11 @@ def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Prese
     for need in _needed(plan, ("door", "door_generator")):
         door: Any = rig.of(need)["door"]
         if need == "door_generator":
-            from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
+            from palpate.studies.stimuli.made_doors import MadeDoorPresenter, made_doors
 
             made = made_doors(lab)
             door.profile_for = made.force_N
-            return PresentsMade(door, made, partial(setattr, door, "changes"))
+            return MadeDoorPresenter(door, made, partial(setattr, door, "changes"))
         door.profile_for = profiles_of(study_files)
         return cast(Presents, door)
     return None

@@ -108,7 +108,7 @@ class TwinInRealTime:
         """Wait as long as the simulated act takes, then give its reply."""
         act = going_on(self.act, request, now_ns)
         if act is not self.act or self.done is None:
-            self.act, self.done = act, self.twin(request, act.begun_ns)
+            self.act, self.done = act, self.twin(request, act.started_ns)
             desk.tell({self.name: f"simulated, {self.done.seconds:.1f} s"})
         done = self.done
         page = "recording" if isinstance(request, Sense) else "feel_now"

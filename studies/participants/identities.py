@@ -149,7 +149,7 @@ def erase(lab: Path, pseudonym: str) -> bool:
     demand_private(lab)
     if not store(lab).exists():
         return False
-    with _said(lab), _engine(lab, _ALONE).connect() as connection:
+    with _database_errors(lab), _engine(lab, _ALONE).connect() as connection:
         if not inspect(connection).has_table(table.name):
             return False
         erased = connection.execute(delete(table).where(table.c.pseudonym == pseudonym)).rowcount > 0
@@ -180,7 +180,7 @@ def _opened(lab: Path) -> Iterator[Connection]:
         write_text(file.parent / ".gitignore", "*\n")
     with suppress(FileExistsError):
         os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-    with _said(lab), _engine(lab).begin() as connection:
+    with _database_errors(lab), _engine(lab).begin() as connection:
         if not inspect(connection).has_table(table.name):
             metadata.create_all(connection)
         yield connection
@@ -198,7 +198,7 @@ def _engine(lab: Path, pragmas: tuple[str, ...] = _FORGETTING) -> Engine:
 
 
 @contextmanager
-def _said(lab: Path) -> Iterator[None]:
+def _database_errors(lab: Path) -> Iterator[None]:
     try:
         yield
     except SQLAlchemyError as error:

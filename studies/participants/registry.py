@@ -103,7 +103,7 @@ def open_registry(lab: Path) -> Registry:
 @contextmanager
 def reading(registry: Registry) -> Iterator[Connection]:
     """Yield one moment of the registry."""
-    with _said(registry), registry.engine.connect() as connection, connection.begin():
+    with _database_errors(registry), registry.engine.connect() as connection, connection.begin():
         yield connection
 
 
@@ -115,7 +115,7 @@ def write(registry: Registry, act: Callable[[Connection], T]) -> T:
     engine, conflict = registry.engine.execution_options(**{_WRITES: True}), ""
     for _ in range(TRIES):
         try:
-            with _said(registry), engine.connect() as connection, connection.begin():
+            with _database_errors(registry), engine.connect() as connection, connection.begin():
                 if connection.dialect.name == "postgresql":
                     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({schema.LOCK})")
                 return act(connection)
@@ -183,7 +183,7 @@ def _take_begin_over(engine: Engine) -> None:
 
 
 @contextmanager
-def _said(registry: Registry) -> Iterator[None]:
+def _database_errors(registry: Registry) -> Iterator[None]:
     try:
         yield
     except IntegrityError:

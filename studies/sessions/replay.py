@@ -40,10 +40,10 @@ def replay(path: Path) -> Replayed:
 
     Raises LedgerError if the file is refused or the plan differs, Divergence if an event does.
     """
-    begun = time.perf_counter()
+    start_s = time.perf_counter()
     record = read(path)
     compare(record)
-    seconds = time.perf_counter() - begun
+    seconds = time.perf_counter() - start_s
     return Replayed(path, len(record.events), record.complete, record.events[-1].t_ns / NS, seconds, record.lacks_wal)
 
 

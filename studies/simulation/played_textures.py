@@ -50,9 +50,9 @@ def render(voice: Voice, card: Path, felt: Array, friction: float | None) -> Ren
     """Play a voice for the hand of `felt` (3, n), and compare; `friction` None: there is nothing to compare with."""
     from palpate.devices.render.hands import Scripted
     from palpate.devices.render.loop import AtOnce, Loop
-    from palpate.devices.render.sinks import Kept
+    from palpate.devices.render.sinks import RecordingSink
 
-    sink, hand = Kept(), Scripted(felt[1].tolist(), felt[2].tolist())
+    sink, hand = RecordingSink(), Scripted(felt[1].tolist(), felt[2].tolist())
     loop = Loop(voice, hand, sink, AtOnce())
     loop.run(len(hand) - 1)  # one more was made as it began
     likeness = None if friction is None else alike(felt[0], np.array(sink.samples), felt[1:], friction)

@@ -99,8 +99,8 @@ class LiveRecord:
         units = ("s", "s", "s", "yes/no", *["scale"] * len(names))
         settings: list[float] = []
         for change in changes:
-            taken_ns = change.made_ns if change.taken_ns is None else change.taken_ns
-            settings += [self._s(t_ns) for t_ns in (change.seen_ns, change.made_ns, taken_ns)]
+            taken_ns = change.computed_ns if change.taken_ns is None else change.taken_ns
+            settings += [self._s(t_ns) for t_ns in (change.seen_ns, change.computed_ns, taken_ns)]
             settings += [float(change.taken_ns is None), *(float(change.wish[name]) for name in self.attributes)]
         made = [value for change in changes for value in (self._s(change.seen_ns), *change.force_N)]
         return (
@@ -149,7 +149,7 @@ class MadeDoors:
 
 
 @dataclass
-class PresentsMade:
+class MadeDoorPresenter:
     """A door that plays what is wished for, and follows the sliders where the form is live; its replies say what
     that was. `changes_from` hands the door what it follows, or None."""
 

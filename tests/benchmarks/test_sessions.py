@@ -1,4 +1,4 @@
-"""The declared figures: what they run and how their errors are judged (no times: those are for `palpate bench`)."""
+"""The declared figures: what they run and how their errors are evaluated (no times: those are for `palpate bench`)."""
 
 import pytest
 

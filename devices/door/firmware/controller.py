@@ -253,7 +253,7 @@ class Memory:
 
     limits: Limits
     profile: Profile | None = None
-    begun: UploadBegin | None = None
+    upload: UploadBegin | None = None
     points: dict[int, float] = field(default_factory=dict)
     following: Profile | None = None
     """What was uploaded while `profile` is being played, and may follow it."""
@@ -275,14 +275,14 @@ class Memory:
         """Begin a new profile, which replaces the old one, or is held beside it while playing."""
         if message.points != POINTS or not 0 < message.end_deg <= MAX_ANGLE_DEG:
             return Reason.bad_value
-        self.begun, self.points, self.following = message, {}, None
+        self.upload, self.points, self.following = message, {}, None
         if not playing:
             self.profile = None
         return None
 
     def chunk(self, message: UploadChunk) -> Reason | None:
         """Keep some points; the same ones may come twice."""
-        if self.begun is None:
+        if self.upload is None:
             return Reason.incomplete
         count = len(message.torque_Nm)
         if not 1 <= count <= CHUNK_POINTS or message.first + count > POINTS:
@@ -294,19 +294,19 @@ class Memory:
 
     def end(self, message: UploadEnd, playing: bool = False) -> Reason | None:
         """Take the profile if nothing lacks, nothing is damaged and nothing is beyond the limits."""
-        if self.begun is None or len(self.points) < POINTS:
+        if self.upload is None or len(self.points) < POINTS:
             return Reason.incomplete
         torque = tuple(self.points[index] for index in range(POINTS))
-        if not self.begun.crc == message.crc == profile_crc(torque, self.begun.end_deg):
+        if not self.upload.crc == message.crc == profile_crc(torque, self.upload.end_deg):
             return Reason.wrong_crc
         if not self.allowed(torque):
             return Reason.over_limit
-        taken = Profile(torque, self.begun.end_deg)
+        taken = Profile(torque, self.upload.end_deg)
         if playing:
             self.following = taken
         else:
             self.profile = taken
-        self.begun, self.points = None, {}
+        self.upload, self.points = None, {}
         return None
 
     def change(self, crc: int) -> Reason | None:

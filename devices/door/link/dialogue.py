@@ -140,7 +140,7 @@ def _nobody(link: Link, fault: DeviceFault, foreign: int) -> str:
     return f"{link.name}: no door simulator answers. Is it switched on, and is this its port? ({fault})"
 
 
-TOLD = {
+WORD_AND_MESSAGE = {
     Fault.heartbeat_lost: ("heartbeat_lost", "it heard nothing of this computer for too long (heartbeat lost)"),
     Fault.sensor_silent: ("silent", "a sensor of it is silent"),
     Fault.encoder_stuck: ("stuck", "its encoder is stuck"),
@@ -155,6 +155,6 @@ TOLD = {
 
 def latched_fault(name: str, fault: int) -> DeviceFault:
     """Return the device's own fault as a DeviceFault."""
-    known = TOLD.get(Fault(fault)) if fault in set(Fault) else None
+    known = WORD_AND_MESSAGE.get(Fault(fault)) if fault in set(Fault) else None
     what, message = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
     return DeviceFault(name, what, f"{name}: the door went safe: {message}")

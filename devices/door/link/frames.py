@@ -90,12 +90,12 @@ class Parser:
     def __init__(self) -> None:
         self.dropped = 0
         self.dropped_bytes = 0
-        self._begun = b""
+        self._partial = b""
         self._overlong = False
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that are complete now, in order."""
-        *whole, rest = (self._begun + data).split(b"\0")
+        *whole, rest = (self._partial + data).split(b"\0")
         frames = []
         for run in whole:
             if self._overlong:
@@ -117,9 +117,9 @@ class Parser:
             self.dropped += not self._overlong
             self.dropped_bytes += len(rest)
             self._overlong, rest = True, b""
-        self._begun = rest
+        self._partial = rest
 
     @property
     def kept(self) -> int:
         """The number of bytes that wait for the end of their frame."""
-        return len(self._begun)
+        return len(self._partial)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from palpate.devices.acts import Act, Mending
+from palpate.devices.acts import Act, UnconfirmedFault
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault
 from palpate.devices.door.link import dialogue
@@ -63,7 +63,7 @@ class Door(Protocol):
     """The door, as a presentation needs it."""
 
     name: str
-    mending: Mending
+    unconfirmed: UnconfirmedFault
     changes: Changes | None
 
     @property
@@ -110,7 +110,7 @@ class Showing:
             except DeviceFault as fault:
                 self._at_rest("went safe")
                 yield from _ended(recorded)
-                reply = self.door.mending.fault(fault)
+                reply = self.door.unconfirmed.record(fault)
             yield reply
         finally:
             try:
@@ -136,28 +136,28 @@ class Showing:
 
     def _ready(self) -> Generator[Aside, None, Link]:
         """Return the link to a door without a fault, after a person has mended and confirmed whatever was wrong."""
-        mending = self.door.mending
+        unconfirmed = self.door.unconfirmed
         while True:
-            confirmed = mending.wanted
-            while (aside := self.door.mending.asked(WAITING, self.window, self.desk)) is not None:
+            confirmed = unconfirmed.message
+            while (aside := self.door.unconfirmed.demand_confirmation(WAITING, self.window, self.desk)) is not None:
                 yield aside
             link, identity = self.door.greeted()
             if not identity.fault:
                 return link
             latched = str(dialogue.latched_fault(self.door.name, identity.fault))
             if not confirmed.startswith(latched):
-                mending.wanted = latched
+                unconfirmed.message = latched
             elif dialogue.clear(link, identity.fault):
                 return link
             else:
-                mending.wanted = f"{latched}, and its cause remains"
+                unconfirmed.message = f"{latched}, and its cause remains"
 
-    def _at_rest(self, told: str) -> None:
+    def _at_rest(self, state: str) -> None:
         """Switch the motor off and the brake on, once."""
         if not self.rests:
             self.rests = True
             self.door.safe()
-            self.desk.tell({self.door.name: told})
+            self.desk.tell({self.door.name: state})
 
 
 @dataclass

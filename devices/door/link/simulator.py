@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.acts import Mending
+from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import (
     Block,
@@ -82,7 +82,7 @@ class DoorSimulator:
     connect: Callable[[], Connection]
     profile_for: ProfileFor = no_profiles
     recorder: Recorder = streamed
-    mending: Mending = field(default_factory=Mending)
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
     identity: Identity | None = None
     changes: Changes | None = None
     """Where the profile changes from while it is felt; None where it does not."""

@@ -82,8 +82,8 @@ class Cascade:
 
     def hold(self, angle_rad: float, speed_rad_s: float) -> Command:
         """Stay where the machine was armed, with the brake on."""
-        wanted = self._clipped_speed(self._gains.hold_1_s * (self._anchor - angle_rad))
-        return Command(self._inner(wanted - speed_rad_s, 0.0), self._brake.current_limit_A, 0.0)
+        target = self._clipped_speed(self._gains.hold_1_s * (self._anchor - angle_rad))
+        return Command(self._inner(target - speed_rad_s, 0.0), self._brake.current_limit_A, 0.0)
 
     def play(self, rendered: Rendered, angle_rad: float, speed_rad_s: float, felt_Nm: float) -> Command:
         """Let the handle feel the profile, read as far ahead as the answer takes."""
@@ -107,11 +107,11 @@ class Cascade:
         brake_A = self._braking(rendered, angle_rad, speed_rad_s)
         rate = gains.torque_d * (error - self._error) / TICK_S
         share = self._easing.share
-        wanted = self._clipped_speed(share * (gains.torque_p * error + rate) + self._sum)
+        target = self._clipped_speed(share * (gains.torque_p * error + rate) + self._sum)
         # What bearing and brake are thought to take, in the direction of motion.
         friction = self._dry + self._brake.gain_Nm_A * self._feed
         friction *= min(max(speed_rad_s / SLOW_RAD_S, -1.0), 1.0)
-        motor = self._inner(wanted - speed_rad_s, friction - ahead)
+        motor = self._inner(target - speed_rad_s, friction - ahead)
         self._easing.see(motor)
         if abs(motor) < self._motor_limit or motor * error < 0.0:
             self._sum = self._clipped_speed(self._sum + TICK_S * share * gains.torque_i * error)

@@ -83,7 +83,7 @@ class Hands:
 
 
 @dataclass
-class Begun:
+class RunningRenderings:
     """The started renderings, which end with the window."""
 
     running: list[Rendering] = field(default_factory=list)
@@ -104,7 +104,7 @@ class Begun:
 
 def run_window(options: RenderOptions) -> None:
     """Show the window until it is closed. Raises WindowError, RigFileError, DeviceError, ModelFileError."""
-    calibration, hands, renderings = calibration_at_hand(options), hands_for(options), Begun()
+    calibration, hands, renderings = calibration_at_hand(options), hands_for(options), RunningRenderings()
     with opened_shell(calibration, options) as shell:
         try:
             app = app_on(shell, calibration, options, hands, renderings)
@@ -118,7 +118,7 @@ def run_window(options: RenderOptions) -> None:
 
 
 def app_on(
-    shell: Shell, calibration: Calibration, options: RenderOptions, hands: Hands, renderings: Begun
+    shell: Shell, calibration: Calibration, options: RenderOptions, hands: Hands, renderings: RunningRenderings
 ) -> RendererApp:
     """Return the window on an open shell."""
     page = app_page(calibration.metrics, render_texts(options.language))

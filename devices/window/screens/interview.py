@@ -31,18 +31,18 @@ class InterviewScreen(Base):
         body, unit = self.frame.body, page.metrics.unit
         width = min(body.width, unit(WIDEST))
         left_px = body.left + (body.width - width) // 2
-        self._asked, self.fields = [], []
+        self._questions, self.fields = [], []
         for question in form.questions:
             laid = fitted(page, page.say(question.text), width, body.height // 3, STEPS)
             place = Box(left_px, body.top, width, laid.height)
-            self._asked.append(Label("question", place, laid=laid))
+            self._questions.append(Label("question", place, laid=laid))
             below = Box(left_px, place.bottom + unit(4), width, body.bottom - place.bottom - unit(4))
             self.fields.append(FieldOn(page, FIELD, below, page.metrics.text(5.4), Writing(many_lines=True)))
         self.focus = FIELD
         self.show(ask.previous or {})
 
     def body(self) -> Iterator[Element]:
-        yield self._asked[self.sheet]
+        yield self._questions[self.sheet]
         yield self._field.element(self.focus == FIELD)
 
     def turned(self) -> None:

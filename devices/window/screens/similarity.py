@@ -66,7 +66,7 @@ class SimilarityScreen(SliderScreen):
         gap = unit(6)
         width = min(unit(WIDE), (room.width - (count - 1) * gap) // count)
         left = room.left + (room.width - count * width - (count - 1) * gap) // 2
-        top, height = room.top + self._told_height + self._apart, self.page.metrics.target(TALL)
+        top, height = room.top + self._side_label_height + self._apart, self.page.metrics.target(TALL)
         buttons = {}
         for n, side in enumerate(self.form.sides):
             words = f"{n + 1}   {_called(self.page, side)}"
@@ -75,7 +75,7 @@ class SimilarityScreen(SliderScreen):
         self._sides = buttons
 
     def body(self) -> Iterator[Element]:
-        yield self._told
+        yield self._side_label
         for name, button in self._sides.items():
             yield Button(name, button.box, laid=button.laid, chosen=self._side(name) == self.side)
         yield from super().body()
@@ -118,7 +118,10 @@ class SimilarityScreen(SliderScreen):
         return trial_frame(page, ask, "similarity_prompt", page.texts("similarity_hint", keys=keys), left, right)
 
     def _lines(self) -> list[list[Row]]:
-        room, taken = self._room, self._told_height + self._apart + self.page.metrics.target(TALL) + 3 * self._apart
+        room, taken = (
+            self._room,
+            self._side_label_height + self._apart + self.page.metrics.target(TALL) + 3 * self._apart,
+        )
         lower = Box(room.left, room.top + taken, room.width, room.height - taken)
         return rows(self.page, self.form.attributes, lower, self.form.scale)
 
@@ -134,16 +137,16 @@ class SimilarityScreen(SliderScreen):
         return self.page.metrics.unit(3)
 
     @property
-    def _told_height(self) -> int:
+    def _side_label_height(self) -> int:
         return round(1.5 * self.page.metrics.text(STEPS[0]))
 
     @property
-    def _told(self) -> Label:
+    def _side_label(self) -> Label:
         """Return a label of the side that is on: colour alone does not show it."""
         room, texts = self._room, self.page.texts
         on = self.side
         words = texts("sides_none") if on is None else texts("sides_label", side=_called(self.page, on))
-        box = Box(room.left, room.top, room.width, self._told_height)
+        box = Box(room.left, room.top, room.width, self._side_label_height)
         return Label("side told", box, laid=fitted(self.page, words, box.width, box.height, STEPS), align="centre")
 
     def _side(self, name: str) -> str:

@@ -271,7 +271,7 @@ class Across:
         return self.band_px + 2 * (self.words_px + 2 * self.page.metrics.unit(3))
 
     @property
-    def told_px(self) -> int:
+    def explanation_px(self) -> int:
         """The width of the explanation."""
         return self.card_px - 2 * self.page.metrics.unit(3)
 
@@ -335,7 +335,7 @@ def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
     words = max(max(item.low.width, item.high.width) for item in sets) + widths.page.metrics.unit(2)
     widest = max(item.explanation.width if item.explanation is not None else 0 for item in sets)
     words = max(words, max((_overhang(widths, share, laid) for share, laid in sets[0].labels), default=0))
-    least = words + (max(0, widest - replace(widths, words_px=words).told_px) + 1) // 2
+    least = words + (max(0, widest - replace(widths, words_px=words).explanation_px) + 1) // 2
     return replace(widths, words_px=min(widths.words_px, max(least, widths.page.metrics.unit(46))))
 
 
@@ -377,7 +377,7 @@ def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[fl
     )
     small = max(round(SMALLER * size), page.metrics.text(0))
     words = page.say(attribute.explanation) if attribute.explanation else None
-    explanation = lay(page.fonts, words, small, widths.told_px, even=True) if words else None
+    explanation = lay(page.fonts, words, small, widths.explanation_px, even=True) if words else None
     if low is None or high is None or (words and explanation is None):
         return None
     height = max(page.metrics.target(BAND), low.height, high.height)
@@ -404,7 +404,7 @@ def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float
     top, bottom = card.top + unit(PAD) + spare // 3, card.bottom - unit(PAD) - spare // 4
     fixed: list[Element] = [Card(name, card, radius=rounding(widths.page))]
     if texts.explanation is not None:
-        place = Box(card.left + unit(3), top, widths.told_px, texts.explanation.height)
+        place = Box(card.left + unit(3), top, widths.explanation_px, texts.explanation.height)
         fixed.append(Label(f"{name} told", place, name, texts.explanation, QUIET, "centre"))
         top = place.bottom
     bottom -= texts.labels_px
@@ -429,7 +429,7 @@ def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: 
         for text in (attribute.low, attribute.high):
             fitted(page, page.say(text), widths.words_px, room.height // 2, STEPS, bold=True)
         if attribute.explanation:
-            fitted(page, page.say(attribute.explanation), widths.told_px, room.height // 2, STEPS)
+            fitted(page, page.say(attribute.explanation), widths.explanation_px, room.height // 2, STEPS)
     if _labels(widths, scale, 1) is None:
         shown = ", ".join(repr(page.say(text)) for _, text in scale.labelled)
         return WindowError(f"the labels {shown:.200} do not fit below a line of {page.length_mm:g} mm; shorten them")

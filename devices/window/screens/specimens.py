@@ -67,18 +67,18 @@ def _trials(words: Wording) -> dict[str, Specimen]:
     marked = tuple(zip((0, 25, 50, 75, 100), words.labels, strict=True))
     labelled = replace(four, scale=RATED.model_copy(update={"labels": marked, "ticks": "labels"}))
     return {
-        "sliders": Specimen(_asked(seven), _some(seven, (23, 64, 41, 82, 12))),
-        "sliders-four": Specimen(_asked(four), _some(four, (31, 58))),
-        "sliders-labelled": Specimen(_asked(labelled), _some(labelled, (62,))),
-        "similarity": Specimen(_asked(alike), _some(alike, (72,))),
-        "anchor": Specimen(_asked(AnchorForm(Anchor(id="1", label=words.anchor), "1", 1, 2), former={"felt": 1})),
-        "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
-        "authoring-live": Specimen(_asked(live, former=_some(live, (90, 50, 20, 35, 60, 45, 50)))),
+        "sliders": Specimen(_ask(seven), _some(seven, (23, 64, 41, 82, 12))),
+        "sliders-four": Specimen(_ask(four), _some(four, (31, 58))),
+        "sliders-labelled": Specimen(_ask(labelled), _some(labelled, (62,))),
+        "similarity": Specimen(_ask(alike), _some(alike, (72,))),
+        "anchor": Specimen(_ask(AnchorForm(Anchor(id="1", label=words.anchor), "1", 1, 2), former={"felt": 1})),
+        "authoring": Specimen(_ask(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
+        "authoring-live": Specimen(_ask(live, former=_some(live, (90, 50, 20, 35, 60, 45, 50)))),
         "authoring-felt": Specimen(
             Present(replace(_trial(live), may_go_back=False), _some(live, (90, 50, 20, 35, 60, 45, 50)))
         ),
-        "adjectives": Specimen(_asked(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),
-        "lexicon": Specimen(_asked(Lexicon(2)), {"words": list(words.own)}),
+        "adjectives": Specimen(_ask(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),
+        "lexicon": Specimen(_ask(Lexicon(2)), {"words": list(words.own)}),
     }
 
 
@@ -109,7 +109,7 @@ def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:
     return dict(zip(form.items(), map(float, values), strict=False))
 
 
-def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
+def _ask(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
     return Ask(form, _trial(form), former)
 
 

@@ -150,7 +150,7 @@ def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
 
 
 def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
-    """Yield the figure, where methods were judged."""
+    """Yield the figure, where methods were evaluated."""
     answered = [row for row in rows if row["mae"] is not None]
     if answered:
         with drawing("work_precision"):

@@ -117,7 +117,7 @@ def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
     ]
     refused = [row for row in rows if row["refused"]]
     if refused:
-        blocks.append(table("Not judged", refused, [Column("title", "method"), Column("refused", "why", "words")]))
+        blocks.append(table("Not evaluated", refused, [Column("title", "method"), Column("refused", "why", "words")]))
     return Section("methods", "All methods", tuple(blocks))
 
 

@@ -76,6 +76,6 @@ UNROUNDED = (
     "Every number is unrounded in evaluation.json and in the folder tables; every prediction is in predictions.csv."
 )
 BRANCHES = (
-    "What each sense is worth here is told by the branches, each by itself, beside both together. In the simulated "
+    "What each sense is worth here is shown by the branches, each by itself, beside both together. In the simulated "
     "study, vision sees neither friction nor compliance, and touch feels no large bumps."
 )

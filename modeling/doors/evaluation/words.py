@@ -50,7 +50,7 @@ TIMES = (
     "from those of the trained model, in percent of the range."
 )
 WISHES = (
-    "A wish is the mean ratings of a stimulus that was held out, so it can be had. A made profile is judged twice: "
+    "A wish is the mean ratings of a stimulus that was held out, so it can be had. A made profile is evaluated twice: "
     "by how it feels (the loop: wish, profile, ratings again), and by how near it comes to the very waveform that "
     "got those ratings. Many doors feel alike, so the second error can stay large where the first is small."
 )
@@ -65,11 +65,11 @@ ATTAINABLE = (
 )
 JUDGE = (
     "The default forward method, trained on the same training side alone. The generator was trained through a model of "
-    "that kind on that side: here it is judged by its own teacher."
+    "that kind on that side: here it is evaluated by its own teacher."
 )
 SLIDERS = (
     "Attributes hang together: what is hard to pull is seldom comfortable. One slider alone cannot move as far as "
-    "it is told."
+    "it is asked to."
 )
 FLOORS = (
     "Waveform MAE in percent of the range of forces. The thesis reports {theirs:.2f} % over folds in which variants "

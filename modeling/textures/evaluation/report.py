@@ -154,7 +154,7 @@ def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
     refused = [row for row in texture_rows(evaluation) if row["refused"]]
     if refused:
         columns = [Column("texture", "texture"), Column("title", "method"), Column("refused", "why", "words")]
-        blocks.append(table("Not judged", refused, columns))
+        blocks.append(table("Not evaluated", refused, columns))
     return Section("free", "Running free", tuple(blocks))
 
 

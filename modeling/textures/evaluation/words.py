@@ -21,7 +21,7 @@ SEEN = (
 )
 FREE = (
     "The model runs through the renderer's own player from its file, on its own output, under the speed and force of "
-    "{origin}, for {seconds:g} s. So what is judged is what is played: with the renderer's limits, and its silence "
+    "{origin}, for {seconds:g} s. So what is evaluated is what is played: with the renderer's limits, and its silence "
     "where the hand rests (below 10 mm/s or 0.15 N)."
 )
 ORIGINS = {
@@ -36,7 +36,7 @@ MEASURES = (
     "the truth's; a limit cycle shows here. Felt: RMS over third octaves (25 to 400 Hz) of the difference of levels "
     "above the vibrotactile threshold (Verrillo 1963; Bolanowski et al. 1988; Gescheider et al. 2001)."
 )
-WORST = "Limits are judged for each texture; the columns show the worst texture, felt and one step ahead the mean."
+WORST = "Limits are checked for each texture; the columns show the worst texture, felt and one step ahead the mean."
 SAME_HAND = (
     "Another realisation is the same hand's movement elsewhere on the surface: what even a perfect model could reach."
 )
@@ -47,7 +47,7 @@ OTHER_HAND = (
 HALVES = "the recording's first half against its second"
 VALIDATION = "the validation part"
 ONE_STEP = (
-    "The next sample is told from true ones: no error can build up. MAE is in standard deviations of the training "
+    "The next sample is predicted from true ones: no error can build up. MAE is in standard deviations of the training "
     "part's acceleration (the thesis does not say in which unit its own is; the tables also have m/s²), GFC is "
     "equation 4.11 over the raw DFT amplitudes of the whole test part. All methods tell the same samples: the first 40 "
     "of each stretch are no one's."
@@ -57,7 +57,7 @@ BLIND = (
     "that die on their own output stand beside those that do not."
 )
 BLOCKS = (
-    "{titles}: makes spectra and does not look at the past, so there is no step to be told. Its MAE is of what it "
+    "{titles}: makes spectra and does not look at the past, so there is no step to predict. Its MAE is of what it "
     "makes for the test part's hand against the truth: two independent noises of one level are 1.13 apart."
 )
 TIMES = (
@@ -68,8 +68,8 @@ TIMES = (
 )
 FIGURE_4_5 = "Mean MAE of the test part over {count} textures, for each window and loss of FoTEN. Lower is better."
 FIGURE_4_6 = (
-    "The first 400 samples of the test part (the first 40 of a stretch are not told) and what {title} says of each "
-    "from the true ones before it. In brackets the MAE in standard deviations."
+    "The first 400 samples of the test part (the first 40 of a stretch are not predicted) and what {title} predicts "
+    "for each from the true ones before it. In brackets the MAE in standard deviations."
 )
 FIGURE_4_6_FREE = (
     "The same method on its own output alone: the first 400 samples from where the hand touches and moves, its "

@@ -1,4 +1,4 @@
-"""The declared figures: what they run and how their errors are judged (no times: those are for `palpate bench`)."""
+"""The declared figures: what they run and how their errors are evaluated (no times: those are for `palpate bench`)."""
 
 import math
 
@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.streams import cases as bench_streams
 from benchmarks.streams.cases import cases, run_apart
-from benchmarks.streams.recordings import KINDS, MadeUp
+from benchmarks.streams.recordings import KINDS, SyntheticSensor
 from benchmarks.streams.run import held_up
 from tests.devices.streams.labs import Time
 
@@ -33,7 +33,7 @@ def test_a_reader_is_held_up_for_as_long_as_it_is_overdue_while_the_writer_works
 
 
 def test_a_made_up_sensor_gives_what_is_due_and_says_how_late_it_was():
-    time, sensor = Time(), MadeUp("door", ("angle", "torque"), 1000.0, 20.0)
+    time, sensor = Time(), SyntheticSensor("door", ("angle", "torque"), 1000.0, 20.0)
     sensor.start(time)
     assert sensor.read(0.0) == {}
     time.pass_s(0.01)

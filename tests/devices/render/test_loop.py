@@ -7,7 +7,7 @@ from palpate.devices.actuator.queue import DECAY
 from palpate.devices.render.hands import Scripted
 from palpate.devices.render.loop import EDGES_US, AtOnce, Deadlines, Loop
 from palpate.devices.render.opened import twin_coil
-from palpate.devices.render.sinks import Coil, Kept, on_coil
+from palpate.devices.render.sinks import Coil, RecordingSink, on_coil
 from palpate.devices.render.trace import ROOM, Trace
 from palpate.signals.textures.sounds import RenderError
 from palpate.signals.textures.voice import open_voice, play
@@ -132,7 +132,7 @@ def test_what_is_played_at_a_pace_is_what_is_played_at_once_whatever_stalls():
 
 
 def test_at_once_into_an_array_gives_one_sample_a_step():
-    sink = Kept()
+    sink = RecordingSink()
     Loop(Counting(Virtual()), Scripted([], []), sink, AtOnce()).run(9)
     assert sink.samples == [float(n) for n in range(1, 11)]
 

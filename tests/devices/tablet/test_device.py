@@ -166,22 +166,22 @@ GOOD = Report(1.0, 10, 10, 0.5, True)
 )
 def test_reports_that_cannot_be_are_refused_by_name(bad, why):
     guard = Guard("tablet", aligned=True)
-    assert guard.judge(GOOD, 1.0) == GOOD
-    assert guard.judge(bad, 1.0) is None
+    assert guard.check(GOOD, 1.0) == GOOD
+    assert guard.check(bad, 1.0) is None
     assert guard.refused == {why: 1}
-    assert guard.judge(GOOD._replace(t_s=1.01, pressure=1.03), 1.01).pressure == 1.0
-    assert guard.judge(GOOD._replace(t_s=1.02, pressure=-0.03), 1.02).pressure == 0.0
+    assert guard.check(GOOD._replace(t_s=1.01, pressure=1.03), 1.01).pressure == 1.0
+    assert guard.check(GOOD._replace(t_s=1.02, pressure=-0.03), 1.02).pressure == 0.0
 
 
 def test_an_away_report_needs_no_position():
     gone = GOOD._replace(x_mm=math.nan, y_mm=math.nan, touching=False, away=True)
-    assert Guard("tablet", aligned=True).judge(gone, 1.0).pressure == 0
+    assert Guard("tablet", aligned=True).check(gone, 1.0).pressure == 0
 
 
 def test_a_clock_that_was_set_is_followed_after_three_reports():
     guard = Guard("tablet", aligned=True)
-    assert guard.judge(GOOD._replace(t_s=100.0), 100.0).t_s == 100
-    set_back = [guard.judge(GOOD._replace(t_s=5 + 0.01 * k), 100.01 + 0.01 * k) for k in range(4)]
+    assert guard.check(GOOD._replace(t_s=100.0), 100.0).t_s == 100
+    set_back = [guard.check(GOOD._replace(t_s=5 + 0.01 * k), 100.01 + 0.01 * k) for k in range(4)]
     assert set_back[:2] == [None, None]
     assert [report.t_s for report in set_back[2:]] == pytest.approx([100.03, 100.04])
     assert guard.refused == {"time_backwards": 2, "clock_reset": 1}
@@ -190,9 +190,9 @@ def test_a_clock_that_was_set_is_followed_after_three_reports():
 def test_a_tablet_with_only_invalid_reports_is_a_fault():
     guard = Guard("tablet", aligned=True)
     for _ in range(49):
-        guard.judge(GOOD._replace(pressure=512), 1.0)
+        guard.check(GOOD._replace(pressure=512), 1.0)
     with pytest.raises(DeviceFault, match="50 reports in a row with pressures outside 0 to 1") as fault:
-        guard.judge(GOOD._replace(pressure=512), 1.0)
+        guard.check(GOOD._replace(pressure=512), 1.0)
     assert fault.value.what == "over_range"
 
 

@@ -189,4 +189,4 @@ def test_settings_are_part_of_the_plan_digest_and_may_be_left_out():
 
 
 def test_the_task_says_what_it_asks():
-    assert TASKS["ranking"].asked(study_of("ranking")) == "an order from Soft to Hard"
+    assert TASKS["ranking"].summary(study_of("ranking")) == "an order from Soft to Hard"

@@ -187,7 +187,7 @@ def test_what_fails_is_a_fault_and_goes_on_once_somebody_has_mended_it(lab):
     assert isinstance(present(renderer, desk=desk), Reply) and len(players) == 2
     assert "the actuator is gone. Put it right" in desk.demands[0].text
     players[1].running = False
-    assert isinstance(renderer.after(Reply({"answers": {}})), Fault), "what was not felt to its end is met again"
+    assert isinstance(renderer.after(Reply({"answers": {}})), Fault), "what was not felt to its end is repeated"
 
 
 def test_a_fault_while_the_texture_is_felt_says_what_failed(lab):

@@ -14,7 +14,7 @@ from palpate.signals.doors.grid import DoorDataError
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.simulation.rig import simulated
 from palpate.studies.simulation.twins import twin_for
-from palpate.studies.stimuli.made_doors import PresentsMade, made_doors
+from palpate.studies.stimuli.made_doors import MadeDoorPresenter, made_doors
 from palpate.studies.stimuli.profiles import Profiles
 from tests.protocols.every_task import plan_of
 from tests.studies.shipped import plan_for, read_shipped
@@ -164,7 +164,7 @@ def test_a_rig_s_door_plays_the_designed_profile_and_its_reply_says_so():
     outcomes = [Aside({"do": "pause"}), Reply({"presented": True, "by": "door"})]
     door = SimpleNamespace(perform=lambda *_: outcomes.pop(0))
     request = Present(first(plan), wish)
-    presents = PresentsMade(door, doors)
+    presents = MadeDoorPresenter(door, doors)
     assert isinstance(presents.perform(request, None, None, None), Aside)
     reply = presents.perform(request, None, None, None)
     assert reply.value["by"] == "door" and tuple(reply.value["made"]["force_N"]) == doors.force_N(request)

@@ -21,7 +21,7 @@ from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.sessions.session import start
 from palpate.studies.simulation.rig import simulated
-from palpate.studies.stimuli.made_doors import FORCES, SETTINGS, PresentsMade, made_doors
+from palpate.studies.stimuli.made_doors import FORCES, SETTINGS, MadeDoorPresenter, made_doors
 from tests.devices.door.link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.shipped import read_shipped
@@ -141,7 +141,7 @@ def at_the_rig(live_study, bench=None, **window):
     lab = Lab(bench or Bench()).opened()
     doors, plan = made_doors(None), compile_plan(live_study.study, ParticipantRow("P001"))
     lab.door.profile_for = doors.force_N
-    presents = PresentsMade(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
+    presents = MadeDoorPresenter(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
     wish = {attribute.name: 50.0 for attribute in plan.study.attributes}
     request, pages = Present(plan.trials[0], wish), LivePages(lab.window, **window)
     outcomes = []
@@ -187,14 +187,14 @@ def test_a_window_that_cannot_show_the_form_is_refused(live_study):
     plan = compile_plan(live_study.study, ParticipantRow("P001"))
     request = Present(plan.trials[0], {attribute.name: 50.0 for attribute in plan.study.attributes})
     with pytest.raises(RigError, match="no window to show it in"):
-        PresentsMade(lab.door, doors).perform(request, lab.window, lab.desk, lab.bench.line.now_ns)
+        MadeDoorPresenter(lab.door, doors).perform(request, lab.window, lab.desk, lab.bench.line.now_ns)
 
 
 def test_a_pause_goes_on_with_the_same_door_and_a_repeat_begins_anew(live_study):
     lab, doors = Lab().opened(), made_doors(None)
     lab.door.profile_for = doors.force_N
     plan = compile_plan(live_study.study, ParticipantRow("P001"))
-    presents = PresentsMade(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
+    presents = MadeDoorPresenter(lab.door, doors, lambda changes: setattr(lab.door, "changes", changes))
     request = Present(plan.trials[0], {attribute.name: 50.0 for attribute in plan.study.attributes})
     pages, now = LivePages(lab.window), lab.bench.line.now_ns
     lab.desk.at[lab.bench.line.t_ms + 300] = Aside({"do": "repeat", "which": "this"})

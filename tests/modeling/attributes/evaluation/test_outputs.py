@@ -121,7 +121,7 @@ def test_the_page_needs_nothing_else_and_escapes_names(folder):
         "Figure 3.9",
     ):
         assert words in page
-    for words in ("The rule", "Not judged", "Simulated", "made up", "Bonferroni"):
+    for words in ("The rule", "Not evaluated", "Simulated", "made up", "Bonferroni"):
         assert words in page
 
 
