@@ -74,7 +74,9 @@ def inner_errors(x: Array, y: Array, folds: Iterable[tuple[Indices, Indices]]) -
     total = np.zeros((len(PENALTIES), y.shape[1]))
     for train, test in folds:
         path = path_of(x[train], y[train])
-        total += [np.sum((path.answers(x[test], path.weights(one)) - y[test]) ** 2, axis=0) for one in PENALTIES]
+        total += [
+            np.sum((path.answers(x[test], path.weights(penalty)) - y[test]) ** 2, axis=0) for penalty in PENALTIES
+        ]
     return total
 
 

@@ -91,7 +91,7 @@ class Plan:
     @property
     def felt_in_trials(self) -> tuple[Trial, ...]:
         """The trials, each once for every stimulus that is felt in it."""
-        return tuple(one for trial in self.trials for one in trial.each())
+        return tuple(part for trial in self.trials for part in trial.each())
 
     @property
     def opening(self) -> tuple[Form, ...]:
@@ -168,7 +168,7 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
     """
     stimuli, repeats = study.stimuli_of(who.group), study.order.repeats
     first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
-    trials = [one for turn in range(first, first + repeats) for one in _one_pass(study, who, seed, turn, stimuli)]
+    trials = [trial for turn in range(first, first + repeats) for trial in _one_pass(study, who, seed, turn, stimuli)]
     yield from reversed(trials) if study.is_mirrored(session) else trials
 
 

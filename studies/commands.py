@@ -206,7 +206,7 @@ def plan(
         rest = "  (rest first)" if trial.rest_before else ""
         for anchor in compiled.anchors.get(place, ()):
             click.echo(f"   -  {anchor.block:<10} {anchor.stimulus.id}  (reference)")
-        stimuli = ", ".join(one.stimulus.id for one in trial.each())
+        stimuli = ", ".join(side.stimulus.id for side in trial.each())
         click.echo(f"{trial.number:>4}  {trial.block:<10} {stimuli}{rest}")
 
 

@@ -134,7 +134,7 @@ def _write_session(
         guard.demand_columns(name, [column.name for column in behaviour.columns])
         write_tsv(draft / name, table, guard.watched(table, name))
     # sub-P001_sessions.tsv, when the participant's last session comes: one row for each
-    mine = [one for one in data_set.source.sessions if one.participant == session.participant]
+    mine = [other for other in data_set.source.sessions if other.participant == session.participant]
     sessions_table = data_set.table("sessions")
     if session != mine[-1] or sessions_table is None:
         return

@@ -71,7 +71,8 @@ class Pages:
             key=lambda rater: (-len(rater.rated.flags if rater.rated else ()), rater.participant),
         )
         raters = {
-            study.digest: [one for one in flagged_first if one.digest == study.digest] for study in snapshot.balances
+            study.digest: [session for session in flagged_first if session.digest == study.digest]
+            for study in snapshot.balances
         }
         studies = []
         for study in snapshot.balances:

@@ -291,7 +291,7 @@ class Watch:
         for session in sessions:
             given = self.people.allocations.get(session.study, ())
             # A participant who withdrew or was released gave up the row.
-            released = any(one.participant == session.participant and not one.holds for one in given)
+            released = any(row.participant == session.participant and not row.holds for row in given)
             standing = "withdrawn" if session.withdrawn else "released" if released else session.status
             order = orders[session.file]
             several = self.studies[session.digest].sessions > 1 or session.number > 1

@@ -87,7 +87,9 @@ def cell_trends(
     """Return `trends` from the participants' means at each level (cells of one column, in order)."""
     order = cells.level(cells.by[0])
     # The cells of each family, in order; families as they come along the levels.
-    members = {families[one]: [j for j, two in enumerate(order) if families[two] == families[one]] for one in order}
+    members = {
+        families[level]: [j for j, two in enumerate(order) if families[two] == families[level]] for level in order
+    }
     if not any(len(at) > 1 for at in members.values()):
         raise DataRefused("no family has two levels; a trend needs at least two")
     start = reference_level(order, families, reference)
@@ -122,12 +124,12 @@ def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str
     families: dict[str, set[str]] = {}
     for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
         families.setdefault(one, set()).add(group)
-    if torn := [f"{one!r} in {' and '.join(sorted(families[one]))}" for one in order if len(families[one]) > 1]:
+    if torn := [f"{level!r} in {' and '.join(sorted(families[level]))}" for level in order if len(families[level]) > 1]:
         raise DataRefused(
             f"column {family!r}: {listed(torn, len(torn))}; a trend needs one {family} for each {level}:"
             " correct the stimulus table or name another column"
         )
-    return {one: next(iter(families[one])) for one in order}
+    return {level: next(iter(families[level])) for level in order}
 
 
 def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, float] | None:
@@ -161,7 +163,7 @@ def reference_level(order: Sequence[str], families: Mapping[str, str], chosen: s
         if chosen not in order:
             raise DataRefused(f"no level {chosen!r} to compare with; {nearest(chosen, order)}")
         return chosen
-    sizes = Counter(families[one] for one in order)
+    sizes = Counter(families[level] for level in order)
     alone = len(sizes) > 1 and sizes[families[order[0]]] == 1
     return order[0] if alone and max(sizes.values()) > 1 else None
 
@@ -171,7 +173,7 @@ def _slope(
 ) -> OneSample:
     family = cells.only(at)
     names = family.level(family.by[0])
-    x = np.arange(len(at), dtype=float) if steps is None else np.array([steps[one] for one in names])
+    x = np.arange(len(at), dtype=float) if steps is None else np.array([steps[level] for level in names])
     if len(at) < 2 or np.ptp(x) == 0:
         why = "one level has no slope" if len(at) < 2 else "its levels share one number: no slope"
         return one_sample(np.array([]), confidence=confidence)._replace(note=why)

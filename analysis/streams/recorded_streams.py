@@ -206,14 +206,17 @@ def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[
 
     Raises StreamError where there are none, and where blocks overlap or differ in what they are.
     """
-    attempts = [one for one in attempts_of(record) if one.trial == trial]
+    attempts = [candidate for candidate in attempts_of(record) if candidate.trial == trial]
     chosen = counting_attempts(attempts).get(trial)
     if attempt is not None:
-        chosen = next((one for one in attempts if one.number == attempt), None)
+        chosen = next((candidate for candidate in attempts if candidate.number == attempt), None)
     if chosen is None or not chosen.acts:
         if not attempts:
             raise StreamError(f"{record.path}: trial {trial} was not presented in this session")
-        how = ", ".join(f"attempt {one.number} {one.ending}{'' if one.acts else ', no streams'}" for one in attempts)
+        how = ", ".join(
+            f"attempt {candidate.number} {candidate.ending}{'' if candidate.acts else ', no streams'}"
+            for candidate in attempts
+        )
         missing = "no attempt that counts holds streams" if attempt is None else f"attempt {attempt} holds no streams"
         raise StreamError(f"{record.path}: trial {trial}: {missing} ({how})")
     try:

@@ -43,7 +43,7 @@ class Problem:
 
     def command(self, t_s: float) -> Command:
         """Return the command from t on."""
-        return self.commands[bisect_right([one.at_s for one in self.commands], t_s + 1e-9) - 1]
+        return self.commands[bisect_right([command.at_s for command in self.commands], t_s + 1e-9) - 1]
 
 
 def problems() -> tuple[Problem, ...]:

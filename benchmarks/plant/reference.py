@@ -89,7 +89,7 @@ class Adaptive:
                 if (events := events + 1) > MOST_EVENTS:
                     raise PlantError(f"{self.options['method']}, rtol {self.options['rtol']:g}: chatters at {t:g} s.")
                 t = self._smooth(segment, t, angles_rad) if self.mode.slide else self._rest(segment, t, angles_rad)
-        return [float(one) for one in angles_rad]
+        return [float(angle) for angle in angles_rad]
 
     def _torque(self, segment: Segment, t: float, angle: float, speed: float) -> float:
         """Return the sum of all torques but dry friction."""
@@ -190,7 +190,7 @@ class Adaptive:
 
 def segments(problem: Problem) -> Iterator[Segment]:
     """Yield stretches between commands, cut where the powder begins to follow the current."""
-    ends = [*(one.at_s for one in problem.commands[1:]), problem.duration_s]
+    ends = [*(command.at_s for command in problem.commands[1:]), problem.duration_s]
     motor_Nm = coil_A = powder_A = 0.0
     for command, end_s in zip(problem.commands, ends, strict=True):
         whole = Segment(problem, command.at_s, end_s, (motor_Nm, command.motor_Nm), (coil_A, command.brake_A), powder_A)

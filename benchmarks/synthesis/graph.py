@@ -139,8 +139,8 @@ class Tracer(Generic[T]):
 
     def _join(self, step: signals_of.Join, value: Value[T]) -> Value[T]:
         parts = [value, *(self.kept[name] for name in step.kept)]
-        channels = sum(one.shape[0] for one in parts)
-        return Value(self.graph.join([one.x for one in parts], 1), (channels, *value.shape[1:]))
+        channels = sum(part.shape[0] for part in parts)
+        return Value(self.graph.join([part.x for part in parts], 1), (channels, *value.shape[1:]))
 
     def _part(self, step: signals_of.Part, value: Value[T]) -> Value[T]:
         if step.along == "length":

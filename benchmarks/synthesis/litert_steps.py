@@ -115,7 +115,7 @@ class _TfLite:
 
     def join(self, parts: Sequence[int], axis: int) -> int:
         shape = list(self.shape(parts[0]))
-        shape[axis] = sum(self.shape(one)[axis] for one in parts)
+        shape[axis] = sum(self.shape(part)[axis] for part in parts)
         return self.op("CONCATENATION", parts, tuple(shape), "ConcatenationOptions", axis=axis)
 
     def function(self, name: str, x: int) -> int:

@@ -71,5 +71,5 @@ class Renderer:
             self._old = None
             if old is not None:
                 old.begin()
-        most = max(0.0 if one is None else one.peak for one in (old, now))
+        most = max(0.0 if voice is None else voice.peak for voice in (old, now))
         return max(-most, min(most, NEW[place] * sample + OLD[place] * before))

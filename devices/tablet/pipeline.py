@@ -39,7 +39,9 @@ class Shape:
         """Check the settings. Raise DeviceError."""
         positive = (self.report_hz, self.cutoff_hz, self.rate_hz, self.force.a_N, self.force.b)
         rising = (0, self.slowest_mm_s, self.fastest_mm_s), (0, self.faintest_N, self.firmest_N)
-        if not all(0 < one < math.inf for one in positive) or not all(a <= b < c < math.inf for a, b, c in rising):
+        if not all(0 < number < math.inf for number in positive) or not all(
+            a <= b < c < math.inf for a, b, c in rising
+        ):
             limits = f"speed_mm_s {self.slowest_mm_s:g} to {self.fastest_mm_s:g}, force_N {self.faintest_N:g} to"
             raise DeviceError(
                 f"{limits} {self.firmest_N:g}, report_hz {self.report_hz:g}, cutoff_hz {self.cutoff_hz:g},"

@@ -87,4 +87,4 @@ class PlayedReports(TimedSource):
             self.given += 1
         if self.given == first:
             self.stopped.wait(timeout_s)
-        return Batch([one._replace(t_s=one.t_s - start_s) for one in self.reports[first : self.given]])
+        return Batch([report._replace(t_s=report.t_s - start_s) for report in self.reports[first : self.given]])

@@ -86,7 +86,7 @@ class TwinTablet(TimedSource):
         first = next(places)
         key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
         xy = (row for piece in chain([first], places) for row in piece[:, :2].tolist())
-        force = (one for piece in scene.wrench(TRUTH_HZ) for one in piece[:, 2].tolist())
+        force = (force_N for piece in scene.wrench(TRUTH_HZ) for force_N in piece[:, 2].tolist())
         truth = pairwise((x, y, force_N) for (x, y), force_N in zip(xy, force, strict=False))
         last: tuple[float, float, float] | None = None
         at, (before, after) = 0, next(truth)

@@ -226,7 +226,9 @@ def mapped(
     """
     there = ", ".join(f"{place} {label or '(no label)'}" for place, label in enumerate(labels))
     known = f"the stream {stream} has the channels {there}"
-    places = _guess_places(known, labels) if channels is None else [_place(known, labels, one) for one in channels]
+    places = (
+        _guess_places(known, labels) if channels is None else [_place(known, labels, channel) for channel in channels]
+    )
     if len(set(places)) != 3:
         raise DeviceError(f"{known}; three different ones are expected for x, y and z: set `channels` in the rig file.")
     scale = _scale(known, unit, {units[place] for place in places})

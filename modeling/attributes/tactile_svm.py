@@ -76,7 +76,7 @@ def fit(learning: Learning) -> SupportVectors:
         y = scale(ratings)
         choices = [_Choice(cost, width / z.shape[1]) for cost, width in product(COSTS, WIDTHS)]
         errors = sum(_fold_errors(apart, place, y, choices, fold) for fold in inner_folds(textures))
-        best = [choices[int(one)] for one in np.argmin(errors, axis=0)]
+        best = [choices[int(index)] for index in np.argmin(errors, axis=0)]
         for pair, one in zip(learning.attributes, best, strict=True):
             learning.report(f"tactile_svm: {pair.name}: cost {one.cost:g}, gamma {one.gamma:.3g}")
         made = [_fitted(np.exp(-one.gamma * apart), y[place, a], one.cost) for a, one in enumerate(best)]
@@ -85,7 +85,7 @@ def fit(learning: Learning) -> SupportVectors:
         dual = np.stack([one for one, _ in made]) * spread[:, None]
         used = np.any(dual != 0, axis=0)
         intercept = np.array([one for _, one in made]) * spread + centre
-        gamma = np.array([one.gamma for one in best])
+        gamma = np.array([choice.gamma for choice in best])
         return SupportVectors(tuple(learning.touch), standard, z[used], dual[:, used], intercept, gamma)
 
 

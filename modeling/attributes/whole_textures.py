@@ -244,7 +244,9 @@ def _evened(front: Whole) -> Array:
     factors = [np.zeros(0)]
     for part, columns in zip(front.parts, _columns(front.parts), strict=True):
         gain = front.standard.gain[columns]
-        factors += [np.full(gain[one].size, max(int(np.count_nonzero(gain[one])), 1) ** -0.5) for one in part.blocks]
+        factors += [
+            np.full(gain[block].size, max(int(np.count_nonzero(gain[block])), 1) ** -0.5) for block in part.blocks
+        ]
     return np.concatenate(factors)
 
 

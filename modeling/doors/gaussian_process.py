@@ -126,7 +126,7 @@ def _best_noise(values: Array, rotated: Array) -> tuple[float, float, float]:
 
 def _minimise(badness: Callable[[float], float], grid: Array) -> float:
     """Return the minimum of `badness`: the best of the grid, refined between its neighbours."""
-    measures = [badness(float(one)) for one in grid]
+    measures = [badness(float(point)) for point in grid]
     best = int(np.argmin(measures))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     finer = minimize_scalar(badness, bounds=(low, high), method="bounded", options={"xatol": 1e-4})
@@ -135,7 +135,7 @@ def _minimise(badness: Callable[[float], float], grid: Array) -> float:
 
 def _squares(a: Array, b: Array) -> Array:
     """Return |a_i - b_j|^2 (n, m), with differences taken before squaring, which loses no digits."""
-    return np.array([np.sum((one - b) ** 2, axis=1) for one in a])
+    return np.array([np.sum((row - b) ** 2, axis=1) for row in a])
 
 
 def _correlation(square: Array, length: float) -> Array:

@@ -208,7 +208,7 @@ def _waveform_errors(z: Array, force_N: Array, train: Indices, test: Indices) ->
     components = components_of(force_N[train], max(INVERSE_COMPONENTS))
     path = path_of(z[train], components.codes(force_N[train]))
     truth = components.codes(force_N[test])
-    answers = np.array([path.answers(z[test], path.weights(one)) for one in PENALTIES])
+    answers = np.array([path.answers(z[test], path.weights(penalty)) for penalty in PENALTIES])
     gained = np.sum(truth**2 - (answers - truth) ** 2, axis=1)
     return np.array([-gained[:, :count].sum(axis=1) for count in INVERSE_COMPONENTS])
 

@@ -23,7 +23,7 @@ class Nearest:
     def predict(self, given: Array) -> Array:
         """(n, attributes) on 0..100 to (n, 621) newtons: the profile at the least Euclidean distance."""
         wish = checked_wishes(given, self.rating.shape[1])
-        return self.force_N[[int(np.argmin(np.sum((self.rating - one) ** 2, axis=1))) for one in wish]]
+        return self.force_N[[int(np.argmin(np.sum((self.rating - row) ** 2, axis=1))) for row in wish]]
 
     def exported(self) -> Exported:
         """Return one step that holds all rated profiles."""

@@ -141,7 +141,7 @@ def whole_words(
         yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, source):30}' for source in kinds)}".rstrip()
     yield ""
     if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
-        text = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
+        text = ", ".join(f"{match.entry.id} {match.entry.label} ({match.distance:.1f} JND)" for match in alike)
         yield f"most like it: {text}"
     yield f"picture: {folder / entry.picture if entry.picture else 'none'}"
     if entry.made_from:

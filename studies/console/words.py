@@ -118,4 +118,4 @@ def where(status: SessionStatus) -> str:
 
 def about_trial(trial: Trial, blind: Sequence[str] = ()) -> str:
     """Return what a trial is about: its stimulus, or all of a set."""
-    return phrase(list(dict.fromkeys(described(one.stimulus, blind) for one in trial.each())))
+    return phrase(list(dict.fromkeys(described(side.stimulus, blind) for side in trial.each())))

@@ -33,7 +33,8 @@ def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabF
     selected = study.questions
     known = questions(lab, language)
     return LabForms(
-        consent_text(lab, language), tuple(one for one in known if selected is None or one.name in selected)
+        consent_text(lab, language),
+        tuple(question for question in known if selected is None or question.name in selected),
     )
 
 

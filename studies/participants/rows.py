@@ -112,7 +112,7 @@ def _allocated(
 ) -> Allocation:
     demand_active(connection, registry.lab, participant)
     everybody = allocations_of(connection, study.study)
-    own = next((one for one in everybody if one.participant == participant), None)
+    own = next((person for person in everybody if person.participant == participant), None)
     place = _wished(study.study, wish, everybody, recorded)
     if own is not None and own.holds:
         _demand_same(own, wish, place)
@@ -157,7 +157,7 @@ def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recor
     """Return the place that is requested, or None where any will do."""
     if wish.replaces is None:
         return (wish.group, wish.row) if wish.row is not None else None
-    left = next((one for one in everybody if one.participant == wish.replaces), None)
+    left = next((person for person in everybody if person.participant == wish.replaces), None)
     left = left or _earlier(study, wish.replaces, recorded)
     if left is None:
         raise ParticipantError(f"{wish.replaces} never had a row of {study}; there is nothing to inherit")

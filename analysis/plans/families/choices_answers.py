@@ -174,13 +174,15 @@ def _staircases(
         staircases.append(one)
         turned.append(one.reversals.assign(**where))
         notes += [f"{which}: {note}" if which else note for note in one.notes]
-    rules = {None if one.rule is None else (one.rule.down, one.rule.up) for one in staircases}
+    rules = {None if staircase.rule is None else (staircase.rule.down, staircase.rule.up) for staircase in staircases}
     rule = staircases[0].rule if len(rules) == 1 and staircases else None
     return (
         {
             "staircases": len(staircases),
-            "reversals_used": sum(one.used for one in staircases),
-            "reversal_threshold": float(np.mean([one.threshold for one in staircases])) if staircases else None,
+            "reversals_used": sum(staircase.used for staircase in staircases),
+            "reversal_threshold": float(np.mean([staircase.threshold for staircase in staircases]))
+            if staircases
+            else None,
             "rule": None if rule is None else f"{rule.down} down, {rule.up} up",
             "converges_at": None
             if rule is None

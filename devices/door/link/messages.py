@@ -21,7 +21,7 @@ class Message:
 
     def pack(self) -> bytes:
         """Return the payload of its frame."""
-        return self.LAYOUT.pack(*[getattr(self, one.name) for one in fields(self)])
+        return self.LAYOUT.pack(*[getattr(self, field.name) for field in fields(self)])
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:

@@ -86,4 +86,4 @@ def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float
 
 def stiffest(detents: Sequence[Detent]) -> float:
     """Return an upper bound of the detents' stiffness, in N m/rad."""
-    return sum(abs(one.energy_J) / one.width_rad**2 for one in detents)
+    return sum(abs(detent.energy_J) / detent.width_rad**2 for detent in detents)

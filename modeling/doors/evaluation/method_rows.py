@@ -26,9 +26,9 @@ def method_rows(results: DoorResults, way: Direction) -> tuple[Row, ...]:
     """Return a row for each method of a direction on the split that counts."""
     evaluated, methods = results.methods(way), results.domain.methods[way]
     if way == "forward":
-        return tuple(forward_row(one, methods[one.method]) for one in evaluated)
+        return tuple(forward_row(result, methods[result.method]) for result in evaluated)
     within = attainable(evaluated)
-    return tuple(inverse_row(one, methods[one.method], within) for one in evaluated)
+    return tuple(inverse_row(result, methods[result.method], within) for result in evaluated)
 
 
 def forward_row(results: MethodResults, method: Method) -> Row:

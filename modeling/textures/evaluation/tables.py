@@ -287,7 +287,7 @@ def grid_rows(evaluation: TextureEvaluation) -> list[Row]:
             cells.setdefault((fit.method, fit.window, fit.loss), []).append(done.numbers)
     rows: list[Row] = []
     for (method, window, loss), results in cells.items():
-        mae, gfc, validation = ([one.get(name) for one in results] for name in ("mae", "gfc", "validation_mae"))
+        mae, gfc, validation = ([result.get(name) for result in results] for name in ("mae", "gfc", "validation_mae"))
         share = mean_of(gfc)
         rows.append(
             {"method": method, "window": window, "loss": loss, "mae": mean_of(mae),
