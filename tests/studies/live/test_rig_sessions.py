@@ -220,7 +220,7 @@ def test_a_sensor_that_is_unplugged_in_mid_trial_and_comes_back_leaves_a_marked_
             state["plugged"] = True
             return
         state["looks"] += 1
-        if state["looks"] == 40:
+        if state["looks"] == 15:
             state["plugged"] = False
 
     monkeypatch.setattr(TwinDaq, "read", read_or_fail)
