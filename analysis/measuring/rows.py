@@ -23,7 +23,7 @@ ENOUGH_S, MOST_RUNS = 0.02, 200
 
 
 @dataclass(frozen=True)
-class Row:
+class Measurement:
     """One case, measured: `error` is a number where `outcome` is `measured`, else None and `note` says why.
 
     `seconds` is the median of `runs` timed runs after a warm-up, or what the case itself says of its one run; it is
@@ -45,7 +45,7 @@ class Row:
     note: str = ""
 
 
-def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
+def measure(case: Case, clock: Clock = time.perf_counter) -> Measurement:
     """Run one case: warm up, time, trace the memory in a separate run, and ask how wrong the answer was.
 
     A case that takes longer than `SLOW_S` is run once more only, its memory traced in that same run, and the
@@ -59,7 +59,9 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
         return _row(case, _Measurement(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
 
 
-def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None) -> list[Row]:
+def run_bench(
+    areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None
+) -> list[Measurement]:
     """Measure every case of every area, in order; `progress` is called with what comes next."""
     rows = []
     for area, cases in areas_cases.items():
@@ -69,12 +71,12 @@ def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str
     return rows
 
 
-def as_json(rows: Iterable[Row]) -> str:
+def as_json(rows: Iterable[Measurement]) -> str:
     """Return the rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
     return json_text([asdict(row) for row in rows], indent=1, sort_keys=True)
 
 
-def _measure(case: Case, clock: Clock) -> Row:
+def _measure(case: Case, clock: Clock) -> Measurement:
     if case.seconds is not None:
         # A case that says itself how long its one run took.
         answer = case.run()
@@ -111,9 +113,9 @@ class _Measurement:
     note: str = ""
 
 
-def _row(case: Case, measurement: _Measurement) -> Row:
+def _row(case: Case, measurement: _Measurement) -> Measurement:
     named = (case.area, case.case, case.method, case.input, case.n, case.error_kind)
-    return Row(*named, **asdict(measurement))
+    return Measurement(*named, **asdict(measurement))
 
 
 def _time_call(run: Callable[[], Any], clock: Clock) -> tuple[Any, float]:

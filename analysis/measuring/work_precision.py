@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from palpate.analysis.measuring.rows import MEASURED, Row
+from palpate.analysis.measuring.rows import MEASURED, Measurement
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 OURS = "palpate"
 
 
-def is_ours(row: Row) -> bool:
+def is_ours(row: Measurement) -> bool:
     """Return whether the method is this project's, which names itself so: `palpate`, or `palpate, exact`."""
     return row.method.casefold().startswith((OURS, "ours"))
 
 
-def ratio_to_ours(row: Row, rows: Iterable[Row]) -> float | None:
+def ratio_to_ours(row: Measurement, rows: Iterable[Measurement]) -> float | None:
     """Return the time relative to our first method on the same area, case and input; None where either has no time."""
     same = (row.area, row.case, row.input)
     reference = next((o for o in rows if is_ours(o) and (o.area, o.case, o.input) == same), None)
@@ -28,7 +28,7 @@ def ratio_to_ours(row: Row, rows: Iterable[Row]) -> float | None:
     return row.seconds / reference.seconds
 
 
-def print_table(rows: Sequence[Row], console: Console | None = None) -> None:
+def print_table(rows: Sequence[Measurement], console: Console | None = None) -> None:
     """Print one table for each area, grouped by case and input, error and time side by side."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
@@ -63,7 +63,7 @@ def print_table(rows: Sequence[Row], console: Console | None = None) -> None:
         console.print(table)
 
 
-def error_text(row: Row) -> str:
+def error_text(row: Measurement) -> str:
     """Return the error as a person reads it; an exact answer is `0`, and one that is no number says so."""
     if row.outcome != MEASURED or row.error is None:
         return row.outcome

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, save
-from palpate.analysis.measuring.rows import REFUSED, Row
+from palpate.analysis.measuring.rows import REFUSED, Measurement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ MARKERS = "osD^vP*Xh"
 Panel = tuple[str, str]
 
 
-def save_plots(rows: Sequence[Row], folder: Path) -> list[Path]:
+def save_plots(rows: Sequence[Measurement], folder: Path) -> list[Path]:
     """Save the work-precision plot of each area as SVG and PNG and give the paths."""
     areas = dict.fromkeys(row.area for row in rows)
     paths: list[Path] = []
@@ -30,13 +30,13 @@ def save_plots(rows: Sequence[Row], folder: Path) -> list[Path]:
     return paths
 
 
-def save_plot(rows: Sequence[Row], folder: Path, name: str) -> list[Path]:
+def save_plot(rows: Sequence[Measurement], folder: Path, name: str) -> list[Path]:
     """Draw the rows of one area and save NAME.svg and NAME.png; rows without a time are left to the table."""
     with drawing(name):
         return save(work_precision_figure(rows), folder, name)
 
 
-def work_precision_figure(rows: Sequence[Row]) -> Figure:
+def work_precision_figure(rows: Sequence[Measurement]) -> Figure:
     """Return one log-log panel for each case and kind of error: colour is the method, the marker is the input.
 
     Two margins are marked: below, the exact answers (error 0); above, the methods that refused by name (open
@@ -68,7 +68,7 @@ def work_precision_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, rows: list[Row], colours: dict[str, str]) -> None:
+def _draw(axes: Axes, rows: list[Measurement], colours: dict[str, str]) -> None:
     from matplotlib.lines import Line2D
 
     timed = [(row, row.seconds) for row in rows if row.seconds]

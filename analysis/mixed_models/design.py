@@ -28,7 +28,7 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, NotIdentif
 Effect: TypeAlias = tuple[str, ...]
 INTERCEPT = "(Intercept)"
 Coding: TypeAlias = Literal["treatment", "sum"]
-Rows: TypeAlias = slice | Codes
+RowSelection: TypeAlias = slice | Codes
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Design:
         labels = [product(*(self.variables[name].labels for name in effect)) for effect in self.effects]
         return [":".join(parts) or INTERCEPT for of_effect in labels for parts in of_effect]
 
-    def columns(self, rows: Rows, count: int) -> Floats:
+    def columns(self, rows: RowSelection, count: int) -> Floats:
         """Return the internal columns of these rows, (rows, columns)."""
         parts = {name: variable.columns(rows) for name, variable in self.variables.items()}
         ones = np.ones((count, 1))
@@ -135,7 +135,7 @@ class Variable:
         """Return how many columns the variable takes."""
         return len(self.back) - 1
 
-    def columns(self, rows: Rows) -> Floats:
+    def columns(self, rows: RowSelection) -> Floats:
         """Return the internal columns of these rows, (rows, width)."""
         if self.codes is not None and self.table is not None:
             picked: Floats = self.table[self.codes[rows]]

@@ -39,7 +39,7 @@ class Holder:
 
 
 @dataclass(frozen=True)
-class Row:
+class DesignRow:
     """A row of the design that somebody is on; `place` is the row within the design's round."""
 
     place: int
@@ -58,7 +58,7 @@ class GroupBalance:
     group: str | None
     design: str
     round: int
-    rows: tuple[Row, ...]
+    rows: tuple[DesignRow, ...]
     certificate: Balance
     of_sessions: Mapping[int, Balance] = field(default_factory=dict)
 
@@ -114,7 +114,7 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
         by_place: dict[int, list[Holder]] = {}
         for holder in sorted(of_group, key=lambda one: (RANK.index(one.status), one.participant, one.session or 0)):
             by_place.setdefault(holder.row % length, []).append(holder)
-        rows = tuple(Row(place, own[0].status, tuple(own)) for place, own in sorted(by_place.items()))
+        rows = tuple(DesignRow(place, own[0].status, tuple(own)) for place, own in sorted(by_place.items()))
         balances.append(GroupBalance(group, design, length, rows, together, of_sessions))
     return StudyBalance(study.study, study.title or study.study, digest, tuple(balances), sample)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.analysis.monitoring.balance_grid import GroupBalance, Row
+from palpate.analysis.monitoring.balance_grid import DesignRow, GroupBalance
 
 SPARK = (120.0, 26.0)
 CELL = 9
@@ -32,7 +32,7 @@ class RowCell:
     place: int
     x: int
     y: int
-    row: Row | None
+    row: DesignRow | None
 
 
 def spark_points(values: Sequence[float]) -> str:

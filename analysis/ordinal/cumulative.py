@@ -32,7 +32,7 @@ END = 1e100  # stands for infinity at the outer ends, where density and slope ar
 
 
 @dataclass(frozen=True)
-class Rows:
+class AnswerIntervals:
     """Answers as intervals: `weights` answers each with bounds `upper` and `lower` (rows, parameters).
 
     Rows of one participant stand together; `starts` are the first row of each participant.
@@ -65,7 +65,7 @@ class Fit:
     steps: int
 
 
-def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats, starts: Ints) -> Rows:
+def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats, starts: Ints) -> AnswerIntervals:
     """Return the bounds of answers 0 .. points - 1: thresholds, then slopes.
 
     Every column of `free` has a slope at each threshold.
@@ -79,7 +79,7 @@ def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats
         wide[inside, at[inside]] = block[inside]
         return np.concatenate((wide.reshape(len(answers), -1), -x), axis=1)
 
-    return Rows(bound(answers), bound(answers - 1), answers == points - 1, answers == 0, weights, starts)
+    return AnswerIntervals(bound(answers), bound(answers - 1), answers == points - 1, answers == 0, weights, starts)
 
 
 def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: int, link: Link) -> Floats:
@@ -90,7 +90,7 @@ def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: in
     return np.concatenate((wide.ravel(), np.zeros(columns)))
 
 
-def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
+def log_likelihood(rows: AnswerIntervals, g: Floats, link: Link) -> float:
     """Return the log likelihood; minus infinity where thresholds are out of order."""
     high, low = rows.bounds(g)
     if not np.all(high > low):
@@ -98,7 +98,7 @@ def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
     return float(np.dot(rows.weights, interval(high, low, link).log_p))
 
 
-def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Floats]:
+def derivatives(rows: AnswerIntervals, g: Floats, link: Link) -> tuple[float, Floats, Floats]:
     """Return log likelihood, gradient and negative second derivatives."""
     intervals = interval(*rows.bounds(g), link)
     score = intervals.f_high[:, None] * rows.upper - intervals.f_low[:, None] * rows.lower
@@ -111,7 +111,7 @@ def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Float
     return float(np.dot(rows.weights, intervals.log_p)), rows.weights @ score, information
 
 
-def fit_rows(rows: Rows, start: Floats, link: Link) -> Fit:
+def fit_rows(rows: AnswerIntervals, start: Floats, link: Link) -> Fit:
     """Fit by Newton's method with halved steps from `start`, whose thresholds are in order."""
     g = start
     for steps in range(MOST_STEPS):
@@ -136,7 +136,7 @@ def newton_step(information: Floats, gradient: Floats) -> Floats:
     return step
 
 
-def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:
+def _uphill(rows: AnswerIntervals, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:
     """Return the longest of the steps 1, 1/2, 1/4, ... that does not go down; no step where none does."""
     for halving in range(HALVINGS):
         tried = g + step / 2**halving

@@ -18,7 +18,7 @@ import pandas as pd
 from scipy.optimize import linprog
 from scipy.special import chdtrc, ndtr, ndtri
 
-from palpate.analysis.ordinal.cumulative import LINKS, Fit, Link, Rows, fit_rows, rows_of, start_of
+from palpate.analysis.ordinal.cumulative import LINKS, AnswerIntervals, Fit, Link, fit_rows, rows_of, start_of
 from palpate.analysis.ordinal.ordinal_data import Coding, Orders, OrdinalData, Predictors, Term, ordinal_data
 from palpate.analysis.ordinal.random_intercept import fit_intercepts
 from palpate.analysis.ordinal.resampling import check_interval
@@ -279,7 +279,7 @@ def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool
     return True
 
 
-def _rows(data: OrdinalData, x: Floats, free: Floats) -> Rows:
+def _rows(data: OrdinalData, x: Floats, free: Floats) -> AnswerIntervals:
     return rows_of(data.answers, data.points, x, free, data.weights, data.starts)
 
 
@@ -291,7 +291,7 @@ def _flat(maximum: Fit) -> bool:
     return float(np.linalg.eigvalsh(maximum.information)[0]) < FLAT
 
 
-def _refuse_separated(rows: Rows, names: list[str]) -> None:
+def _refuse_separated(rows: AnswerIntervals, names: list[str]) -> None:
     if escape(rows) is not None:
         raise Separated(
             f"the predictors {listed(names, len(names))} divide the answers without overlap, so an estimate would be "
@@ -310,7 +310,7 @@ def _in_units(maximum: Fit, to_units: Floats, sigma: float | None) -> Fitted:
     return Fitted(estimates, spread, maximum.log_likelihood, sigma, error, count, maximum.steps)
 
 
-def escape(rows: Rows) -> Floats | None:
+def escape(rows: AnswerIntervals) -> Floats | None:
     """Return a direction along which the likelihood rises for ever, each part at most 1; None where there is none."""
     bounds = np.concatenate((rows.upper[~rows.last], -rows.lower[~rows.first]))
     bounds = np.unique(bounds, axis=0)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.hermite import hermgauss
 from scipy.special import logsumexp
 
-from palpate.analysis.ordinal.cumulative import Fit, Interval, Link, Rows, interval
+from palpate.analysis.ordinal.cumulative import AnswerIntervals, Fit, Interval, Link, interval
 from palpate.analysis.ordinal.ranks import Ints
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NotConverged
@@ -34,7 +34,7 @@ LONGEST_STEP = 2.0
 BATCH = 1_000_000  # numbers held at once
 
 
-def fit_intercepts(rows: Rows, g: Floats, sigma: float, link: Link) -> tuple[Fit, float]:
+def fit_intercepts(rows: AnswerIntervals, g: Floats, sigma: float, link: Link) -> tuple[Fit, float]:
     """Return the maximum over (g, sigma) from a start: parameters (g, sigma), and sigma >= 0 again.
 
     Raises NotConverged where there is none within reach.
@@ -79,7 +79,7 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
 class Marginal:
     """Answers, the link and how many nodes each participant's integral has; parameters are (g, sigma)."""
 
-    rows: Rows
+    rows: AnswerIntervals
     link: Link
     nodes: int
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from palpate.analysis.ratings.reading import Material, Rating, Rows, assembled, material_of
+from palpate.analysis.ratings.reading import CollectedRows, Material, Rating, assembled, material_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow
 from palpate.protocols.canonical import digest
 from palpate.protocols.events import Event, Present, Reply, Request
@@ -83,7 +83,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
         for plan, answers in answered
     ]
     choice = Choice(digest(study.conditions()), tuple(sessions_run), ())
-    rows = Rows(
+    rows = CollectedRows(
         trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
         words=[_with_person(plan, row) for plan, answers in answered for row in answers.words],
         answers=[_with_person(plan, row) for plan, answers in answered for row in answers.answers],

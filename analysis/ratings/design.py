@@ -37,7 +37,7 @@ _FAULTS: Mapping[ProblemKind, tuple[str, str]] = {
     "undeclared": ("has {cells} that the design does not have", "correct the design or the table"),
 }
 Label = tuple[str, ...]
-Row = tuple[str, tuple[str, ...], object]
+Observation = tuple[str, tuple[str, ...], object]
 MOST_CELLS = 5_000_000
 FEWEST_TO_BE_CONSTANT = 3
 
@@ -236,7 +236,7 @@ def value_problems(
     table: pd.DataFrame, participant: str, cells: Sequence[str], value: str, *, scale: Scale | None, limit: int
 ) -> list[Problem]:
     """Return every value that is no finite number, off the scale or off its steps, and every constant rater."""
-    rows: list[Row] = [
+    rows: list[Observation] = [
         (str(person), tuple(map(str, cell)), number)
         for person, number, *cell in zip(*(table[c].tolist() for c in (participant, value, *cells)), strict=True)
     ]
@@ -263,7 +263,7 @@ def _finite(number: object) -> bool:
     return isinstance(number, Real) and isfinite(float(number))
 
 
-def _constant(rows: Sequence[Row], cells: Sequence[str], limit: int) -> list[Problem]:
+def _constant(rows: Sequence[Observation], cells: Sequence[str], limit: int) -> list[Problem]:
     """Return constant raters, and for those who are not, the attributes on which they are: reported, never excluded."""
     everywhere: dict[str, list[object]] = {}
     by_attribute: dict[tuple[str, str], list[object]] = {}

@@ -278,7 +278,9 @@ def read_material(
     with engine.connect() as connection:
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if gives_ratings(study) else None
-        rows = Rows(*(_rows(connection, statement, study, choice) for statement in (_TRIALS, _WORDS, _ANSWERS)))
+        rows = CollectedRows(
+            *(_rows(connection, statement, study, choice) for statement in (_TRIALS, _WORDS, _ANSWERS))
+        )
         versions = tuple(_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)
 
@@ -306,7 +308,7 @@ def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[
 
 
 @dataclass(frozen=True)
-class Rows:
+class CollectedRows:
     """Rows of the collected tables trials, words and answers, each with participant and group."""
 
     trials: list[dict[str, Any]]
@@ -314,7 +316,7 @@ class Rows:
     answers: list[dict[str, Any]]
 
 
-def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Rows) -> Material:
+def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: CollectedRows) -> Material:
     """Return the material of these sessions, wherever their rows come from."""
     trials = _trials(rows.trials, study)
     words = _words(rows.words, trials)

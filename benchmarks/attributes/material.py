@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from palpate.modeling.attributes.material import Material, Pair, Rated, Rows, Texture
+from palpate.modeling.attributes.material import FeatureRows, Material, Pair, Rated, Texture
 from palpate.signals.arrays import Array
 
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
@@ -26,7 +26,7 @@ def random_material(textures: int, segments: int, pictures: int, seed: int = 0, 
     built = []
     for place, own in enumerate(chance.standard_normal((textures, 4))):
 
-        def rows(kinds: Sequence[str], count: int, latent: Array) -> dict[str, Rows]:
+        def rows(kinds: Sequence[str], count: int, latent: Array) -> dict[str, FeatureRows]:
             noises = {kind: noise * chance.standard_normal((count, SIZES[kind])) for kind in kinds}
             return {kind: (latent @ directions[kind] + noises[kind]).astype(np.float32) for kind in kinds}
 

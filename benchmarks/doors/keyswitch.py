@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, Part, Row, outcome, row_of, ways
+from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, MethodScore, Part, outcome, row_of, ways
 from benchmarks.keyswitch.curves import Curves, measured
 from benchmarks.keyswitch.outcome import Outcome
 from benchmarks.keyswitch.settings import QUICK, REDUCED, Size
@@ -43,5 +43,5 @@ def _all_folds(way: tuple[str, str, int | None], size: Size, curves: Curves) -> 
 
 
 def _error(way: tuple[str, str, int | None], size: Size, curves: Curves, outcomes: list[Outcome]) -> float:
-    row: Row = row_of(way, curves, size, outcomes)
+    row: MethodScore = row_of(way, curves, size, outcomes)
     return row.error

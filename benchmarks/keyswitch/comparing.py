@@ -23,7 +23,7 @@ RECONSTRUCTION, KIND = "reconstruction", "kind"
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodScore:
     """One method on one task, over all folds; each switch was held out once.
 
     Reconstruction: `error` is the mean absolute and `second` the root-mean-square difference in gf. Kind: the share of
@@ -65,7 +65,7 @@ def compare(
     workers: int | None = None,
     cluster: str | None = None,
     report: Report = silent,
-) -> tuple[Row, ...]:
+) -> tuple[MethodScore, ...]:
     """Compare all methods and codes on both tasks; the errors do not depend on workers or cluster.
 
     Without `curves` the shipped ones. Raises JobError where a job was refused.
@@ -113,14 +113,16 @@ def _places(size: Size) -> Iterator[tuple[tuple[str, str, int | None], int]]:
     return ((way, number * size.folds) for number, way in enumerate(ways(size)))
 
 
-def row_of(way: tuple[str, str, int | None], curves: Curves, size: Size, outcomes: Sequence[Outcome]) -> Row:
+def row_of(way: tuple[str, str, int | None], curves: Curves, size: Size, outcomes: Sequence[Outcome]) -> MethodScore:
     """Return the row of one method from the outcomes of its folds, in order."""
     held_out = np.concatenate([rows for _, rows in folds(curves, size)])
     answer = np.concatenate([outcome.answer for outcome in outcomes])
     errors_of: Any = _wrong if way[0] == KIND else _off
     error, second, unit = errors_of(answer, (curves.kind if way[0] == KIND else curves.force_gf)[held_out])
     training = float(np.mean([outcome.training_s for outcome in outcomes]))
-    return Row(*way, error, second, unit, training, float(np.mean([outcome.inference_s for outcome in outcomes])))
+    return MethodScore(
+        *way, error, second, unit, training, float(np.mean([outcome.inference_s for outcome in outcomes]))
+    )
 
 
 def _off(answer: Array, truth: Array) -> tuple[float, float, str]:

@@ -16,7 +16,7 @@ import torch
 
 from benchmarks.precomputed import precomputed_case
 from benchmarks.synthesis.stock_foten import DELTA, train_plainly
-from palpate.modeling.textures.fitting import Rows, answers, rows_of
+from palpate.modeling.textures.fitting import TrainingWindows, answers, rows_of
 from palpate.modeling.textures.foten import SETTINGS
 from palpate.modeling.textures.foten_network import WINDOW, Foten, huber
 from palpate.modeling.textures.methods import Learning
@@ -85,7 +85,7 @@ def cases(
         yield _case("equal CPU time", way, input_name, len(rows.train), EQUAL_TIME, outcome)
 
 
-def train_one_way(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
+def train_one_way(way: Way, rows: TrainingWindows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
     """Train one way for `epochs` epochs, validated after each."""
     if way.stock:
         with training_state(seed, 1):
@@ -101,7 +101,7 @@ def train_one_way(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0
     return Outcome(epochs, seconds, _mae(network, rows))
 
 
-def _mae(network: Foten, rows: Rows) -> float:
+def _mae(network: Foten, rows: TrainingWindows) -> float:
     predicted = answers(network, torch.as_tensor(rows.held.inputs).numpy())
     return float(np.abs(predicted - torch.as_tensor(rows.held.targets).numpy()).mean())
 

@@ -25,7 +25,7 @@ LARGEST = 1 << 20
 SHIFTS = ("Dx", "Dy", "Dz", "Rx", "Ry", "Rz")
 _DATE = re.compile(r"^(\d{1,2})/(\d{1,2})/(\d{4})$")
 
-Row = tuple[float, ...]
+MatrixRow = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class CalFile:
     angle_unit: str
     low_V: float
     high_V: float
-    user: Mapping[str, Row]
-    basic: Mapping[str, Row]
+    user: Mapping[str, MatrixRow]
+    basic: Mapping[str, MatrixRow]
     rated: Mapping[str, float]
-    shift: Row
-    slopes: tuple[Row, Row, float] | None
+    shift: MatrixRow
+    slopes: tuple[MatrixRow, MatrixRow, float] | None
     sha256: str
 
 
@@ -86,7 +86,7 @@ class _Reader:
         if self._number(calibration, "GainMultiplier", 1.0) != 1.0:
             raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
         user = {name: self._values(child, "values") for name, child in self._axes(calibration, "UserAxis").items()}
-        axes, basic = self._axes(calibration, "Axis"), dict[str, Row]()
+        axes, basic = self._axes(calibration, "Axis"), dict[str, MatrixRow]()
         for name, child in axes.items():
             scale = self._number(child, "scale", 1.0)
             if scale == 0:
@@ -142,7 +142,7 @@ class _Reader:
             raise self._wrong(_called(axis, "max"), f"{rated:g} is not a rated load; more than 0 is expected")
         return rated
 
-    def _slopes(self, calibration: Element) -> tuple[Row, Row, float] | None:
+    def _slopes(self, calibration: Element) -> tuple[MatrixRow, MatrixRow, float] | None:
         bias, gain, thermistor = (calibration.find(name) for name in ("BiasSlope", "GainSlope", "Thermistor"))
         if bias is None and gain is None:
             return None
@@ -153,7 +153,7 @@ class _Reader:
             0.0 if thermistor is None else self._number(thermistor, "value", None),
         )
 
-    def _values(self, element: Element, name: str) -> Row:
+    def _values(self, element: Element, name: str) -> MatrixRow:
         texts = self._text(element, name).split()
         if len(texts) != 6:
             raise self._wrong(_called(element, name), f"6 numbers are expected, found {len(texts)}")

@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from palpate.modeling.attributes.material import MaterialError, Rows
+from palpate.modeling.attributes.material import FeatureRows, MaterialError
 from palpate.modeling.files.result_store import ResultStore, content_key
 from palpate.protocols.extras import installed_version
 
 FOLDER = "features"
 """Of a lab."""
-Entry: TypeAlias = tuple[Mapping[str, Rows], Mapping[str, Any]]
+Entry: TypeAlias = tuple[Mapping[str, FeatureRows], Mapping[str, Any]]
 """Rows by kind, and their metadata (what JSON holds)."""
 
 
@@ -33,7 +33,7 @@ def load_features(folder: Path | None, key: str) -> Entry | None:
     return ResultStore(folder).load(key)
 
 
-def save_features(folder: Path | None, key: str, rows: Mapping[str, Rows], metadata: Mapping[str, Any]) -> None:
+def save_features(folder: Path | None, key: str, rows: Mapping[str, FeatureRows], metadata: Mapping[str, Any]) -> None:
     """Save an entry, whole or not at all; nothing without a folder. Raises MaterialError on a full disk."""
     try:
         ResultStore(folder).save(key, rows, metadata)

@@ -9,7 +9,7 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.attributes.material import Material, MaterialError, Rows, Texture
+from palpate.modeling.attributes.material import FeatureRows, Material, MaterialError, Texture
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array
 
@@ -174,20 +174,20 @@ def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
         )
 
 
-def _counting_rows(texture: Texture) -> dict[str, list[Rows]]:
+def _counting_rows(texture: Texture) -> dict[str, list[FeatureRows]]:
     """A texture's rows by kind, without those of what is blank; pictures and their variants are compared together."""
     touch = {kind: rows for kind, rows in texture.touch.items() if kind != HAND or len(texture.touch) == 1}
     seen, varied = _blanks(texture.sight), _blanks(texture.variants)
     if len(seen) and len(varied) % len(seen) == 0:
         varied = varied | np.resize(seen, len(varied))  # a version of a black picture shows its noise alone
-    result: dict[str, list[Rows]] = {}
+    result: dict[str, list[FeatureRows]] = {}
     for rows, blank in ((touch, _blanks(touch)), (texture.sight, seen), (texture.variants, varied)):
         for kind, row_set in rows.items():
             result.setdefault(kind, []).append(row_set[~blank])
     return result
 
 
-def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
+def _blanks(kinds: Mapping[str, FeatureRows]) -> NDArray[np.bool_]:
     """Return which segments or pictures are blank: one kind of feature that says so is enough.
 
     A black picture's co-occurrence has one number; what a network makes of it has many, all of them the network's own.

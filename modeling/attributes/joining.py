@@ -12,8 +12,8 @@ from palpate.modeling.attributes.material import (
     NOT_RECORDED,
     PICTURE_LEFT_OUT,
     RECORDINGS_LEFT_OUT,
+    FeatureRows,
     Material,
-    Rows,
     Texture,
 )
 from palpate.modeling.attributes.reading_pictures import Photographed
@@ -98,7 +98,7 @@ def untouched(felt: FeltRows | None) -> Iterator[str]:
         yield "no recording of it can be used" if felt else NOT_RECORDED
 
 
-def has_rows(kinds: Mapping[str, Rows]) -> bool:
+def has_rows(kinds: Mapping[str, FeatureRows]) -> bool:
     """Return whether there is a segment, or a picture."""
     return any(len(rows) for rows in kinds.values())
 

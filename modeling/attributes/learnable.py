@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.modeling.attributes.folds import groups_of
-from palpate.modeling.attributes.material import MaterialError, Modality, Rows, Texture, ratings_of
+from palpate.modeling.attributes.material import FeatureRows, MaterialError, Modality, Texture, ratings_of
 from palpate.modeling.attributes.methods import Learning
 from palpate.protocols.wording import count
 from palpate.signals.arrays import Array, Indices
@@ -32,7 +32,7 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
     return ordered, ratings
 
 
-def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: int | None = None) -> Rows:
+def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: int | None = None) -> FeatureRows:
     """Return a texture's rows of these kinds side by side; `width` is how many numbers were learned from.
 
     Raises MaterialError where a kind is missing, where there is no row, or where rows are of another width.

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from palpate.modeling.files.result_store import ResultStore
 from palpate.signals.arrays import Array
 
-Rows = NDArray[np.float32]
+FeatureRows = NDArray[np.float32]
 Modality = Literal["touch", "sight"]
 TOUCH_KINDS = ("mfcc", "dft", "dwt", "hand")
 """Rows of a segment: cepstral coefficients, spectrum, wavelets (of which one is taken), and the hand's statistics."""
@@ -75,9 +75,9 @@ class Texture:
     id: str
     label: str
     category: str
-    touch: Mapping[str, Rows] = field(default_factory=dict)
-    sight: Mapping[str, Rows] = field(default_factory=dict)
-    variants: Mapping[str, Rows] = field(default_factory=dict)
+    touch: Mapping[str, FeatureRows] = field(default_factory=dict)
+    sight: Mapping[str, FeatureRows] = field(default_factory=dict)
+    variants: Mapping[str, FeatureRows] = field(default_factory=dict)
     rated: Rated | None = None
     made_from: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
@@ -91,7 +91,7 @@ class Texture:
                 if values.ndim != 2 or not np.isfinite(values).all():
                     raise MaterialError(f"{self.id}: {kind} is {values.shape}; finite rows (n, features) are expected.")
 
-    def rows(self, modality: Modality, kinds: Sequence[str]) -> Rows:
+    def rows(self, modality: Modality, kinds: Sequence[str]) -> FeatureRows:
         """These kinds of features side by side: (segments, features) of touch, (pictures, features) of sight.
 
         Raises MaterialError where a kind is missing.

@@ -14,7 +14,7 @@ from palpate.analysis.features.augmenting import NOISE_SD, chance_of, varied
 from palpate.analysis.features.glcm import glcm
 from palpate.analysis.features.pictures import Looking, PictureError, patches, square
 from palpate.modeling.attributes.feature_cache import Entry, feature_key, load_features, save_features
-from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
+from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, FeatureRows, MaterialError
 from palpate.modeling.attributes.resnet_weights import Weights
 from palpate.modeling.training.jobs import run_jobs
 from palpate.modeling.training.refusals import JobError
@@ -58,8 +58,8 @@ class Seen:
     `blank` are the SHA-256 of pictures of one brightness: a second texture that has such a one shares nothing with it.
     """
 
-    sight: Mapping[str, Rows]
-    variants: Mapping[str, Rows]
+    sight: Mapping[str, FeatureRows]
+    variants: Mapping[str, FeatureRows]
     notes: tuple[str, ...]
     blank: frozenset[str] = frozenset()
 
@@ -202,7 +202,7 @@ def _bytes(picture: Picture) -> bytes:
 
 
 def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
-    def of(versions: Sequence[int]) -> dict[str, Rows]:
+    def of(versions: Sequence[int]) -> dict[str, FeatureRows]:
         entries = [known[how.key(picture, version)][0] for version in versions for picture in album.pictures]
         whole = [rows for rows in entries if rows]
         return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}

@@ -18,7 +18,7 @@ from palpate.modeling.doors.networks import (
     exported_network,
     training_rows,
 )
-from palpate.modeling.doors.preparing import Rows, checked_forces
+from palpate.modeling.doors.preparing import TrainingRows, checked_forces
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded
@@ -81,7 +81,7 @@ def huber(answer: Tensor, target: Tensor) -> Tensor:
     return functional.huber_loss(answer, target, delta=DELTA)
 
 
-def _pairs(rows: Rows) -> Pairs:
+def _pairs(rows: TrainingRows) -> Pairs:
     return pairs(rows.force_N, rows.rating)
 
 

@@ -20,7 +20,7 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import FeltThrough
 from palpate.modeling.doors.linear import Components, components_of
 from palpate.modeling.doors.methods import Learning, Method
-from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
+from palpate.modeling.doors.preparing import TrainingRows, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.seeding import training_state
 from palpate.signals.arrays import Array
@@ -147,7 +147,7 @@ def fit(learning: Learning) -> Searching:
     """
     if not isinstance(learning.forward, FeltThrough):
         raise ModelDataError("search: needs the gradient of a trained forward network: none was given.")
-    rows: Rows = rows_of(learning, least=2)
+    rows: TrainingRows = rows_of(learning, least=2)
     codes = codes_of(rows.force_N)
     code = codes.of(rows.force_N)
     drawn: Array = Generator(PCG64(SeedSequence([learning.seed]))).standard_normal((code.shape[1],))

@@ -21,7 +21,7 @@ from palpate.modeling.doors.networks import (
     exported_network,
     training_rows,
 )
-from palpate.modeling.doors.preparing import PLAYABLE, Rows, checked_wishes
+from palpate.modeling.doors.preparing import PLAYABLE, TrainingRows, checked_wishes
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
@@ -87,7 +87,7 @@ def _inner(forward: FeltThrough) -> ForceToPerception:
     return cast(ForceToPerception, forward.network[1])
 
 
-def _hand_over(network: nn.Sequential, forward: FeltThrough, rows: Rows) -> None:
+def _hand_over(network: nn.Sequential, forward: FeltThrough, rows: TrainingRows) -> None:
     """Start with latents of the mean and the SD that the forward network's encoder gives for the training profiles.
 
     The frozen decoder was trained on these. With torch's own start the latents vary twenty times less, and the network
@@ -104,7 +104,7 @@ def _hand_over(network: nn.Sequential, forward: FeltThrough, rows: Rows) -> None
         inner.project.weight.mul_(gain)
 
 
-def _pairs(rows: Rows, scaling: Scaling) -> Pairs:
+def _pairs(rows: TrainingRows, scaling: Scaling) -> Pairs:
     return pairs(rows.rating, scaling.force_up(rows.force_N))
 
 

@@ -12,7 +12,7 @@ from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import (
     PLAYABLE,
     Featured,
-    Rows,
+    TrainingRows,
     checked_forces,
     checked_wishes,
     featured,
@@ -139,7 +139,7 @@ def fit_pca_ridge(learning: Learning) -> Linear:
     return Linear(weight, path.y_mean - weight @ components.mean, checked_forces)
 
 
-def _rating_errors(rows: Rows, train: Indices, test: Indices) -> Array:
+def _rating_errors(rows: TrainingRows, train: Indices, test: Indices) -> Array:
     """(components, penalties) sums of squared errors in one inner fold.
 
     The codes of different components do not correlate, so a component's weight is the same whichever others are there:

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
-from palpate.modeling.doors.preparing import Rows, rows_of
+from palpate.modeling.doors.preparing import TrainingRows, rows_of
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.regression import CONSTANT
 from palpate.modeling.training.steps import answers_of, exported_float32
@@ -151,7 +151,7 @@ def _centre_and_spread(rows: Array) -> tuple[Array, float]:
     return centre, spread if spread > CONSTANT * float(np.abs(rows).max()) else 1.0
 
 
-def training_rows(learning: Learning) -> tuple[Rows, Rows | None]:
+def training_rows(learning: Learning) -> tuple[TrainingRows, TrainingRows | None]:
     """Return the rows to train on, and those to watch or None where none are held out.
 
     Trained on are the stimuli with their training variants; with the setting `quick` the stimuli as they were rated.

@@ -45,7 +45,7 @@ def on_one_thread(fit: Callable[[Learning], Model]) -> Callable[[Learning], Mode
 
 
 @dataclass(frozen=True)
-class Rows:
+class TrainingRows:
     """What a fit learns from: forces (n, 621) in newtons, ratings (n, attributes) on 0..100, groups (n,) by source."""
 
     force_N: Array
@@ -53,7 +53,7 @@ class Rows:
     group: Indices
 
 
-def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Rows:
+def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> TrainingRows:
     """Return the rows to learn from, in an order that does not depend on the order they came in.
 
     `default` is whether the stimuli as they were rated ("measured") or with their training variants ("train"); the
@@ -70,7 +70,7 @@ def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Ro
     rating = learning.scaling.rating_up(as_rows(data.rating, len(data.attributes), "ratings"))
     keys = [(force[i].tobytes(), rating[i].tobytes(), data.source[i], data.ids[i]) for i in range(len(data))]
     order = np.array(sorted(range(len(data)), key=keys.__getitem__), dtype=np.int64)
-    return Rows(force[order], rating[order], source_groups(data.rows(order)))
+    return TrainingRows(force[order], rating[order], source_groups(data.rows(order)))
 
 
 def checked_forces(force_N: Array) -> Array:
@@ -132,7 +132,7 @@ class Featured:
         return {"feature_gain": self.standard.gain, "feature_offset": self.standard.offset}
 
 
-def featured(rows: Rows) -> tuple[Featured, Array]:
+def featured(rows: TrainingRows) -> tuple[Featured, Array]:
     """Return the way to the features, fitted to these rows, and their standardised features (n, features)."""
     raw = features(rows.force_N)
     standard = standard_of(raw)

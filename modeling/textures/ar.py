@@ -58,7 +58,7 @@ NARROW = 1e-6
 """Points that differ less than this share of the wider side, or of `PER`, lie on a line."""
 EDGE = -1e-9
 """Barycentric shares down to this count as inside a triangle."""
-Rows = NDArray[np.int64]
+RowIndices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -308,8 +308,8 @@ class Mesh:
     """
 
     points: Array
-    triangles: Rows
-    rim: Rows
+    triangles: RowIndices
+    rim: RowIndices
 
     def shares(self, hand: Array) -> Array:
         """Return the share (n, k) of each point, 1 in sum, for speeds in mm/s and forces in N (n, 2).
@@ -340,7 +340,7 @@ class Mesh:
         shares[np.flatnonzero(inside)[:, None], places_of] = share / share.sum(axis=1, keepdims=True)
         return np.asarray(inside)
 
-    def _nearest(self, places: Array, rows: Rows, shares: Array) -> None:
+    def _nearest(self, places: Array, rows: RowIndices, shares: Array) -> None:
         start = self.points[self.rim[:, 0]]
         along = self.points[self.rim[:, 1]] - start
         away = places[rows][:, None] - start

@@ -44,7 +44,7 @@ Make = Callable[[int], nn.Module]
 
 
 @dataclass(frozen=True)
-class Rows:
+class TrainingWindows:
     """Normalised windows (n, 3, window) to train on and to validate with, the next acceleration (n, 1), the scale."""
 
     train: Pairs
@@ -124,7 +124,7 @@ def fit_windows(
     return FittedWindows(network, rows.scale, length, trained)
 
 
-def rows_of(learning: Learning, window: int) -> Rows:
+def rows_of(learning: Learning, window: int) -> TrainingWindows:
     """Return the rows of a recording's training and validation part.
 
     Raises TextureDataError where either has no window of that length, and where the acceleration of the training part
@@ -139,10 +139,10 @@ def rows_of(learning: Learning, window: int) -> Rows:
         pairs(scale.down(part.given), ((part.target - scale.mean[0]) / scale.sd[0])[:, None])
         for part in (train_part, held_part)
     )
-    return Rows(train, held, scale)
+    return TrainingWindows(train, held, scale)
 
 
-def augmented(rows: Rows, augmentation: Augmentation, seed: int) -> Source:
+def augmented(rows: TrainingWindows, augmentation: Augmentation, seed: int) -> Source:
     """Return the training rows with rest among them; noise, offsets and signs are drawn anew for every batch."""
     whole = add_rest(rows.train, augmentation.rest, rows.scale, seed)
     if not (augmentation.noise or augmentation.hand or augmentation.mirrored):

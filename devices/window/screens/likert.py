@@ -89,7 +89,7 @@ class LikertScreen(Base):
 
 
 @dataclass(frozen=True)
-class Row:
+class PlacedStatement:
     """A statement's place."""
 
     fixed: tuple[Element, ...]
@@ -102,7 +102,7 @@ class _Set:
     height: int
 
 
-def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list[Row]]:
+def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list[PlacedStatement]]:
     """Return the rows of every sheet. Raise WindowError where a statement or a label does not fit."""
     unit = page.metrics.unit
     width = min(room.width, unit(WIDEST))
@@ -143,7 +143,7 @@ def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list
     return rows
 
 
-def _row(page: Page, questionnaire: Questionnaire, text: Laid, card: Box, number: int, pitch: int) -> Row:
+def _row(page: Page, questionnaire: Questionnaire, text: Laid, card: Box, number: int, pitch: int) -> PlacedStatement:
     unit, name = page.metrics.unit, f"card {number}"
     spare = card.height - text.height - page.metrics.target(TALL) - 2 * unit(PAD)
     place = Box(card.left + unit(3), card.top + unit(PAD) + max(0, spare) // 3, card.width - 2 * unit(3), text.height)
@@ -161,4 +161,4 @@ def _row(page: Page, questionnaire: Questionnaire, text: Laid, card: Box, number
         Label(f"{name} low", left, name, low, QUIET, "right"),
         Label(f"{name} high", left.moved(points.right + unit(3) - left.left, 0), name, high, QUIET),
     )
-    return Row(fixed, Points(f"item {number}", points, name, count=questionnaire.points))
+    return PlacedStatement(fixed, Points(f"item {number}", points, name, count=questionnaire.points))

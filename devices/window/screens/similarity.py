@@ -12,7 +12,7 @@ from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Missing, back_and_next
 from palpate.devices.window.screens.elements import Element, Label
 from palpate.devices.window.screens.frame import STEPS, Frame, fitted, trial_frame
-from palpate.devices.window.screens.sliders import Row, SliderScreen, rows
+from palpate.devices.window.screens.sliders import PlacedAttribute, SliderScreen, rows
 from palpate.devices.window.screens.targets import Button
 from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
@@ -117,7 +117,7 @@ class SimilarityScreen(SliderScreen):
         keys = ", ".join(str(n + 1) for n in range(len(form.sides)))
         return trial_frame(page, ask, "similarity_prompt", page.texts("similarity_hint", keys=keys), left, right)
 
-    def _lines(self) -> list[list[Row]]:
+    def _lines(self) -> list[list[PlacedAttribute]]:
         room, taken = (
             self._room,
             self._side_label_height + self._apart + self.page.metrics.target(TALL) + 3 * self._apart,

@@ -59,7 +59,7 @@ class SliderScreen(Base):
         left, right = back_and_next(page)
         return trial_frame(page, ask, "sliders_prompt", page.texts("sliders_hint"), left, right)
 
-    def _lines(self) -> list[list[Row]]:
+    def _lines(self) -> list[list[PlacedAttribute]]:
         return rows(self.page, self.form.attributes, self.room, self.form.scale)
 
     @property
@@ -245,7 +245,7 @@ class Track(Target):
 
 
 @dataclass(frozen=True)
-class Row:
+class PlacedAttribute:
     """One attribute's place: `fixed` never changes, `track` is the line before its first touch."""
 
     fixed: tuple[Element, ...]
@@ -292,7 +292,7 @@ class _Set:
         return max((laid.height for _, laid in self.labels), default=0)
 
 
-def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -> list[list[Row]]:
+def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -> list[list[PlacedAttribute]]:
     """Return the rows of every sheet: one sheet where all fit, at the largest size at which they do.
 
     Raises WindowError where a word does not fit, or the line itself.
@@ -386,7 +386,9 @@ def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[fl
     return _Set(low, high, explanation, labels, height + 2 * unit(PAD))
 
 
-def _placed(widths: Across, room: Box, sheets: list[list[_Set]], ticks: tuple[float, ...]) -> list[list[Row]]:
+def _placed(
+    widths: Across, room: Box, sheets: list[list[_Set]], ticks: tuple[float, ...]
+) -> list[list[PlacedAttribute]]:
     sheets_of_rows, number = [], 0
     for sheet in sheets:
         boxes = stacked(widths.page, room, widths.card_px, [item.height for item in sheet])
@@ -398,7 +400,7 @@ def _placed(widths: Across, room: Box, sheets: list[list[_Set]], ticks: tuple[fl
     return sheets_of_rows
 
 
-def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float, ...]) -> Row:
+def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float, ...]) -> PlacedAttribute:
     unit, name = widths.page.metrics.unit, f"row {number}"
     spare = card.height - texts.height
     top, bottom = card.top + unit(PAD) + spare // 3, card.bottom - unit(PAD) - spare // 4
@@ -419,7 +421,7 @@ def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float
         middle = track.line.left + round(share * (widths.line_px - 1))
         place = Box(middle - (laid.width + 1) // 2, words.bottom, laid.width + 1, laid.height)
         fixed.append(Label(f"{name} label {n}", place, name, laid, QUIET, "centre"))
-    return Row(tuple(fixed), track)
+    return PlacedAttribute(tuple(fixed), track)
 
 
 def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: Scale) -> WindowError:

@@ -204,11 +204,13 @@ def _work_precision(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnF
 def _timed_rows(
     of: Sequence[Mapping[str, Any]], error: str, seconds: str, unit: float, named: tuple[str, str]
 ) -> list[Any]:
-    from palpate.analysis.measuring.rows import MEASURED, Row
+    from palpate.analysis.measuring.rows import MEASURED, Measurement
 
     case, kind = named
     return [
-        Row("doors", case, row["method"], "all folds", 0, kind, row[error], MEASURED, row[seconds] * unit, 1, None)
+        Measurement(
+            "doors", case, row["method"], "all folds", 0, kind, row[error], MEASURED, row[seconds] * unit, 1, None
+        )
         for row in of
         if row[seconds]
     ]

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from palpate.analysis.measuring.rows import MOST_RUNS, Row, as_json, measure, run_bench
+from palpate.analysis.measuring.rows import MOST_RUNS, Measurement, as_json, measure, run_bench
 from palpate.analysis.measuring.work_precision import error_text, print_table, ratio_to_ours, time_text
 from palpate.analysis.measuring.work_precision_plot import save_plots
 from palpate.protocols.bench import Case
@@ -127,12 +127,12 @@ def test_an_interrupt_ends_the_bench() -> None:
 
 def row(
     method: str, seconds: float | None, error: float | None = 1e-15, outcome: str = "measured", **change: Any
-) -> Row:
-    base = Row("sums", "sum", method, "3 numbers", 3, "relative", error, outcome, seconds, 5, 0.25)
-    return Row(**{**base.__dict__, **change})
+) -> Measurement:
+    base = Measurement("sums", "sum", method, "3 numbers", 3, "relative", error, outcome, seconds, 5, 0.25)
+    return Measurement(**{**base.__dict__, **change})
 
 
-def rows() -> Iterator[Row]:
+def rows() -> Iterator[Measurement]:
     yield row("palpate", 2e-4)
     yield row("palpate, exact", 4e-3, 0.0)
     yield row("pingouin", 8e-3, None, "infinite")
