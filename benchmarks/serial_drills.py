@@ -1,4 +1,4 @@
-"""Fault drills on the simulated door machine in full swing: how soon it is safe, in plant time."""
+"""DoorFault drills on the simulated door machine in full swing: how soon it is safe, in plant time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
 from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
 from palpate.devices.door.firmware.twin_plant import TwinPlant
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import Fault
+from palpate.devices.door.link.codes import DoorFault
 
 MOVING_MS = 1600
 """Into the play, the twin's hand moves the arm at some tens of degrees a second."""
@@ -21,7 +21,7 @@ WATCHED_MS = 400
 class Drilled:
     """Milliseconds of plant time from the cause: until switched off, until the motor gives nothing, until it brakes."""
 
-    fault: Fault
+    fault: DoorFault
     off_ms: int
     without_motor_ms: int
     braked_ms: int

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
-from palpate.analysis.ratings.design import Faults, cell_faults
+from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.statistics.anova import anova, rm_anova
 from palpate.analysis.statistics.f_and_t import adjusted
 from palpate.analysis.statistics.pairwise import pairs_in_order, pairwise_tests
@@ -131,7 +131,7 @@ def _others(ratings: Ratings, *factors: str) -> tuple[str, ...]:
     return tuple(name for name in ratings.cells if name not in factors)
 
 
-def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str) -> Test:
+def _answer(ratings: Ratings, faults: CellFaults, question: Question, attribute: str) -> Test:
     """Return the answer to a question for an attribute, or the reason why there is none."""
     table, people = ratings.table, ratings.participants
     if question.group is not None:

@@ -17,7 +17,7 @@ from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings,
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
 from palpate.analysis.plans.where import Range, Where, first_word, levels_of, matching_rows
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
-from palpate.analysis.ratings.design import Faults, cell_faults
+from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
 from palpate.analysis.ratings.people import SESSION, refuse_small_groups
 from palpate.analysis.ratings.reading import OF_A_RATING, Material
@@ -208,10 +208,10 @@ class Selector:
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @cached_property
-    def _known_faults(self) -> dict[bool, Faults]:
+    def _known_faults(self) -> dict[bool, CellFaults]:
         return {}
 
-    def faults(self, settings: StatisticSettings | None = None) -> Faults:
+    def faults(self, settings: StatisticSettings | None = None) -> CellFaults:
         """Return every cell of the ratings that is missing, filled too often or not of the design.
 
         A test that names `session` is asked about the cells of each session.
@@ -220,7 +220,9 @@ class Selector:
         by_session = settings is not None and SESSION in (*columns_named(settings), *settings.where)
         if by_session not in self._known_faults:
             none = ratings is None or not len(ratings.table)
-            self._known_faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
+            self._known_faults[by_session] = (
+                CellFaults() if none or ratings is None else cell_faults(ratings, by_session)
+            )
         return self._known_faults[by_session]
 
     def of(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> Selected:

@@ -1,7 +1,7 @@
 """The design check: which cells are missing, filled twice or not finite. It reports; it never drops or averages.
 
-`check_design` looks at a whole table; `Faults` are the cells at fault that a test would average, which is then refused,
-or their participants are left out.
+`check_design` looks at a whole table; `CellFaults` are the cells at fault that a test would average: it is then
+refused, or their participants are left out.
 """
 
 from __future__ import annotations
@@ -311,7 +311,7 @@ class CellsRefused(DataRefused):
 
 
 @dataclass(frozen=True)
-class Faults:
+class CellFaults:
     """The cells that are missing, filled twice or not of the design, by attribute and participant.
 
     `expected` is how many cells of one attribute each participant should have, 0 where that differs between groups.
@@ -344,7 +344,7 @@ class Faults:
                 raise CellsRefused(f"{'; '.join(lines)}{more}; {advice if kind == 'missing' else remedy}")
 
 
-def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
+def cell_faults(ratings: Ratings, by_session: bool = False) -> CellFaults:
     """Return every cell that the design check forbids to average, none unlisted; `by_session` as `check_ratings`."""
     report = check_ratings(ratings, limit=sys.maxsize, by_session=by_session)
     places: dict[tuple[str, str], dict[ProblemKind, list[Place]]] = {}
@@ -355,7 +355,7 @@ def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
     expected, uneven = divmod(
         report.cells_expected, max(1, report.participants * len(ratings.attributes) * ratings.repeats)
     )
-    return Faults(places, 0 if uneven else expected, report.notes)
+    return CellFaults(places, 0 if uneven else expected, report.notes)
 
 
 def without_incomplete(ratings: Ratings) -> Ratings:

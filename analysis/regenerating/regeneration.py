@@ -35,7 +35,7 @@ from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.plans.where import Where, keeps, matching_rows
 from palpate.analysis.ratings.dataset import Exclusion, Input
-from palpate.analysis.ratings.design import CellsRefused, Faults
+from palpate.analysis.ratings.design import CellFaults, CellsRefused
 from palpate.analysis.ratings.design_report import Place, ProblemKind, data_notes
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import Material, imported_material, read_material
@@ -327,7 +327,7 @@ def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answ
 
 
 def handle_missing(
-    selected: Selected, faults: Faults, where: Where, policy: Missing, trials: pd.DataFrame
+    selected: Selected, faults: CellFaults, where: Where, policy: Missing, trials: pd.DataFrame
 ) -> tuple[Selected, MissingSummary]:
     """Return the selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
 
@@ -387,7 +387,7 @@ def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: I
 
 
 def _places(
-    outcome: str, people: Iterable[str], faults: Faults, where: Where, kind: ProblemKind
+    outcome: str, people: Iterable[str], faults: CellFaults, where: Where, kind: ProblemKind
 ) -> dict[str, list[Place]]:
     """Return the cells at fault in one way for this outcome, by participant, that lie in the test's `where`."""
 

@@ -23,7 +23,7 @@ from palpate.devices.door.link.codes import (
     MAGIC,
     RATES_HZ,
     VERSION,
-    Fault,
+    DoorFault,
     Reason,
     State,
 )
@@ -70,7 +70,7 @@ class Firmware:
         self._allowed = ALLOWED if version >= FOLLOWS_FROM else BEFORE_CHANGE
         self.limits = limits or Limits()
         self.serial_number = serial_number
-        self.state, self.fault, self.pressed = State.boot, Fault.none, False
+        self.state, self.fault, self.pressed = State.boot, DoorFault.none, False
         self.t_ms = self.beat_ms = 0
         self.reading: Tick | None = None
         self.memory = Memory(self.limits)
@@ -95,9 +95,9 @@ class Firmware:
         """Advance the plant by 1 ms, guarded and checked; return what is to be sent on the line."""
         self.t_ms += 1
         if self.pressed:
-            self._trip(Fault.emergency_stop, 1.0)
+            self._trip(DoorFault.emergency_stop, 1.0)
         if self.state in (State.armed, State.playing) and self.t_ms - self.beat_ms > HEARTBEAT_MS:
-            self._trip(Fault.heartbeat_lost, float(self.t_ms - self.beat_ms))
+            self._trip(DoorFault.heartbeat_lost, float(self.t_ms - self.beat_ms))
         self.reading = self.plant.step()
         end_deg = self.memory.profile.end_deg if self.memory.profile else MAX_ANGLE_DEG
         self._wrong = self._watch.check(self.reading, self.state, end_deg)
@@ -109,10 +109,10 @@ class Firmware:
         out, self._out = bytes(self._out), bytearray()
         return out
 
-    def _trip(self, fault: Fault, value: float) -> None:
+    def _trip(self, fault: DoorFault, value: float) -> None:
         """Switch the motor off and the brake on; the first fault stays latched."""
         self._rest()
-        if self.fault is Fault.none:
+        if self.fault is DoorFault.none:
             self.fault = fault
             self._say(says.FaultReport(self.t_ms * 1000, fault, _sendable(value)), 0)
 
@@ -195,7 +195,7 @@ class Firmware:
             case says.Stop():
                 self._rest()
             case says.EStop():
-                self._trip(Fault.emergency_stop, 0.0)
+                self._trip(DoorFault.emergency_stop, 0.0)
         return None
 
     def _identity(self, message: says.Hello) -> says.Identity | Reason:
@@ -219,7 +219,7 @@ class Firmware:
             return Reason.bad_value
         if self.pressed or self._wrong is not None:
             return Reason.cause_remains
-        self.fault, self._watch = Fault.none, SensorCheck(self.limits)
+        self.fault, self._watch = DoorFault.none, SensorCheck(self.limits)
         return None
 
     def _arm(self, crc: int) -> Reason | None:
@@ -233,8 +233,8 @@ class Firmware:
     def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
         """Return why the motor is not switched on for this profile; None where it is."""
         if self.memory.damaged:
-            self._trip(Fault.profile_damaged, 0.0)
-        if self.fault is not Fault.none:
+            self._trip(DoorFault.profile_damaged, 0.0)
+        if self.fault is not DoorFault.none:
             return Reason.faulted
         if crc != profile.crc:
             return Reason.wrong_crc

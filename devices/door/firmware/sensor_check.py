@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from palpate.devices.door.link.codes import Fault, State
+from palpate.devices.door.link.codes import DoorFault, State
 from palpate.devices.door.plant.machine import Tick
 
 SILENT_MS = 5
@@ -20,7 +20,7 @@ STUCK_DEG_S = 25.0
 PULLED_NM = 25.0
 """Nor does the arm stand still against a hand that pulls this much more than is rendered."""
 FROM_A_STOP_DEG = 1.0
-Found = tuple[Fault, float]
+Found = tuple[DoorFault, float]
 
 
 @dataclass
@@ -37,7 +37,7 @@ class SensorCheck:
         """Return the fault and the value that shows it; None where nothing is wrong."""
         if reading.t_us == self.t_us:
             self.silent_ms += 1
-            return (Fault.sensor_silent, float(self.silent_ms)) if self.silent_ms >= SILENT_MS else None
+            return (DoorFault.sensor_silent, float(self.silent_ms)) if self.silent_ms >= SILENT_MS else None
         self.t_us, self.silent_ms = reading.t_us, 0
         return self._impossible(reading) or self._too_fast(reading, state) or self._stuck(reading, state, end_deg)
 
@@ -50,15 +50,15 @@ class SensorCheck:
         )
         for value, (least, most) in sensed:
             if not math.isfinite(value):
-                return Fault.not_a_number, value
+                return DoorFault.not_a_number, value
             if not least <= value <= most:
-                return Fault.over_range, value
+                return DoorFault.over_range, value
         return None
 
     def _too_fast(self, reading: Tick, state: State) -> Found | None:
         speed = math.degrees(reading.velocity_rad_s)
         moving = state in (State.armed, State.playing)
-        return (Fault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
+        return (DoorFault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
 
     def _stuck(self, reading: Tick, state: State, end_deg: float) -> Found | None:
         """Return a fault of an encoder that stands while the arm cannot: it stopped at once, or is pulled in vain."""
@@ -73,7 +73,7 @@ class SensorCheck:
             return None
         before_deg_s = abs(self.angles_deg[BEFORE_MS] - self.angles_deg[0]) * 1000 / BEFORE_MS
         stuck = before_deg_s >= STUCK_DEG_S or self.pulled_ms >= STUCK_MS
-        return (Fault.encoder_stuck, angle) if stuck else None
+        return (DoorFault.encoder_stuck, angle) if stuck else None
 
 
 @dataclass(frozen=True)

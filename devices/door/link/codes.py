@@ -25,7 +25,7 @@ class State(IntEnum):
     playing = 3
 
 
-class Fault(IntEnum):
+class DoorFault(IntEnum):
     """Why the device went safe by itself; latched until CLEAR names it."""
 
     none = 0
@@ -61,7 +61,7 @@ def state_name(code: int) -> str:
 
 def fault_name(code: int) -> str:
     """Return the fault's name, also for a code that this version does not know."""
-    return Fault(code).name if code in set(Fault) else f"fault {code}"
+    return DoorFault(code).name if code in set(DoorFault) else f"fault {code}"
 
 
 def reason_name(code: int) -> str:

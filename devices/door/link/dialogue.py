@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import CHUNK_POINTS, VERSION, Fault, Reason, State, fault_name, state_name
+from palpate.devices.door.link.codes import CHUNK_POINTS, VERSION, DoorFault, Reason, State, fault_name, state_name
 from palpate.devices.door.link.link import Link, Refused
 
 BOOTS_S = 5.0
@@ -141,20 +141,20 @@ def _nobody(link: Link, fault: DeviceFault, foreign: int) -> str:
 
 
 WORD_AND_MESSAGE = {
-    Fault.heartbeat_lost: ("heartbeat_lost", "it heard nothing of this computer for too long (heartbeat lost)"),
-    Fault.sensor_silent: ("silent", "a sensor of it is silent"),
-    Fault.encoder_stuck: ("stuck", "its encoder is stuck"),
-    Fault.not_a_number: ("not_a_number", "a sensor of it gave no number"),
-    Fault.over_range: ("over_range", "a sensor of it gave a value that cannot be"),
-    Fault.over_speed: ("limit", "the arm moved faster than is allowed"),
-    Fault.emergency_stop: ("emergency_stop", "the emergency stop was pressed"),
-    Fault.profile_damaged: ("firmware", "its memory of the profile was damaged"),
+    DoorFault.heartbeat_lost: ("heartbeat_lost", "it heard nothing of this computer for too long (heartbeat lost)"),
+    DoorFault.sensor_silent: ("silent", "a sensor of it is silent"),
+    DoorFault.encoder_stuck: ("stuck", "its encoder is stuck"),
+    DoorFault.not_a_number: ("not_a_number", "a sensor of it gave no number"),
+    DoorFault.over_range: ("over_range", "a sensor of it gave a value that cannot be"),
+    DoorFault.over_speed: ("limit", "the arm moved faster than is allowed"),
+    DoorFault.emergency_stop: ("emergency_stop", "the emergency stop was pressed"),
+    DoorFault.profile_damaged: ("firmware", "its memory of the profile was damaged"),
 }
 """For every fault of the device: the word that it is counted by, and the message for a person."""
 
 
 def latched_fault(name: str, fault: int) -> DeviceFault:
     """Return the device's own fault as a DeviceFault."""
-    known = WORD_AND_MESSAGE.get(Fault(fault)) if fault in set(Fault) else None
+    known = WORD_AND_MESSAGE.get(DoorFault(fault)) if fault in set(DoorFault) else None
     what, message = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
     return DeviceFault(name, what, f"{name}: the door went safe: {message}")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from palpate.devices.door.firmware.controller import ALLOWED, BOOT_MS, Firmware
 from palpate.devices.door.firmware.sensor_check import Limits
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import HEARTBEAT_MS, Fault, Reason, State
+from palpate.devices.door.link.codes import HEARTBEAT_MS, DoorFault, Reason, State
 from tests.devices.door.firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
 from tests.examples import examples
 
@@ -145,7 +145,7 @@ def test_a_profile_damaged_in_memory_is_detected_when_it_is_armed():
     held = host.firmware.memory.profile
     object.__setattr__(held, "torque_Nm", (9.0, *held.torque_Nm[1:]))
     assert host.say(says.Arm(held.crc)).reason == Reason.faulted
-    assert host.firmware.fault is Fault.profile_damaged and host.firmware.plant.mode == "off"
+    assert host.firmware.fault is DoorFault.profile_damaged and host.firmware.plant.mode == "off"
 
 
 def test_telemetry_comes_at_the_rate_asked_for_and_counts_its_samples():
@@ -175,11 +175,11 @@ def test_a_hello_is_answered_with_identity_and_state_in_every_state():
 def test_a_fault_stays_latched_until_it_is_cleared_by_its_own_code():
     host = brought_to(State.playing)
     host.say(says.EStop())
-    assert host.firmware.fault is Fault.emergency_stop
+    assert host.firmware.fault is DoorFault.emergency_stop
     host.run(100)
     assert host.say(says.Arm(profile().crc)).reason == Reason.faulted
-    assert host.say(says.Clear(Fault.heartbeat_lost)).reason == Reason.bad_value
-    assert isinstance(host.say(says.Clear(Fault.emergency_stop)), says.Ack)
+    assert host.say(says.Clear(DoorFault.heartbeat_lost)).reason == Reason.bad_value
+    assert isinstance(host.say(says.Clear(DoorFault.emergency_stop)), says.Ack)
     assert isinstance(host.say(says.Arm(profile().crc)), says.Ack)
 
 
@@ -188,9 +188,9 @@ def test_a_pressed_button_cannot_be_cleared_away():
     host.firmware.press(True)
     host.tick()
     assert host.firmware.state is State.safe and host.firmware.plant.mode == "off"
-    assert host.say(says.Clear(Fault.emergency_stop)).reason == Reason.cause_remains
+    assert host.say(says.Clear(DoorFault.emergency_stop)).reason == Reason.cause_remains
     host.firmware.press(False)
-    assert isinstance(host.say(says.Clear(Fault.emergency_stop)), says.Ack)
+    assert isinstance(host.say(says.Clear(DoorFault.emergency_stop)), says.Ack)
 
 
 def test_a_device_that_boots_does_nothing_but_answer():
@@ -213,4 +213,4 @@ def test_whatever_is_sent_the_motor_is_on_only_in_the_states_that_say_so(request
             host.say(says.Arm(profile().crc) if isinstance(request, says.Arm) else request)
         expected = {State.armed: "hold", State.playing: "play"}.get(host.firmware.state, "off")
         assert host.firmware.plant.mode == expected
-        assert host.firmware.fault is Fault.none or host.firmware.plant.mode == "off"
+        assert host.firmware.fault is DoorFault.none or host.firmware.plant.mode == "off"

@@ -9,16 +9,16 @@ from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
 from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
 from palpate.devices.door.firmware.twin_plant import TwinPlant
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, DoorFault, State
 from palpate.devices.door.plant.machine import Sensing
 from tests.devices.door.firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
 
 MOVING_MS = 1600
 """Into the play, the twin's hand moves the arm at some tens of degrees a second."""
 EXPECTED = {
-    "silent": Fault.sensor_silent, "stuck": Fault.encoder_stuck, "not_a_number": Fault.not_a_number,
-    "angle_not_a_number": Fault.not_a_number, "infinite": Fault.not_a_number, "over_range": Fault.over_range,
-    "angle_over_range": Fault.over_range, "too_fast": Fault.over_speed,
+    "silent": DoorFault.sensor_silent, "stuck": DoorFault.encoder_stuck, "not_a_number": DoorFault.not_a_number,
+    "angle_not_a_number": DoorFault.not_a_number, "infinite": DoorFault.not_a_number,
+    "over_range": DoorFault.over_range, "angle_over_range": DoorFault.over_range, "too_fast": DoorFault.over_speed,
 }  # fmt: skip
 
 
@@ -70,7 +70,7 @@ def test_an_encoder_stuck_behind_the_observer_is_detected_too():
     stuck.where = machine.sensing.angle_rad
     machine.sensing = stuck
     assert safe_after_ms(host) is not None
-    assert host.firmware.fault is Fault.encoder_stuck
+    assert host.firmware.fault is DoorFault.encoder_stuck
 
 
 @pytest.mark.parametrize("play", [False, True])
@@ -83,7 +83,7 @@ def test_a_silent_host_is_detected_within_50_ms(play):
         host.say(says.Play())
     host.run(MOVING_MS)
     assert safe_after_ms(host, beats=False) == 40
-    assert host.firmware.fault is Fault.heartbeat_lost
+    assert host.firmware.fault is DoorFault.heartbeat_lost
     host.run(10, beats=False)  # 50 ms after the last heartbeat
     drives = host.firmware.plant.machine.dynamics.drives
     assert abs(drives.motor_Nm) < 0.05
@@ -98,7 +98,7 @@ def test_a_host_that_only_babbles_is_missed_as_well():
         host.tick()
         if host.firmware.plant.mode == "off":
             break
-    assert ms == 40 and host.firmware.fault is Fault.heartbeat_lost
+    assert ms == 40 and host.firmware.fault is DoorFault.heartbeat_lost
 
 
 def test_heartbeats_that_are_cut_or_damaged_do_not_count():
@@ -116,7 +116,7 @@ def test_heartbeats_that_are_cut_or_damaged_do_not_count():
 def test_a_stop_takes_one_millisecond():
     host, _ = moving()
     host.say(says.Stop())
-    assert host.firmware.plant.mode == "off" and host.firmware.fault is Fault.none
+    assert host.firmware.plant.mode == "off" and host.firmware.fault is DoorFault.none
 
 
 @pytest.mark.long
@@ -128,7 +128,7 @@ def test_a_whole_opening_by_a_hand_raises_no_alarm(height_Nm, end_deg):
     host.play(profile(height_Nm, end_deg))
     host.run(7000)
     angles = [message.angle_deg for message in host.messages if isinstance(message, says.Telemetry)]
-    assert host.firmware.fault is Fault.none and host.firmware.state is State.playing
+    assert host.firmware.fault is DoorFault.none and host.firmware.state is State.playing
     assert max(angles) > end_deg - 2 and angles[-1] < 3
 
 
@@ -138,7 +138,7 @@ def test_a_slow_pull_and_a_hand_that_holds_still_raise_no_alarm():
     host.play(profile())
     plant.pull_Nm = 12.0
     host.run(8000)
-    assert host.firmware.fault is Fault.none
+    assert host.firmware.fault is DoorFault.none
 
 
 def test_an_arm_that_does_not_give_way_to_a_strong_pull_has_a_stuck_encoder():
@@ -147,18 +147,18 @@ def test_an_arm_that_does_not_give_way_to_a_strong_pull_has_a_stuck_encoder():
     host.play(profile())
     plant.pull_Nm = 12.0
     host.run(3000)
-    assert host.firmware.fault is Fault.none
+    assert host.firmware.fault is DoorFault.none
     plant.pull_Nm = 40.0
     assert safe_after_ms(host) == 20
-    assert host.firmware.fault is Fault.encoder_stuck
+    assert host.firmware.fault is DoorFault.encoder_stuck
 
 
 def test_a_sensor_that_is_silent_from_the_start_cannot_be_armed():
     plant = Ailing(TinyPlant(), "silent", from_ms=2)
     host = Host(firmware(plant))
     host.upload(profile())
-    assert host.say(says.Arm(profile().crc)) == says.Nak(says.Arm.KIND, 2, State.safe, Fault.sensor_silent)
-    assert host.say(says.Clear(Fault.sensor_silent)).reason == 8
+    assert host.say(says.Arm(profile().crc)) == says.Nak(says.Arm.KIND, 2, State.safe, DoorFault.sensor_silent)
+    assert host.say(says.Clear(DoorFault.sensor_silent)).reason == 8
 
 
 def test_out_and_back_is_what_the_tiny_plant_does():

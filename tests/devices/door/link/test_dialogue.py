@@ -8,7 +8,7 @@ import pytest
 from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.door.link import dialogue
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import Fault, Reason, State
+from palpate.devices.door.link.codes import DoorFault, Reason, State
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.link.link import Link, Refused, Timing
 from tests.devices.door.link.lines_for_tests import Bench
@@ -125,7 +125,7 @@ def test_a_damaged_answer_is_no_answer():
 
 
 def test_a_refusal_says_what_why_and_how_the_device_is():
-    link, _ = link_to(says.Nak(says.Arm.KIND, Reason.faulted, State.safe, Fault.encoder_stuck))
+    link, _ = link_to(says.Nak(says.Arm.KIND, Reason.faulted, State.safe, DoorFault.encoder_stuck))
     with pytest.raises(Refused, match=r"refused Arm \(faulted\); it is safe, with the fault encoder_stuck") as refused:
         link.ask(says.Arm(1))
     assert refused.value.what == "refused"
@@ -190,11 +190,11 @@ def test_clearing_says_whether_the_cause_remains():
     link = bench.connect().link
     bench.firmware.press(True)
     link.ask(says.Hello())
-    assert dialogue.clear(link, Fault.emergency_stop) is False
+    assert dialogue.clear(link, DoorFault.emergency_stop) is False
     bench.firmware.press(False)
-    assert dialogue.clear(link, Fault.emergency_stop) is True
+    assert dialogue.clear(link, DoorFault.emergency_stop) is True
     with pytest.raises(Refused):
-        dialogue.clear(link, Fault.encoder_stuck)
+        dialogue.clear(link, DoorFault.encoder_stuck)
 
 
 def test_the_heart_beats_only_while_the_main_thread_lives():
@@ -208,4 +208,4 @@ def test_the_heart_beats_only_while_the_main_thread_lives():
         link.keep_alive()
     assert bench.firmware.state is State.playing
     bench.line.run(500 + 50)  # the main thread hangs
-    assert bench.firmware.state is State.safe and bench.firmware.fault is Fault.heartbeat_lost
+    assert bench.firmware.state is State.safe and bench.firmware.fault is DoorFault.heartbeat_lost

@@ -10,7 +10,7 @@ from palpate import devices
 from palpate.devices.door.firmware.controller import ALLOWED, BOOT_MS, REMEMBERED
 from palpate.devices.door.firmware.sensor_check import PULLED_NM, SILENT_MS, STANDS_DEG, STUCK_DEG_S, STUCK_MS, Limits
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, Fault, Reason, State
+from palpate.devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, DoorFault, Reason, State
 from palpate.devices.door.link.frames import MAX_PAYLOAD, Frame, bare
 from palpate.devices.door.link.link import ALIVE_S, REPLY_S
 
@@ -56,7 +56,7 @@ def test_where_a_request_may_be_made():
 def test_codes():
     for header, codes in (
         ("code | state | motor | brake | what it is", State),
-        ("code | fault | found | while", Fault),
+        ("code | fault | found | while", DoorFault),
         ("code | reason of a Nak", Reason),
     ):
         assert [(int(row[0]), row[1]) for row in rows(header)] == [(code.value, code.name) for code in codes]

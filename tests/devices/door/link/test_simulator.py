@@ -7,9 +7,8 @@ import pytest
 from palpate.devices.device import DeviceError
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from palpate.protocols.events import Aside, Chunk, Reply
-from palpate.protocols.events import Fault as Failed
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, DoorFault, State
+from palpate.protocols.events import Aside, Chunk, Fault, Reply
 from palpate.studies.sessions.interrupts import Interrupted
 from tests.devices.door.firmware.plants import TinyPlant
 from tests.devices.door.link.lines_for_tests import Bench, Lab, playing, request, slow_lab
@@ -22,7 +21,7 @@ def test_a_door_that_is_opened_and_brought_back_is_presented():
     assert reply.value["opened_deg"] == pytest.approx(62.0, abs=0.3) and reply.value["end_deg"] == 62.0
     assert reply.value["profile"] == f"{lab.bench.firmware.memory.profile.crc:08x}"
     assert reply.value["seconds"] == pytest.approx(2.1, abs=0.2)
-    assert lab.at_rest and lab.bench.firmware.fault is Fault.none
+    assert lab.at_rest and lab.bench.firmware.fault is DoorFault.none
     assert set(lab.window.shown) == {"feel_now"}
     samples = [piece for chunk in before for piece in chunk.samples]
     assert [piece.first for piece in samples] == [0, *_sums(piece.count for piece in samples)][:-1]
@@ -116,7 +115,7 @@ def test_a_slow_disk_costs_the_heartbeat_and_ends_safe():
     assert not lab.at_rest
     lab.window.passes(100)
     assert lab.at_rest
-    failed, before = lab.until(Failed, presentation)
+    failed, before = lab.until(Fault, presentation)
     assert failed.value["what"] == "heartbeat_lost" and "heard nothing of this computer" in failed.value["message"]
     assert all(isinstance(outcome, Chunk) for outcome in before)
 

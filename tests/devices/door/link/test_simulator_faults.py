@@ -7,12 +7,11 @@ import pytest
 from palpate.devices.door.firmware.ailments import Ailing
 from palpate.devices.door.firmware.sensor_check import Limits as DeviceLimits
 from palpate.devices.door.link import messages as says
-from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, DoorFault, State
 from palpate.devices.door.link.connections import Threads
 from palpate.devices.door.link.frames import Parser
 from palpate.devices.door.link.link import Link
-from palpate.protocols.events import Aside, Chunk, Reply
-from palpate.protocols.events import Fault as Failed
+from palpate.protocols.events import Aside, Chunk, Fault, Reply
 from tests.devices.door.firmware.plants import TinyPlant, out_and_back
 from tests.devices.door.link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
 
@@ -29,10 +28,10 @@ def test_a_sensor_that_fails_is_a_fault_and_the_next_attempt_asks_first(ailment)
     presentation = request()
     lab.until(Chunk, presentation)
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["device"] == "door" and failed.value["what"] == DRILLS[ailment]
     assert "the door went safe" in failed.value["message"] and lab.at_rest
-    assert lab.bench.firmware.fault is not Fault.none
+    assert lab.bench.firmware.fault is not DoorFault.none
     lab.bench.plant.from_ms, lab.bench.plant.plant.angle_deg = None, 0.0
     lab.bench.line.run(50)
     lab.desk.demands.clear()
@@ -43,13 +42,13 @@ def test_a_sensor_that_fails_is_a_fault_and_the_next_attempt_asks_first(ailment)
 def test_nothing_moves_until_the_experimenter_has_confirmed():
     lab, presentation = playing("not_a_number")
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    lab.until(Failed, presentation)
+    lab.until(Fault, presentation)
     lab.bench.plant.from_ms = None
     lab.desk.confirms = False
     lab.desk.at = {lab.bench.line.t_ms + 20_000: Aside({"do": "note", "text": "looking at it"})}
     again = request()
     lab.until(Aside, again)
-    assert lab.at_rest and lab.bench.firmware.fault is Fault.not_a_number
+    assert lab.at_rest and lab.bench.firmware.fault is DoorFault.not_a_number
     lab.desk.confirms = True
     lab.until(Reply, again)
 
@@ -57,9 +56,9 @@ def test_nothing_moves_until_the_experimenter_has_confirmed():
 def test_a_fault_is_confirmed_once():
     lab, presentation = playing("not_a_number")
     lab.bench.plant.from_ms = lab.bench.plant.t_ms
-    lab.until(Failed, presentation)
+    lab.until(Fault, presentation)
     lab.bench.plant.from_ms, lab.bench.plant.plant.angle_deg = None, 0.0
-    lab.until((Chunk, Failed), request())
+    lab.until((Chunk, Fault), request())
     assert lab.desk.confirmed == [
         "door: the door went safe: a sensor of it gave no number. Put it right, then confirm."
     ]
@@ -72,14 +71,14 @@ def test_a_fault_in_a_pause_is_reported_by_its_name_before_anything_moves_again(
     lab.bench.firmware.press(True)
     lab.desk.at = {lab.bench.line.t_ms + 300: Aside({"do": "go_on"})}
     lab.until(Aside, presentation)
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "emergency_stop" and lab.at_rest
 
 
 def test_a_fault_whose_cause_remains_is_asked_for_again():
     lab, presentation = playing()
     lab.bench.firmware.press(True)
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "emergency_stop" and "emergency stop was pressed" in failed.value["message"]
     lab.desk.demands.clear()
     lab.desk.at = {lab.bench.line.t_ms + 30: lambda: lab.bench.firmware.press(False)}
@@ -116,7 +115,7 @@ def test_a_cable_that_comes_out_at_any_request_ends_safe_and_the_trial_is_repeat
     lab = Lab().opened()
     unplug_at(lab, when)
     presentation = request()
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "link_lost" and "the link to the door is lost" in failed.value["message"]
     lab.bench.line.run(SAFE_WITHIN_MS)
     assert lab.at_rest and lab.bench.firmware.state is State.safe
@@ -131,17 +130,17 @@ def test_a_cable_that_comes_out_while_it_is_felt_ends_safe_within_50_ms():
     lab, presentation = playing()
     lab.bench.line.unplugged = True
     cut_ms = lab.bench.line.t_ms
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "link_lost"
     lab.bench.line.run(max(0, cut_ms + SAFE_WITHIN_MS - lab.bench.line.t_ms))
-    assert lab.at_rest and lab.bench.firmware.fault is Fault.heartbeat_lost
+    assert lab.at_rest and lab.bench.firmware.fault is DoorFault.heartbeat_lost
 
 
 def test_a_door_that_stays_unplugged_is_reported_at_every_attempt():
     lab, presentation = playing()
     lab.bench.line.unplugged = True
-    lab.until(Failed, presentation)
-    failed, _ = lab.until(Failed, request())
+    lab.until(Fault, presentation)
+    failed, _ = lab.until(Fault, request())
     assert failed.value["what"] == "link_lost" and "no door simulator answers" in failed.value["message"]
 
 
@@ -149,7 +148,7 @@ def test_a_door_that_stays_unplugged_is_reported_at_every_attempt():
 def test_a_line_that_goes_deaf_or_dumb_ends_safe(side):
     lab, presentation = playing()
     setattr(lab.bench.line.wire, side, lambda data: b"")
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] in {"silent", "heartbeat_lost"}
     lab.bench.line.run(SAFE_WITHIN_MS)
     assert lab.at_rest
@@ -166,7 +165,7 @@ def test_a_line_that_goes_deaf_or_dumb_ends_safe(side):
 def test_a_line_on_which_nothing_comes_over_whole_ends_safe(damage):
     lab, presentation = playing()
     lab.bench.line.wire.to_device = damage
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "heartbeat_lost" and lab.at_rest
 
 
@@ -174,7 +173,7 @@ def test_a_profile_beyond_a_limit_is_never_sent():
     lab = Lab(profile_N=[70.0] * 621).opened()
     sent = []
     lab.bench.line.wire.to_device = lambda data: sent.append(data) or data
-    failed, _ = lab.until(Failed)
+    failed, _ = lab.until(Fault)
     assert failed.value["what"] == "limit"
     assert failed.value["message"] == "door: BC3_g0: 63.0 N m at 0 degrees, at most 60 N m are allowed"
     kinds = {frame.kind for frame in Parser().feed(b"".join(sent))}
@@ -183,14 +182,14 @@ def test_a_profile_beyond_a_limit_is_never_sent():
 
 def test_the_devices_own_lower_limit_holds_too():
     lab = Lab(Bench(limits=DeviceLimits(torque_Nm=8.0, speed_deg_s=180.0))).opened()
-    failed, _ = lab.until(Failed)
+    failed, _ = lab.until(Fault)
     assert failed.value["message"] == "door: BC3_g0: 9.0 N m at 0 degrees, at most 8 N m are allowed"
 
 
 def test_a_device_that_leaves_playing_by_itself_is_a_fault():
     lab, presentation = playing()
     lab.bench.firmware._rest()
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert (
         failed.value["what"] == "firmware" and "the door is safe where it should be playing" in failed.value["message"]
     )
@@ -200,7 +199,7 @@ def test_telemetry_that_cannot_be_true_is_a_fault_also_where_the_device_says_not
     lab, presentation = playing()
     lab.bench.firmware._watch.check = lambda *_: None
     lab.bench.plant.ailment, lab.bench.plant.from_ms = "not_a_number", lab.bench.plant.t_ms
-    failed, _ = lab.until(Failed, presentation)
+    failed, _ = lab.until(Fault, presentation)
     assert failed.value["what"] == "not_a_number" and lab.at_rest
 
 
@@ -212,7 +211,7 @@ def test_a_door_that_was_switched_off_and_on_is_set_up_anew():
     lab.door.close()
     lab.opened()
     lab.bench.firmware.limits = DeviceLimits(speed_deg_s=400.0)
-    failed, _ = lab.until(Failed)
+    failed, _ = lab.until(Fault)
     assert "stops itself at 400 deg/s, the rig allows 180" in failed.value["message"] and lab.at_rest
 
 
