@@ -35,8 +35,8 @@ PAGE = ROOT / "docs" / "reference" / "disk-faults-and-interrupts.md"
 COLUMNS = (*FAULTS, SIZE, FULL, INTERRUPT)
 SAME_PATH = ("write error",)
 """What only has another number than a full disk: driven when the page is written."""
-FEW = ("disk full", "read-only", INTERRUPT)
-"""What the test of a command that computes long is content with: a write, an opening and an interrupt."""
+ALWAYS = ("disk full", INTERRUPT)
+"""What every command is tested with."""
 INSTANTS = 6
 """Interrupts of a command are raised at so many of its changes, spread over all of them, the last one included."""
 FREE = (0, 16_384)

@@ -20,7 +20,7 @@ import pytest
 from tests.snapshots.texts import call, compare, read_page, run, without_numbers, without_what_varies
 
 pytestmark = [pytest.mark.long, pytest.mark.needs("torch", "librosa", "pywt", "skimage", "compiler")]
-DOORS = "mean,ridge,forest,pca_ridge,gaussian_process,forward:mlp,forward:network,nearest,pca_regression,generator"
+DOORS = "mean,ridge,forest,pca_ridge,gaussian_process,forward:mlp,nearest,pca_regression,generator"
 SCENES = {
     "doors": [
         f"evaluate doors --simulated --quick --methods {DOORS} --workers 1 --lab LAB",

@@ -13,7 +13,7 @@ from tests.studies.sessions import nursery
 
 ROOT = Path(__file__).resolve().parents[3]
 NURSERIES = (1, 2)
-KILLS_EACH = {False: 10, True: 50}
+KILLS_EACH = {False: 10, True: 25}
 """By whether it is the full run."""
 
 
@@ -30,8 +30,8 @@ def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_pa
     labs = [tmp_path / str(seed) / str(number) for seed in NURSERIES for number in range(kills)]
     fates = Counter(fate(lab, plan, whole) for lab in labs)
     assert sum(fates.values()) == 2 * kills
-    assert fates["in the middle"] >= (40 if full_run else 3), fates  # about two thirds are expected, on a quiet machine
-    assert fates["before it began"] >= 5 or not full_run, fates
+    assert fates["in the middle"] >= (20 if full_run else 3), fates  # about two thirds are expected, on a quiet machine
+    assert fates["before it began"] >= 1 or not full_run, fates
 
 
 def fate(lab: Path, plan: Plan, whole: list[tuple[object, ...]]) -> str:
