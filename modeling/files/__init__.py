@@ -1,1 +1,1 @@
-"""Trained models as files: weights that cannot execute code, and a card that says what they are."""
+"""Trained models and results as files that cannot execute code."""

@@ -28,7 +28,7 @@ NUMBERS = ".safetensors"
 
 @dataclass(frozen=True)
 class Exported:
-    """A fitted model as steps and the tensors that they name: from the card's input to its output."""
+    """A fitted model as steps from the card's input to its output, and the tensors that they name."""
 
     steps: tuple[Step, ...]
     tensors: Mapping[str, NDArray[Any]]
@@ -53,13 +53,13 @@ def write_model(
 ) -> Path:
     """Write a model into a folder, read it back, and return its card's path.
 
-    A model of the same name is replaced. Whenever the writing is cut off, the card that is there belongs to numbers
-    that are there: the old ones or the new.
+    A model of the same name is replaced. If the write is interrupted, the folder still holds a complete model, the old
+    one or the new.
 
     Raises:
-        ModelWritingError: a name that is no bare file name, numbers that are missing, unused, not finite or of another
-            type than float16 (read back as float32), float32, float64, int32, int64, a card that contradicts itself, or
-            files that do not read back as they were written.
+        ModelWritingError: for a name that is no bare file name; tensors that are missing, unused, not finite or of
+            another type than float16 (read back as float32), float32, float64, int32, int64; a card that contradicts
+            itself; or files that do not read back as they were written.
     """
     if not NAME.fullmatch(name):
         raise ModelWritingError(f"{name!r} cannot name a model: letters, digits, '-', '_' and '.' are expected.")
@@ -81,7 +81,7 @@ def write_model(
 
 
 def _checked(name: str, exported: Exported, texture: Texture | None) -> dict[str, NDArray[Any]]:
-    """Return the arrays in C order, exactly those that the steps use."""
+    """Return the arrays in C order, little-endian. Raises ModelWritingError unless they are those of the steps."""
     tensors = {key: np.asarray(value) for key, value in exported.tensors.items()}
     needed = set(tensors_named(exported.steps))
     if texture is not None and texture.start is not None:
@@ -108,7 +108,7 @@ def _plain(name: str, training: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]], card: Card) -> None:
-    """What is about to be written reads back, bit for bit."""
+    """Raise ModelWritingError unless the content to be written reads back as the same tensors and card."""
     read = numbers.load(content)
     same = read.keys() == tensors.keys() and all(
         read[key].dtype == tensor.dtype and np.array_equal(read[key], tensor) for key, tensor in tensors.items()
@@ -118,7 +118,7 @@ def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]]
 
 
 def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
-    """Return the earlier card, if it can be read and its numbers are in that file, with their copy's name."""
+    """Return the earlier card with its tensors in `copy`; None unless it can be read and names `numbers_file`."""
     try:
         earlier = Card.model_validate_json(path.read_bytes(), strict=True)
     except (ValueError, OSError):
@@ -133,18 +133,18 @@ def _text(card: Card) -> bytes:
 
 
 class ModelWritingError(ValueError):
-    """A model that is not written: the message says which, what was found and what is expected."""
+    """A model that cannot be written: the message names the model, the fault and what is expected."""
 
 
 def replace_model(card: Path, text: bytes, content: bytes, renamed: Callable[[str], bytes | None]) -> Path:
-    """Put a card's text and the content of its numbers in place when both are on the disk; return the card's path.
+    """Write a card's text and the content of its tensors, then move both into place; return the card's path.
 
-    Whenever the writing is cut off, the card that is there belongs to numbers that are there: an earlier card is first
-    made to name a copy of its numbers. `renamed(file)` returns that card with its numbers in `file`; None where there
-    is none that can be read, or it names such a copy already.
+    If the write is interrupted, the card in place belongs to the tensors in place, because an earlier card is first
+    changed to name a copy of its tensors. `renamed(file)` returns that card with its tensors in `file`; None where no
+    readable card is there, or it names such a copy already.
 
     Raises ModelWritingError for files that do not read back as they were written, and OSError. Both leave the earlier
-    model whole.
+    model complete.
     """
     numbers = card.with_name(f"{card.stem}{NUMBERS}")
     copy = card.with_name(f"{card.stem}~replaced{NUMBERS}")  # no model can have this name
@@ -163,7 +163,7 @@ def replace_model(card: Path, text: bytes, content: bytes, renamed: Callable[[st
 
 
 def _free_numbers(card: Path, numbers: Path, copy: Path, renamed: bytes | None) -> None:
-    """Let the earlier card name a copy of its numbers, so that their own name is free."""
+    """Copy the earlier tensors and let the earlier card name the copy, so that their own name is free."""
     if renamed is None or not numbers.is_file():
         return
     earlier = numbers.read_bytes()
@@ -172,7 +172,7 @@ def _free_numbers(card: Path, numbers: Path, copy: Path, renamed: bytes | None) 
         write_bytes(card, renamed, lambda draft: _require_content(draft, renamed, card))
     except BaseException:
         with suppress(OSError):
-            if card.read_bytes() != renamed:  # else the card is in place, and only its folder could not be synced
+            if card.read_bytes() != renamed:  # otherwise the card is in place, and only syncing its folder failed
                 copy.unlink(missing_ok=True)
         raise
 

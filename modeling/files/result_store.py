@@ -1,4 +1,4 @@
-"""Results on disk, by a key of all that decides them: arrays as .npz and metadata as .json, never pickled."""
+"""Results on disk, by a key of all that they depend on: arrays as .npz and metadata as .json, never pickled."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Arrays: TypeAlias = Mapping[str, NDArray[Any]]
 
 
 class StoredResult(NamedTuple):
-    """What was saved under a key."""
+    """The arrays and metadata that were saved under a key."""
 
     arrays: Mapping[str, NDArray[Any]]
     metadata: Mapping[str, Any]
 
 
 def content_key(**decides: object) -> str:
-    """Return 32 hexadecimal digits that change with any of the values, which decide a result.
+    """Return a key of 32 hexadecimal digits that changes with any of the values.
 
-    A result depends on its inputs, its settings, the code (`protocols.code_digest`) and the versions of packages.
+    Pass all that a result depends on: inputs, settings, code (`protocols.code_digest`) and versions of packages.
     Raises NotCanonical for a value that JSON cannot hold.
     """
     return digest(decides)[:32]
@@ -36,12 +36,12 @@ def content_key(**decides: object) -> str:
 
 @dataclass(frozen=True)
 class ResultStore:
-    """A folder of results; without a folder nothing is saved and nothing is there to be loaded."""
+    """A folder of results; with None as the folder, `save` does nothing and `load` returns None."""
 
     folder: Path | None
 
     def save(self, key: str, arrays: Arrays, metadata: Mapping[str, Any]) -> None:
-        """Write KEY.npz and then KEY.json: where there is a JSON, the arrays are whole.
+        """Write KEY.npz and then KEY.json, so that the arrays are complete wherever the JSON file exists.
 
         Raises ValueError for metadata that JSON cannot hold (NaN) and for arrays of Python objects, and OSError.
         """
@@ -53,7 +53,7 @@ class ResultStore:
         write_text(self.folder / f"{key}.json", json_text(entry, sort_keys=True))
 
     def load(self, key: str) -> StoredResult | None:
-        """Return what was saved under the key; None where nothing was, or where a file is damaged or another one's."""
+        """Return the result under the key; None where there is none, or where a file is damaged or has another key."""
         if self.folder is None:
             return None
         try:
@@ -67,13 +67,13 @@ class ResultStore:
 
 
 def array_digest(array: NDArray[Any]) -> str:
-    """Return the SHA-256 over an array's type, shape and values. Raises ValueError for one of Python objects."""
+    """Return the SHA-256 over an array's type, shape and values. Raises ValueError for an array of Python objects."""
     if array.dtype.hasobject:
         raise ValueError("an array of Python objects cannot be stored; numbers or text are expected")
     return hashlib.sha256(f"{array.dtype.str} {array.shape}\0".encode() + array.tobytes()).hexdigest()
 
 
 def _digest(key: str, arrays: Arrays, metadata: Mapping[str, Any]) -> str:
-    """Return the SHA-256 over all that an entry holds."""
+    """Return the SHA-256 over an entry's key, arrays and metadata."""
     digests = {name: array_digest(np.asarray(array)) for name, array in arrays.items()}
     return digest({"key": key, "arrays": digests, "metadata": metadata})

@@ -1,1 +1,1 @@
-"""One small training loop for every model of the project."""
+"""The training loop that all networks of the project share, with its checkpoints and jobs."""

@@ -1,8 +1,8 @@
 """Trainings on disk: tensors in a safetensors file, the rest in a JSON file that names the tensors' SHA-256.
 
-The JSON file is written last and renamed into its place, so that a checkpoint is there as a whole or not at all;
-the one before it stays until the next. Nothing in either can execute code. A checkpoint is continued only by the
-training that wrote it, to the bit (`identity_of`).
+The JSON file is written last and renamed into place, so a checkpoint is complete or absent; the previous one stays
+until the next. Neither file can execute code. Only the training that wrote a checkpoint can continue from it
+(`identity_of`), with bit-identical results.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Checkpoint:
 
 
 def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
-    """Write it beside the last one, and remove what is older than that one, or damaged and passed over."""
+    """Write the checkpoint, keep the one before it, and remove all others."""
     name = f"epoch-{checkpoint.epoch:06d}"
     tensors = save(dict(checkpoint.tensors))
     write_bytes(folder / f"{name}.safetensors", tensors)
@@ -55,18 +55,18 @@ def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
         "tensors": hashlib.sha256(tensors).hexdigest(),
     }
     write_bytes(folder / f"{name}.json", canonical({**plain, "digest": digest(plain)}))
-    # Keep the newest and the one before it. One with a later name is damaged, or the training would have gone on from
-    # there. The JSON file goes first: without it its tensors are nobody's.
-    keep = {path.stem for path in [path for path in _newest_first(folder) if path.stem <= name][:KEEP]}
+    # A checkpoint of a later epoch is damaged, or the training would have continued from it.
+    # The JSON file is removed before its tensors.
+    retained = {path.stem for path in [path for path in _newest_first(folder) if path.stem <= name][:KEEP]}
     for path in sorted(folder.glob("epoch-*.*")):
-        if path.stem not in keep:
+        if path.stem not in retained:
             path.unlink(missing_ok=True)
     for path in folder.glob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)
 
 
 def read_latest(folder: Path, report: Report) -> Checkpoint | None:
-    """Return the newest whole checkpoint, or None; a damaged one is reported, and the one before it is taken."""
+    """Return the newest complete checkpoint, or None; report a damaged one and try the one before it."""
     for path in _newest_first(folder):
         try:
             return read_checkpoint(path)
@@ -76,7 +76,7 @@ def read_latest(folder: Path, report: Report) -> Checkpoint | None:
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """The checkpoint of this JSON file. Raises CheckpointError where it or its tensors are not as they were written."""
+    """Return the checkpoint of a JSON file. Raises CheckpointError where it or its tensors were changed."""
     try:
         plain = parse(path.read_bytes())
         if plain["format"] != FORMAT or plain.pop("digest") != digest(plain):
@@ -95,7 +95,7 @@ def _newest_first(folder: Path) -> Iterator[Path]:
 
 @dataclass
 class State:
-    """What changes while a network is trained."""
+    """The state of a training: what changes from epoch to epoch."""
 
     network: nn.Module
     optimiser: Optimizer
@@ -104,13 +104,12 @@ class State:
 
 
 def checkpoint_of(state: State, identity: Mapping[str, Any]) -> Checkpoint:
-    """Everything that the next epoch depends on."""
+    """Return the checkpoint of a state: all that the next epoch depends on."""
     tensors = {_NOW + name: tensor for name, tensor in copied(state.network).items()}
     tensors |= {_BEST + name: tensor for name, tensor in state.best.items()}
-    # the memory of the optimiser, by parameter and name
-    momenta: dict[str, Tensor] = {}
-    for parameter, memory in state.optimiser.state_dict()["state"].items():
-        for name, value in memory.items():
+    momenta: dict[str, Tensor] = {}  # by "PARAMETER.NAME"
+    for parameter, parameter_state in state.optimiser.state_dict()["state"].items():
+        for name, value in parameter_state.items():
             if isinstance(value, Tensor):
                 momenta[f"{parameter}.{name}"] = value.detach().clone().contiguous()
             elif value is not None:
@@ -127,11 +126,11 @@ def put_back(state: State, checkpoint: Checkpoint) -> None:
     """Restore the state of the checkpoint. Raises CheckpointError where the tensors are not this training's."""
     try:
         restore(state.network, _under(_NOW, checkpoint.tensors))
-        memory: dict[int, dict[str, Tensor]] = {}
+        momenta: dict[int, dict[str, Tensor]] = {}
         for name, tensor in _under(_OPTIMISER, checkpoint.tensors).items():
             parameter, key = name.split(".", 1)
-            memory.setdefault(int(parameter), {})[key] = tensor
-        state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": memory})
+            momenta.setdefault(int(parameter), {})[key] = tensor
+        state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": momenta})
         torch.set_rng_state(checkpoint.tensors[_DROPOUT])
         state.best = _under(_BEST, checkpoint.tensors)
         state.history[:] = [Epoch(**epoch) for epoch in checkpoint.plain["history"]]
@@ -140,7 +139,7 @@ def put_back(state: State, checkpoint: Checkpoint) -> None:
 
 
 def refuse_other(checkpoint: Checkpoint, identity: Mapping[str, Any], where: str) -> None:
-    """Raise CheckpointError where the checkpoint is of other data, settings, another network or loss."""
+    """Raise CheckpointError where the checkpoint was written with other data, settings, network or loss."""
     theirs = checkpoint.plain["identity"]
     for name, ours in identity.items():
         if other := difference(theirs.get(name), ours, name):
@@ -148,9 +147,9 @@ def refuse_other(checkpoint: Checkpoint, identity: Mapping[str, Any], where: str
 
 
 def refuse_longer(checkpoint: Checkpoint, settings: Settings, where: str) -> None:
-    """Raise CheckpointError where that training went on after these settings would have ended it: it has other weights.
+    """Raise CheckpointError where the saved training has more epochs than these settings allow.
 
-    Fewer epochs than it has, or a patience that ran out before its last one.
+    Its epochs exceed `settings.epochs`, or the patience ran out before its last one.
     """
     course = course_of((), settings)
     for epoch in checkpoint.plain["history"]:
@@ -167,7 +166,7 @@ def _under(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
 def identity_of(
     network: nn.Module, data: Source, held: Source | None, loss: Loss, optimiser: Optimizer, settings: Settings
 ) -> dict[str, Any]:
-    """Return digests of all that the result depends on, and the first rows' loss, which identifies the loss."""
+    """Return digests of all that the result depends on; the loss function is identified by its value on first rows."""
     groups = [
         {name: repr(value) for name, value in group.items() if name != "params"} for group in optimiser.param_groups
     ]
@@ -185,9 +184,9 @@ def identity_of(
 
 
 def _first_loss(network: nn.Module, data: Source, loss: Loss, settings: Settings) -> str:
-    """As text, since it may be no number: the training itself refuses that, by name.
+    """Return the loss of the first batch as text, since it may not be one number, which the training itself refuses.
 
-    A network that draws also in evaluation mode draws here too; the training's own chance does not notice.
+    The random state is restored, because a network may draw in evaluation mode.
     """
     network.eval()
     rows = torch.arange(min(settings.batch, len(data)))

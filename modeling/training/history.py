@@ -1,4 +1,4 @@
-"""The epochs of a training: their losses, as a file, and as arrays of a finished job."""
+"""The epochs of a training: their losses, as a CSV table and as arrays of a stored result."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ PREFIX = "curve_"
 
 @dataclass(frozen=True)
 class Epoch:
-    """One epoch: mean losses over the rows, the rate it was trained with, seconds since the training began.
+    """One epoch: mean losses over the rows, its learning rate, and the seconds since the training began.
 
-    `held_loss` is None where nothing was held out. Seconds count on over a training that was
-    killed and continued.
+    `held_loss` is None where nothing was held out. Seconds add up over a training that was killed and continued.
     """
 
     epoch: int
@@ -45,19 +44,19 @@ COLUMNS = tuple(field.name for field in fields(Epoch))
 
 
 def history_of(model: object) -> tuple[Epoch, ...]:
-    """Return the epochs of a fitted model; none where it was not trained in epochs."""
+    """Return the epochs of a fitted model; empty where it was not trained in epochs."""
     result: tuple[Epoch, ...] = getattr(getattr(model, "trained", None), "history", ())
     return result
 
 
 def write_history(history: Iterable[Epoch], path: Path) -> Path:
-    """Write one line an epoch, with the fields of `Epoch` as columns; the numbers read back as the same ones."""
+    """Write one row per epoch, with the fields of `Epoch` as columns, exactly; return the path."""
     rows = (["" if value is None else repr(value) for value in astuple(epoch)] for epoch in history)
     return write_text(path, table_text(COLUMNS, rows))
 
 
 def remove_history(folder: Path, name: str) -> None:
-    """Remove the table and the pictures of an older model of this name; files that begin otherwise are left alone."""
+    """Remove the history table and pictures of an older model of this name, unless the table has another header."""
     table = folder / f"{name}.history.csv"
     try:
         ours = table.read_text(encoding="utf-8").partition("\n")[0] == ",".join(COLUMNS)
@@ -69,7 +68,7 @@ def remove_history(folder: Path, name: str) -> None:
 
 
 def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
-    """Return the epochs of a model by column, NaN without held-out rows; nothing if it was not trained in epochs."""
+    """Return the epochs of a model as columns, (epochs,) each, NaN for None; empty if it was not trained in epochs."""
     history = history_of(model)
     if not history:
         return {}
@@ -81,11 +80,11 @@ def curve_of(model: object) -> dict[str, NDArray[np.float64]]:
 
 
 def history_in(arrays: Mapping[str, NDArray[Any]]) -> tuple[Epoch, ...]:
-    """Return the epochs that `curve_of` put among these arrays; none for a method that has none."""
+    """Return the epochs from arrays of `curve_of`; empty where there are none."""
     columns = {name.removeprefix(PREFIX): values for name, values in arrays.items() if name.startswith(PREFIX)}
     epochs = []
     for i in range(len(columns.get("epoch", ()))):
-        at = {name: float(values[i]) for name, values in columns.items()}
-        held = nan_to_none(at["held_loss"])
-        epochs.append(Epoch(int(at["epoch"]), at["seconds"], at["learning_rate"], at["train_loss"], held))
+        row = {name: float(values[i]) for name, values in columns.items()}
+        held = nan_to_none(row["held_loss"])
+        epochs.append(Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held))
     return tuple(epochs)

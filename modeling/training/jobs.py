@@ -1,8 +1,8 @@
 """Folds, seeds and grid points in parallel: in this process, on this machine's cores, or on a Dask cluster.
 
-The results are those of the jobs one after another, in their order, whichever way and however many workers: a job
-has its own process while it runs, a fixed number of threads, and no chance that is not its own. On cores these are
-joblib's processes (loky), which are gone when the jobs are done or stopped. The extra `cluster` is imported here only.
+The results equal those of the jobs run one after another, in their order, with any number of workers: a job has a
+process to itself while it runs, a fixed number of threads, and its own random numbers. On cores the processes are
+joblib's (loky), and end with the jobs. The packages of the extra `cluster` are imported in this module only.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ PATIENCE_S = 30
 LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h of glibc
 TRIM, MMAP = 256 << 20, 32 << 20
-"""Bytes; the second is the most that glibc takes, and where it goes by itself in time."""
+"""Thresholds in bytes; `MMAP` is glibc's highest, which its own adaptation also reaches."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """`call(given)`, as job number `index`, with `threads` threads."""
+    """A call `call(given)`, with its position in the list of jobs, its name and its number of threads."""
 
     index: int
     name: str
@@ -48,7 +48,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Failed:
-    """A failure as text, because an error may not survive pickling. `refused`: the input was at fault."""
+    """A failure as text, because an error may not survive pickling. `refused`: the input was invalid (ValueError)."""
 
     words: str
     trace: str
@@ -67,11 +67,11 @@ def run_jobs(
 ) -> list[Result]:
     """Return `[call(job) for job in jobs]`, computed by `workers` processes, each job with `threads` threads.
 
-    `workers` None means one for each core that this process may use. `cluster` is the address of a Dask scheduler
-    (tcp://HOST:8786); its workers then run the jobs, and `workers` is ignored. Jobs whose worker died are run again,
-    until workers have died three times. `call` and the jobs are pickled, so they hold no open files. A job that has a
-    `name` is reported by it. Raises JobError for a job that was refused (any ValueError), JobBroken for one that failed
-    otherwise; the first failure ends the others.
+    With `workers` None there is one for each core that this process may use. `cluster` is the address of a Dask
+    scheduler (tcp://HOST:8786), whose workers then run the jobs; `workers` is ignored. Jobs of a worker that died are
+    run again, until workers have died three times. `call` and the jobs are pickled, so they hold no open files. A job's
+    `name`, if it has one, is used in reports. Raises JobError for a refused job (any ValueError) and JobBroken for any
+    other failure; the first failure ends the others.
     """
     if workers is not None and workers < 1:
         raise JobError(f"workers is {workers}: expected 1 or more.")
@@ -88,7 +88,7 @@ def run_jobs(
     if not workers:
         from joblib import cpu_count
 
-        workers = int(cpu_count())  # those that this process may use: a container gives less than the machine has
+        workers = int(cpu_count())  # cores that this process may use, which in a container are fewer than the machine's
     if cluster is not None:
         run_on_cluster(cluster, tasks, handle_result, report)
     elif min(workers, len(tasks)) > 1:
@@ -100,7 +100,10 @@ def run_jobs(
 
 
 def run_on_cores(workers: int, jobs: list[Job], handle_result: Callable[[Job, Any], None], report: Report) -> None:
-    """Run the jobs in `workers` processes; when one dies, its jobs and those not started are run again."""
+    """Run the jobs in `workers` processes; run unfinished jobs again when a process dies.
+
+    Raises JobError or JobBroken for a job that failed, and JobBroken when processes died three times.
+    """
     missing = {job.index: job for job in jobs}
 
     def handle_outcome(job: Job, outcome: Any) -> None:
@@ -136,7 +139,7 @@ def _run_in_processes(workers: int, jobs: list[Job], handle_outcome: Callable[[J
         except BrokenProcessPool:
             return False
         finally:
-            # jobs that are still going are ended on purpose: joblib would warn of it
+            # joblib warns when running jobs are ended, which is intended here
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", module="joblib", category=UserWarning)
                 outcomes.close()
@@ -175,10 +178,10 @@ def _job_name(index: int, given: Any) -> str:
 
 
 def run_on_cluster(address: str, jobs: list[Job], handle_result: Callable[[Job, Any], None], report: Report) -> None:
-    """Run the jobs on the cluster's workers. The scheduler gives the jobs of a worker that died to another one.
+    """Run the jobs on the cluster's workers. The scheduler moves the jobs of a worker that died to another one.
 
-    Raises JobError where there is no such cluster, its workers have other versions than this process, or more than one
-    thread each: trainings in one process would draw from each other's chance.
+    Raises JobError where the cluster cannot be reached, or a worker has other package versions than this process or
+    more than one thread, since trainings in one process would share their random numbers.
     """
     with _connect(address) as client:
         _refuse_unfit(client, address)
@@ -196,7 +199,7 @@ def run_on_cluster(address: str, jobs: list[Job], handle_result: Callable[[Job, 
 
 
 def demand_cluster(address: str) -> None:
-    """Raise JobError where `run_on_cluster` would refuse the cluster, before long work whose jobs go there later."""
+    """Raise JobError where `run_on_cluster` would refuse the cluster."""
     with _connect(address) as client:
         _refuse_unfit(client, address)
 
@@ -209,9 +212,9 @@ def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
         from distributed import LocalCluster
     except ModuleNotFoundError:
         raise JobError(LACKING) from None
-    once = {"distributed.worker.multiprocessing-method": "forkserver"}  # one import for all workers
+    forkserver = {"distributed.worker.multiprocessing-method": "forkserver"}  # packages are imported once for all
     with (
-        dask.config.set(once),
+        dask.config.set(forkserver),
         LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
@@ -258,7 +261,7 @@ def _refuse_unfit(client: Any, address: str) -> None:
 
 
 def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
-    """Raise JobError for a worker with other versions of the libraries: they give other numbers."""
+    """Raise JobError for a worker with other versions of the packages, which can give other numbers."""
     ours = versions()
     for worker, installed in theirs.items():
         other = [name for name in ours if installed.get(name) != ours[name]]
@@ -268,10 +271,10 @@ def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
 
 
 def keep_freed() -> None:
-    """Let this process keep what it frees, as it does unless its environment says otherwise; glibc only, else nothing.
+    """Let this process reuse the memory that it frees; do nothing without glibc.
 
-    Dask starts its workers with MALLOC_TRIM_THRESHOLD_=65536. With it every tensor of 128 KiB or more comes from the
-    system and goes back to it; the page faults made trainings of the thesis' network 1.7 times as long.
+    Dask starts its workers with MALLOC_TRIM_THRESHOLD_=65536. With it the system allocates and frees every tensor of
+    128 KiB or more; the page faults made trainings of the thesis' network 1.7 times as long.
     """
     if sys.platform != "linux":
         return

@@ -29,16 +29,16 @@ from palpate.modeling.training.steps import Loss, copied, finite, mean_loss, res
 from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
 Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]
-"""The parameters and the first learning rate to an optimiser."""
+"""A function of the parameters and the first learning rate that returns an optimiser."""
 TrainEpoch: TypeAlias = Callable[[nn.Module, Optimizer, Source, Loss, Settings, int], float]
-"""How an epoch is trained (`stepping.train_epoch`): the mean loss over its rows."""
+"""A function that trains one epoch and returns the mean loss over its rows, as `steps.train_epoch` does."""
 
 
 @dataclass(frozen=True)
 class Trained:
-    """A training that ended: its epochs, the one whose weights the network now has, and how long it took.
+    """A finished training: its epochs, the one whose weights the network now has, and its duration in seconds.
 
-    `stopped` is whether early stopping ended it; `continued_from` the epoch of the checkpoint it went on from, or 0.
+    `stopped` is whether early stopping ended it; `continued_from` is the epoch of the checkpoint that it resumed, or 0.
     """
 
     history: tuple[Epoch, ...]
@@ -54,7 +54,7 @@ class Trained:
 
 
 def adam(parameters: list[nn.Parameter], rate: float) -> Optimizer:
-    """Adam (Kingma and Ba 2015), one kernel for all weights (docs/reference/training.md has the times)."""
+    """Return Adam (Kingma and Ba 2015) with one kernel for all weights (times: docs/reference/training.md)."""
     return Adam(parameters, lr=rate, fused=True)
 
 
@@ -70,20 +70,20 @@ def train(
     report: Report = silent,
     clock: Clock = time.perf_counter,
 ) -> Trained:
-    """Train the network in place and leave it, in evaluation mode and without gradients, with its best epoch's weights.
+    """Train the network in place; it ends in evaluation mode, without gradients, with its best epoch's weights.
 
     `loss(answer, target)` is a mean over rows. The best epoch has the lowest loss on `held`, or without `held` the
-    lowest mean loss while training; with `settings.keep_last` it is the last. `train_one` is how an epoch is trained,
-    where that is not one step a batch; its `repr` says what it depends on. The result is decided by network, data,
-    loss, optimiser, it and settings alone.
+    lowest mean loss while training; with `settings.keep_last` it is the last. `train_one` trains an epoch, by default
+    with one step per batch; its `repr` identifies it in a checkpoint. The result depends on network, data, loss,
+    optimiser, `train_one` and settings alone.
 
-    Raises TrainingError for a loss, gradient or weight that is not finite: the network then has the best weights so
-    far (or those it came with) again. Raises CheckpointError for a checkpoint of another training.
+    Raises TrainingError for a loss, gradient or weight that is not finite; the network then has its best weights so
+    far, or its first ones. Raises CheckpointError for a checkpoint of another training.
     """
     parameters = trainable(network)
     with training_state(settings.seed, settings.threads):
-        made = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
-        state = State(network, made, copied(network), [])
+        checked = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
+        state = State(network, checked, copied(network), [])
         run = _Run(state, data, held, loss, settings, train_one, report, clock)
         try:
             return run.to_the_end(run.identity() if settings.checkpoint else {})
@@ -96,7 +96,7 @@ def train(
 
 
 def _of_one_rate(optimiser: Optimizer, rate: float) -> Optimizer:
-    """Raise TrainingError for groups with rates of their own: the schedule would silently set them all to one."""
+    """Return the optimiser. Raises TrainingError where groups have different rates: the schedule sets one for all."""
     if {float(group["lr"]) for group in optimiser.param_groups} != {rate}:
         rates = ", ".join(f"{float(group['lr']):g}" for group in optimiser.param_groups)
         raise TrainingError(f"the optimiser's learning rate is {rates}: expected the one it was given, {rate:g}, only.")
@@ -115,13 +115,13 @@ class _Run:
     clock: Clock
 
     def identity(self) -> dict[str, Any]:
-        """Return the identity of a checkpoint; it takes reading all of the data."""
+        """Return the identity of a checkpoint, which reads all of the data."""
         state = self.state
         values = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
         return values if self.train_one is train_epoch else {**values, "steps": repr(self.train_one)}
 
     def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
-        """Train from the end of the last checkpoint until the course ends; return the whole training."""
+        """Train from the last checkpoint until the course ends; return the whole training."""
         history = self.state.history
         continued = self._continue(identity)
         course = course_of((epoch.watched for epoch in history), self.settings)
@@ -144,21 +144,22 @@ class _Run:
         return Trained(tuple(history), course.best_epoch, seconds, course.over(self.settings), continued)
 
     def _epoch(self, course: Course, seconds: Callable[[], float]) -> Course:
-        """Train one epoch, look at the held-out rows, keep the weights if they are the best so far."""
+        """Train one epoch, measure the held-out loss, and save the weights if they are the best so far."""
         state, epoch = self.state, course.epochs + 1
         for group in state.optimiser.param_groups:
             group["lr"] = course.rate
-        trained = self.train_one(state.network, state.optimiser, self.data, self.loss, self.settings, epoch)
+        train_loss = self.train_one(state.network, state.optimiser, self.data, self.loss, self.settings, epoch)
         if not finite(state.network.state_dict().values()):
             raise TrainingError(f"epoch {epoch}: a weight is not finite after its last batch.", epoch)
         held = None if self.held is None else mean_loss(state.network, self.held, self.loss, self.settings, epoch)
-        state.history.append(Epoch(epoch, seconds(), course.rate, trained, held))
+        state.history.append(Epoch(epoch, seconds(), course.rate, train_loss, held))
         after = course.after(state.history[-1].watched, self.settings)
         if after.best_epoch == epoch:
             state.best = copied(state.network)
         return after
 
     def _continue(self, identity: Mapping[str, Any]) -> int:
+        """Restore the last checkpoint; return its epoch, or 0 where there is none."""
         folder = self.settings.checkpoint
         checkpoint = None if folder is None else read_latest(folder, self.report)
         if checkpoint is None:

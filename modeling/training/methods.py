@@ -1,4 +1,4 @@
-"""What all ways of learning have in common, whatever they learn: what a caller may ask of a fit, and a method."""
+"""Options of a fit and learning methods, as doors, textures and attributes share them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from palpate.modeling.training.settings import Settings
 from palpate.protocols.progress import Report, silent
 
 WISHES = ("epochs", "batch", "threads", "checkpoint", "stop_patience", "learning_rate")
-"""The settings of a caller that go to a network's training as they are."""
+"""Names of a caller's settings that override those of a network's training."""
 LearningT = TypeVar("LearningT")
 FittedT = TypeVar("FittedT")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitOptions:
-    """What the caller wants of a fit; each domain adds what is learned from.
+    """Options of a fit; each domain's subclass adds the data.
 
-    `settings`, by name: those of `WISHES`, `quick`, and what a method reads itself; unknown ones are left alone.
+    `settings`, by name: those of `WISHES`, `quick`, and a method's own; unknown ones are ignored.
     """
 
     seed: int = 0
@@ -27,20 +27,20 @@ class FitOptions:
     report: Report = silent
 
     def training_settings(self, default: Settings, quick_epochs: int) -> Settings:
-        """Return a method's settings with the caller's wishes over them.
+        """Return a method's settings, overridden by the caller's.
 
-        `quick` trains for so many epochs where no number is given. Raises TrainingError for a value without sense.
+        `quick` trains for at most `quick_epochs` where no number is given. Raises TrainingError for an invalid value.
         """
-        wished: dict[str, Any] = {}
+        overrides: dict[str, Any] = {}
         if self.settings.get("quick"):
-            wished["epochs"] = min(default.epochs, quick_epochs)
-        wished |= {name: self.settings[name] for name in WISHES if name in self.settings}
-        return replace(default, seed=self.seed, **wished)
+            overrides["epochs"] = min(default.epochs, quick_epochs)
+        overrides |= {name: self.settings[name] for name in WISHES if name in self.settings}
+        return replace(default, seed=self.seed, **overrides)
 
 
 @dataclass(frozen=True)
 class MethodOf(Generic[LearningT, FittedT]):
-    """A way to learn: `fit` gives the fitted model, `source` is where the way comes from."""
+    """A learning method: `fit` returns the fitted model, `source` is the publication it comes from."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""Adam in two further ways: with gradients no longer than a limit, and with a rate that falls along a cosine."""
+"""Two variants of Adam: with clipped gradients, and with a learning rate that falls along a cosine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WARM = 0.05
 
 
 class ClippedAdam(Adam):
-    """The gradient of all weights together is shortened to the length `clip`, where it is longer.
+    """Adam whose gradient, over all weights, is scaled down to the norm `clip` where it is larger.
 
     Recurrent networks need it (Pascanu et al. 2013).
     """
@@ -25,17 +25,17 @@ class ClippedAdam(Adam):
     def __init__(self, parameters: list[nn.Parameter], rate: float, clip: float) -> None:
         super().__init__(parameters, lr=rate, fused=True)
         for group in self.param_groups:
-            group["clip"] = clip  # here, so that a checkpoint of a training with another limit is refused
+            group["clip"] = clip  # part of a checkpoint's identity: one with another limit is refused
 
     def step(self, closure: Any = None) -> Any:
-        """Shorten the gradients where they are too long, then take a step of Adam."""
+        """Clip the gradients, then take a step of Adam."""
         for group in self.param_groups:
             clip_grad_norm_(group["params"], group["clip"])
         return super().step(closure)
 
 
 def clipped(length: float) -> Optimise:
-    """Adam whose gradients are no longer than this. Raises TrainingError for a length that is not above 0."""
+    """Return a function that creates Adam with gradients clipped to this norm. Raises TrainingError unless above 0."""
     if not 0 < length < math.inf:
         raise TrainingError(f"gradients are clipped to a length of {length}: expected above 0.")
 
@@ -48,18 +48,18 @@ def clipped(length: float) -> Optimise:
 class Cosine(Adam):
     """Adam (Kingma and Ba 2015) with the schedule of Loshchilov and Hutter (2017) without restarts.
 
-    The rate of a step is decided by the steps that Adam has counted for its weights, so that a training that was
-    killed and continued goes on as if it had not been. The rate that the trainer sets is the highest one.
+    The rate of a step follows from Adam's own count of steps, so a training that was killed and continued gives the
+    same result. The rate that the trainer sets is the highest one.
     """
 
     def __init__(self, parameters: list[nn.Parameter], rate: float, steps: int) -> None:
         super().__init__(parameters, lr=rate, fused=True)
         self.steps = steps
         for group in self.param_groups:
-            group["cosine_steps"] = steps  # an option of the optimiser: a checkpoint of another course is refused
+            group["cosine_steps"] = steps  # part of a checkpoint's identity: one with another schedule is refused
 
     def step(self, closure: Any = None) -> Any:
-        """Take one step at its own rate."""
+        """Take one step with its rate of the schedule."""
         highest = [group["lr"] for group in self.param_groups]
         state = next(iter(self.state.values()), None)
         share = share_of(int(state["step"]) if state else 0, self.steps)
@@ -73,7 +73,7 @@ class Cosine(Adam):
 
 
 def share_of(done: int, steps: int) -> float:
-    """Return the share of the highest rate after so many of all steps."""
+    """Return the rate after `done` of `steps` steps, as a share of the highest rate: a linear rise, then a cosine."""
     warm = max(1.0, WARM * steps)
     if done < warm:
         return (done + 1) / (warm + 1)
@@ -81,7 +81,7 @@ def share_of(done: int, steps: int) -> float:
 
 
 def cosine(steps: int) -> Optimise:
-    """Return what makes such an optimiser for a training of so many steps."""
+    """Return a function that creates `Cosine` for a training of `steps` steps."""
 
     def make(parameters: list[nn.Parameter], rate: float) -> Optimizer:
         return Cosine(parameters, rate, steps)

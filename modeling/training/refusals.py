@@ -1,4 +1,4 @@
-"""What the trainer and the jobs refuse or give up, by name."""
+"""The errors of trainings, checkpoints and jobs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class CheckpointError(ValueError):
 
 
 class JobError(ValueError):
-    """A job that was refused, or a way of running jobs that is not to be had: the message names it."""
+    """A job that was refused, or a way of running jobs that is not available: the message names it."""
 
 
 class JobBroken(RuntimeError):
-    """A job that failed for a reason that is nobody's input: the message holds the worker's own traceback."""
+    """A job that failed for another reason than its input: the message holds the worker's traceback."""

@@ -1,4 +1,4 @@
-"""The run card: what a training was made from and with, what it came to, and how long it took."""
+"""The run card of a training: its data, versions, settings, metrics and duration."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from palpate.protocols.extras import installed_version
 
 PACKAGES = ("palpate", "numpy", "scipy", "torch", "scikit-learn")
 BESIDE = ("librosa", "scikit-image", "pywavelets", "pillow")
-"""What makes features of recordings and pictures, where it is installed: other models know nothing of it."""
+"""Packages that compute features of recordings and pictures; named only where they are installed."""
 
 
 def run_card(
     data_digests: Mapping[str, str], settings: object, metrics: Mapping[str, float], seconds: float
 ) -> dict[str, Any]:
-    """Return a run as plain values that JSON holds: it stands in a model's card.
+    """Return the run card as plain values for a model's card.
 
-    `data_digests` are SHA-256 by what they are of; `settings` a dataclass or a mapping. Raises NotCanonical where a
-    metric is not finite: a card never holds NaN.
+    `data_digests` are SHA-256 by the name of the data; `settings` a dataclass or a mapping. Raises NotCanonical for a
+    metric that is not finite.
     """
     card = {
         "data": dict(data_digests),
@@ -36,9 +36,9 @@ def run_card(
 
 
 def versions() -> dict[str, str | None]:
-    """Return the versions of Python and of the packages that decide a result, none of which is imported.
+    """Return the versions of Python and of the packages that a result depends on, without importing them.
 
-    None for one of `PACKAGES` that is not installed; one of `BESIDE` is not named then.
+    A package of `PACKAGES` that is not installed has None; one of `BESIDE` is left out.
     """
     beside = {name: version for name in BESIDE if (version := installed_version(name)) is not None}
     return {"python": platform.python_version(), **{name: installed_version(name) for name in PACKAGES}, **beside}

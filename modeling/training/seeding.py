@@ -1,4 +1,4 @@
-"""Chance and threads: the same seed gives the same numbers, whatever ran before in this process."""
+"""Random numbers and threads: one seed gives the same numbers, whatever ran before in this process."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from torch import Tensor
 
 Seeded = TypeVar("Seeded")
 _ORDER, _BATCHES, _DROPOUT, _WEIGHTS, _HELD = range(5)
-"""What a seed is used for; each use has numbers of its own."""
+"""The uses of a seed; each has its own stream of random numbers."""
 
 
 def order(seed: int, epoch: int, rows: int) -> Tensor:
-    """Return the order of the rows in an epoch: decided by the seed and the epoch alone."""
+    """Return the order of the rows in an epoch, (rows,), which depends on the seed and the epoch alone."""
     return torch.from_numpy(Generator(PCG64(SeedSequence([seed, _ORDER, epoch]))).permutation(rows).astype(np.int64))
 
 
 def batch_chance(seed: int, epoch: int) -> torch.Generator:
-    """Return what a source draws its augmentation from in an epoch; epoch 0 is for rows that are only looked at."""
+    """Return the generator of a source's augmentation in an epoch; epoch 0 is for held-out rows."""
     return torch.Generator().manual_seed(_number(seed, _HELD if epoch == 0 else _BATCHES, epoch))
 
 
 def seeded(make: Callable[[], Seeded], seed: int) -> Seeded:
-    """`make()` with starting weights that the seed alone decides; the process's own generator is left as it was."""
+    """Return `make()`, with starting weights from the seed; torch's own random state is left as it was."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(_number(seed, _WEIGHTS))
         return make()
@@ -35,23 +35,24 @@ def seeded(make: Callable[[], Seeded], seed: int) -> Seeded:
 
 @contextmanager
 def training_state(seed: int, threads: int) -> Iterator[None]:
-    """Inside: this many threads, repeatable arithmetic, dropout from the seed. Afterwards all is as it was."""
-    was = torch.get_num_threads(), torch.get_deterministic_debug_mode()
+    """Set the number of threads, deterministic arithmetic, and dropout from the seed; restore all afterwards."""
+    threads_before, mode_before = torch.get_num_threads(), torch.get_deterministic_debug_mode()
     memory: Any = torch.utils.deterministic
-    fills = memory.fill_uninitialized_memory
+    fill_before = memory.fill_uninitialized_memory
     with torch.random.fork_rng(devices=[]):
         try:
             torch.set_num_threads(threads)
-            torch.set_deterministic_debug_mode("error")  # the other switch loads torch's compiler, 1.6 s a process
+            # use_deterministic_algorithms would load torch's compiler, 1.6 s per process
+            torch.set_deterministic_debug_mode("error")
             memory.fill_uninitialized_memory = False
             torch.manual_seed(_number(seed, _DROPOUT))
             yield
         finally:
-            memory.fill_uninitialized_memory = fills
-            torch.set_deterministic_debug_mode(was[1])
-            torch.set_num_threads(was[0])
+            memory.fill_uninitialized_memory = fill_before
+            torch.set_deterministic_debug_mode(mode_before)
+            torch.set_num_threads(threads_before)
 
 
 def _number(*key: int) -> int:
-    """Return a seed for torch (63 bits) that belongs to this key."""
+    """Return a seed for torch (63 bits) from a key."""
     return int(SeedSequence(list(key)).generate_state(1, np.uint64)[0] >> np.uint64(1))

@@ -1,6 +1,6 @@
-"""How a network is trained: everything that its result depends on, where its checkpoints are, and when it ends.
+"""The settings of a training, and its course: the learning rate, the best epoch, and the end.
 
-The learning rate and the end of a training are a pure function of the losses so far."""
+The course is a pure function of the losses so far."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from typing import Any
 from palpate.modeling.training.refusals import TrainingError
 
 _NOT_OF_THE_RESULT = ("epochs", "checkpoint", "every_epochs", "stop_patience")
-"""Where a training ends and how often it is saved decide nothing about an epoch that both have."""
+"""Settings that change neither the numbers of an epoch nor their order: the end of a training, and its checkpoints."""
 THRESHOLD = 1e-4
-"""The share by which a loss must fall to count as an improvement of the plateau, as torch's schedule has it."""
+"""The share by which a loss must fall to end a plateau, as in torch's ReduceLROnPlateau."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of one training; a patience is in epochs. Raises TrainingError for a value that has no meaning.
+    """Settings of a training; a patience is in epochs. Raises TrainingError for an invalid value.
 
     The learning rate starts at `learning_rate` and is multiplied by `plateau_factor` when the watched loss has not
-    improved for more than `plateau_patience` epochs (None: never), down to `least_rate`. After `stop_patience` epochs
-    without a better one the training ends (None: never). `keep_last`: the last epoch counts as the best, and nothing
-    ends the training early. `threads` belongs to the result: sums are in another order with another number.
+    improved for more than `plateau_patience` epochs (None: never), down to `least_rate`. After more than
+    `stop_patience` epochs without a better one the training ends (None: never). With `keep_last` the last epoch counts
+    as the best, and the training never ends early. `threads` changes the result, since it changes the order of sums.
     `checkpoint` is a folder; the training is saved there every `every_epochs` epochs.
     """
 
@@ -55,7 +55,7 @@ class Settings:
 
     @property
     def of_the_result(self) -> dict[str, Any]:
-        """What decides the numbers of every epoch; a checkpoint of a training where one differs is refused."""
+        """The settings that the numbers of an epoch depend on; a checkpoint with others is refused."""
         return {name: value for name, value in asdict(self).items() if name not in _NOT_OF_THE_RESULT}
 
 
@@ -66,7 +66,10 @@ def _whole(name: str, value: object, least: int) -> None:
 
 @dataclass(frozen=True)
 class Course:
-    """Where a training stands after some epochs: the rate of the next one, and which was the best."""
+    """The course of a training after `epochs` epochs: the rate of the next epoch, and the best one so far.
+
+    `low` is the plateau's lowest loss, `waited` the number of epochs since.
+    """
 
     rate: float
     epochs: int = 0
@@ -98,7 +101,7 @@ class Course:
 
 
 def course_of(losses: Iterable[float], settings: Settings) -> Course:
-    """Return the course after these watched losses, one an epoch (Keras and torch call this ReduceLROnPlateau)."""
+    """Return the course after these watched losses, one per epoch (ReduceLROnPlateau in Keras and torch)."""
     course = Course(settings.learning_rate)
     for loss in losses:
         course = course.after(loss, settings)

@@ -1,4 +1,4 @@
-"""What a network is trained on: rows in memory, or batches made on demand."""
+"""Rows that a network is trained on: in memory, or computed on demand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from torch import Tensor
 from palpate.modeling.training.refusals import TrainingError
 
 Given: TypeAlias = Tensor | tuple[Tensor, ...]
-"""What a network takes or should answer; a tuple for a network of several inputs, or a loss of several targets."""
+"""Inputs or targets, rows first; a tuple for a network with several inputs, or a loss with several targets."""
 
 
 class Source(Protocol):
@@ -24,16 +24,19 @@ class Source(Protocol):
     def __len__(self) -> int: ...
 
     def batch(self, rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        """Inputs and targets of these rows; all that is random in them (augmentation) comes from `chance`."""
+        """Return inputs and targets of these rows, (n,) indices; `chance` is the only source of randomness."""
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that the rows are made from; a checkpoint of other data is refused."""
+        """The SHA-256 of all that the rows are computed from; a checkpoint with another one is refused."""
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Inputs and targets in memory, one row each; `pairs` makes them from arrays."""
+    """Inputs and targets in memory, with as many rows each; `pairs` creates them from arrays.
+
+    Raises TrainingError for different numbers of rows, no rows, or a number that is not finite.
+    """
 
     inputs: Given
     targets: Given
@@ -61,15 +64,15 @@ class Pairs:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of every number, with shapes and types."""
+        """The SHA-256 of all numbers, shapes and types."""
         return digest_of(_tensors(self.inputs, self.targets))
 
 
 @dataclass(frozen=True)
 class GeneratedRows:
-    """`rows` rows that `make(rows, chance)` computes on demand: windows of a recording, augmented images.
+    """Rows that `make(rows, chance)` computes on demand: windows of a recording, augmented images.
 
-    `digest` is the caller's SHA-256 of what they are made from.
+    `rows` is their number; `digest` the caller's SHA-256 of their data.
     """
 
     rows: int
@@ -80,20 +83,20 @@ class GeneratedRows:
         return self.rows
 
     def batch(self, rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        """Return what `make` gives."""
+        """Return the rows that `make` computes."""
         return self.make(rows, chance)
 
 
 def pairs(inputs: ArrayLike, targets: ArrayLike) -> Pairs:
-    """Arrays of numbers of any type as float32 rows. Raises TrainingError where one is not finite in 32 bits.
+    """Return arrays, rows first, as float32 `Pairs`. Raises TrainingError for a number that is not finite in float32.
 
-    Class numbers for a cross-entropy are given as `Pairs(inputs, torch.tensor(classes))`.
+    For class numbers of a cross-entropy, use `Pairs(inputs, torch.tensor(classes))`.
     """
     return Pairs(_float32("input", inputs), _float32("target", targets))
 
 
 def digest_of(tensors: Iterator[Tensor]) -> str:
-    """SHA-256 over tensors, their shapes and types."""
+    """Return the SHA-256 over tensors, their shapes and types."""
     digest = hashlib.sha256()
     for tensor in tensors:
         plain = tensor.detach().cpu().contiguous()
@@ -103,18 +106,18 @@ def digest_of(tensors: Iterator[Tensor]) -> str:
 
 
 def _float32(what: str, values: ArrayLike) -> Tensor:
-    given = np.asarray(values)
+    array = np.asarray(values)
     with np.errstate(over="ignore"):
-        single = np.array(given, dtype=np.float32, order="C")
+        single = np.array(array, dtype=np.float32, order="C")
     if (bad := np.argwhere(~np.isfinite(single))).size:
         place = tuple(int(i) for i in bad[0])
-        raise TrainingError(f"{what}: row {place[0] + 1} holds {given[place]}: a finite number of 32 bits is expected.")
+        raise TrainingError(f"{what}: row {place[0] + 1} holds {array[place]}: a finite number of 32 bits is expected.")
     return torch.from_numpy(single)
 
 
 def _tensors(*given: Given) -> Iterator[Tensor]:
-    for one in given:
-        yield from (one if isinstance(one, tuple) else (one,))
+    for tensors in given:
+        yield from (tensors if isinstance(tensors, tuple) else (tensors,))
 
 
 def _rows(given: Given, rows: Tensor) -> Given:
@@ -122,5 +125,5 @@ def _rows(given: Given, rows: Tensor) -> Given:
 
 
 def answer_of(network: Callable[..., Any], inputs: Given) -> Any:
-    """Return what the network answers: a tuple of inputs is given as so many arguments."""
+    """Return the network's answer; a tuple of inputs is passed as several arguments."""
     return network(*inputs) if isinstance(inputs, tuple) else network(inputs)

@@ -1,4 +1,4 @@
-"""The steps of an epoch: train on it, measure the loss on held rows, predict, copy and restore weights."""
+"""The steps of an epoch: train, measure the held-out loss, predict, copy and restore weights."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Source, answer_of
 
 Loss: TypeAlias = Callable[[Any, Any], Tensor]
-"""The network's answer and the target to one number, the mean over the rows of a batch."""
+"""A function of the network's answer and the target that returns one number, the mean over the rows of a batch."""
 Weights = Mapping[str, Tensor]
 
 
 def train_epoch(
     network: nn.Module, optimiser: Optimizer, data: Source, loss: Loss, settings: Settings, epoch: int
 ) -> float:
-    """Train for one epoch, a step for each batch in the epoch's own order; return the mean loss over the rows.
+    """Train for one epoch, one step per batch, in the epoch's order; return the mean loss over the rows.
 
-    Raises TrainingError, before the step that it would spoil, for a loss or gradient that is not finite.
+    Raises TrainingError, before the optimiser's step, for a loss or gradient that is not finite.
     """
     network.train()
     parameters = [parameter for group in optimiser.param_groups for parameter in group["params"]]
@@ -60,12 +60,12 @@ def mean_loss(network: nn.Module, held: Source, loss: Loss, settings: Settings, 
 
 
 def batches(rows: Tensor, size: int) -> Iterator[Tensor]:
-    """So many rows at a time, in their order."""
+    """Yield `size` rows at a time, in their order."""
     return (rows[start : start + size] for start in range(0, len(rows), size))
 
 
 def number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
-    """Return a loss as a number. Raises TrainingError where it is none, or not finite."""
+    """Return a loss as a number. Raises TrainingError where it has several elements or is not finite."""
     if loss.numel() != 1:
         raise TrainingError(f"the loss has shape {tuple(loss.shape)}: expected one number, the mean over the rows.")
     value = float(loss.detach())
@@ -86,9 +86,9 @@ def refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> N
 
 
 def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray[np.float64]:
-    """Return what a network answers to rows, as float64, dropout off and on one thread: sums in one order.
+    """Return a network's answers to rows, as float64, without dropout and on one thread, so that sums repeat exactly.
 
-    `at_once` rows go through it together. Values that 32 bits cannot hold lead to answers that are not finite.
+    `at_once` rows are computed together. Values outside float32 lead to answers that are not finite.
     """
     with np.errstate(over="ignore"):
         rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
@@ -100,19 +100,19 @@ def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray
 
 
 def copied(network: nn.Module) -> dict[str, Tensor]:
-    """Weights and buffers (running means), each a tensor of its own."""
+    """Return copies of all weights and buffers (running means), by name."""
     return {name: tensor.detach().clone().contiguous() for name, tensor in network.state_dict().items()}
 
 
 def restore(network: nn.Module, weights: Weights) -> None:
-    """Put copied weights back."""
+    """Load weights that `copied` returned."""
     network.load_state_dict(dict(weights))
 
 
 def finite(tensors: Iterable[Tensor]) -> bool:
-    """Return whether every number is finite; a tensor of whole numbers always is.
+    """Return whether every number is finite; integer tensors always are.
 
-    A finite norm says so at a thirtieth of the time of looking at each number; one that overflowed does not deny it.
+    A finite norm proves it in a thirtieth of the time of checking each number; a norm that overflowed proves nothing.
     """
     floats = [tensor for tensor in tensors if tensor.is_floating_point()]
     if math.isfinite(float(get_total_norm(floats))):
@@ -121,7 +121,10 @@ def finite(tensors: Iterable[Tensor]) -> bool:
 
 
 def trainable(network: nn.Module) -> list[nn.Parameter]:
-    """What is to be trained. Raises TrainingError where there is nothing, or where the trainer cannot vouch for it."""
+    """Return the parameters to train.
+
+    Raises TrainingError where there are none, or where weights are complex, not finite, or not on the CPU.
+    """
     parameters = [parameter for parameter in network.parameters() if parameter.requires_grad]
     if not parameters:
         raise TrainingError(f"{type(network).__name__} has no weights to train: all are frozen, or there are none.")

@@ -1,6 +1,6 @@
-"""A trained model in a lab's folder: its card and numbers, its history and its learning curve beside them.
+"""The files of a trained model: its card and weights, and the history and learning curve of its training.
 
-The curve is drawn against seconds, since the length of an epoch differs from method to method."""
+The curve is drawn over seconds, since the duration of an epoch differs from method to method."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ COLOURS = (INK, *OKABE_ITO)
 def save_learning_curve(
     histories: Mapping[str, Sequence[Epoch]], folder: Path, name: str, last: bool = False
 ) -> list[Path]:
-    """Draw one curve for each named training and write NAME.svg and NAME.png; give their paths."""
+    """Draw one curve for each named training, write NAME.svg and NAME.png, and return their paths."""
     with drawing(name):
         return save(learning_curve(histories, last), folder, name)
 
 
 def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False) -> Figure:
-    """Held-out loss as a line, loss while training dotted, the kept epoch as a point; seconds along, log loss up.
+    """Return a figure of log loss over seconds: held-out loss as a line, training loss dotted, the saved epoch a point.
 
-    The kept epoch is the best one, or the last where `last` (`Settings.keep_last`) says so.
+    The saved epoch is the best one, or with `last` (`Settings.keep_last`) the last.
     """
     from matplotlib.figure import Figure
 
@@ -62,6 +62,7 @@ def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False)
 
 
 def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bool) -> None:
+    """Draw the curves of one training."""
     seconds = [epoch.seconds for epoch in history]
     if any(epoch.held_loss is not None for epoch in history):
         losses = [epoch.train_loss for epoch in history]
@@ -75,7 +76,7 @@ def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bo
 
 @dataclass(frozen=True)
 class Written:
-    """A model that was written: its card, its method, the metrics of its card, its files (the card's first)."""
+    """A model on disk: its card, its method, the metrics of its card, and its files (the card first)."""
 
     card: Path
     method: str
@@ -83,17 +84,17 @@ class Written:
     files: tuple[Path, ...]
 
     def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """Return the model's description as JSON holds it."""
         return dict(plain_values(self))
 
 
 def write_trained(
     folder: Path, write: Callable[[Path], Path], history: Sequence[Epoch], last: bool = False
 ) -> tuple[Path, ...]:
-    """Write a model, and the epochs of its training as a table and as a picture; return its files, the card first.
+    """Write a model, and its training history as a table and as pictures; return its files, the card first.
 
-    `write` writes card and numbers into the folder and returns the card's path. The learning curve of an older model of
-    this name is removed. `last`: the last epoch was saved, not the best. Raises what `write` raises.
+    `write` writes card and weights into the folder and returns the card's path. The history and learning curve of an
+    older model of this name are removed. `last`: the last epoch was saved, not the best. Raises the errors of `write`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     card = write(folder)

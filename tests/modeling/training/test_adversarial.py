@@ -103,7 +103,7 @@ class Slope(nn.Module):
 
 def test_the_penalty_is_half_the_squared_gradient_at_what_is_real():
     zeros = torch.zeros(5, 2)
-    plain, priced = (Adversarial(penalty)._criticise(Slope(), zeros, zeros, zeros) for penalty in (0.0, 0.5))
+    plain, priced = (Adversarial(penalty)._critic_loss(Slope(), zeros, zeros, zeros) for penalty in (0.0, 0.5))
     assert float((priced - plain).detach()) == pytest.approx(12.5)
 
 
