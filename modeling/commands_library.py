@@ -16,7 +16,7 @@ from palpate.modeling.options import WORKERS
 from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
-    from palpate.modeling.library.answer import LibraryRequest, Opened
+    from palpate.modeling.library.answer import LabLibrary, LibraryRequest
     from palpate.modeling.library.wishes import Wish
 
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -99,7 +99,7 @@ def index_command(as_json: bool, **given: Any) -> None:
     Example: palpate textures index --lab LAB
     """
     from palpate.modeling.commands_data import going_on, progress_lines
-    from palpate.modeling.library.answer import tell_index
+    from palpate.modeling.library.answer import print_index
     from palpate.modeling.library.lab import index
     from palpate.modeling.library.sources import LibraryOptions
 
@@ -111,10 +111,10 @@ def index_command(as_json: bool, **given: Any) -> None:
         written = index(options, report)
     if as_json:
         left_out = dict(written.indexed.left_out)
-        echo_json({**written.counts, "file": str(written.path), "changed": written.changed, "gone": written.gone,
+        echo_json({**written.counts, "file": str(written.path), "changed": written.changed, "gone": written.removed,
                    "left_out": left_out, "notes": written.indexed.library.notes})  # fmt: skip
         return
-    tell_index(written)
+    print_index(written)
 
 
 @textures.command("find")
@@ -142,11 +142,11 @@ def find_command(
       palpate textures find "rough, a bit sticky, not bumpy" --lab LAB
       palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
     """
-    from palpate.modeling.library.answer import Beside, opened
+    from palpate.modeling.library.answer import Beside, open_library
     from palpate.modeling.library.listing import matches_data, percent, wish_words
     from palpate.modeling.library.search import find, fitting, none_fits
 
-    here = opened(request)
+    here = open_library(request)
     wishes = _wishes(here, wish, at)
     if sheet is not None and plane is not None and sheet.resolve() == plane.resolve():
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
@@ -154,7 +154,7 @@ def find_command(
     matches = fitting(find(here.entries, wishes, request.kind), count)
     entries, texts = [match.entry for match in matches], [wish_words(wish, here.library) for wish in wishes]
     fits = {match.entry.id: (percent(match.fit), match.fit) for match in matches}
-    files = here.sheet(sheet, entries, Beside(", ".join(wish.said for wish in wishes), texts, fits, wishes))
+    files = here.sheet(sheet, entries, Beside(", ".join(wish.text for wish in wishes), texts, fits, wishes))
     files += here.map(plane, fits)
     if request.as_json:
         echo_json({**matches_data(matches, wishes, here.library, request.kind), "files": list(map(str, files))})
@@ -182,17 +182,17 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
 
     Example: palpate textures nearest T17 --lab LAB
     """
-    from palpate.modeling.library.answer import Beside, name_of, opened
-    from palpate.modeling.library.listing import description, far, percent, plain_near
-    from palpate.modeling.library.search import known_of, named, near
+    from palpate.modeling.library.answer import Beside, name_of, open_library
+    from palpate.modeling.library.listing import description, distance_text, percent, plain_near
+    from palpate.modeling.library.search import find_texture, near, require_known
 
-    here = opened(request)
+    here = open_library(request)
     here.demand(sheet)
-    one = known_of(named(here.library, texture), request.kind)
+    one = require_known(find_texture(here.library, texture), request.kind)
     neighbours = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
     entries = [neighbour.entry for neighbour in neighbours]
     texts: dict[str, tuple[str, float | None]] = {
-        neighbour.entry.id: (f"{far(neighbour)} JND", None) for neighbour in neighbours
+        neighbour.entry.id: (f"{distance_text(neighbour)} JND", None) for neighbour in neighbours
     }
     files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
     if request.as_json:
@@ -202,7 +202,7 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
     here.show(
         entries,
         {
-            "JND": [far(neighbour) for neighbour in neighbours],
+            "JND": [distance_text(neighbour) for neighbour in neighbours],
             "alike": [percent(neighbour.alike) for neighbour in neighbours],
         },
     )
@@ -221,11 +221,11 @@ def show_command(request: LibraryRequest, texture: str | None, sheet: Path | Non
 
     Example: palpate textures show T17 --lab LAB
     """
-    from palpate.modeling.library.answer import Beside, name_of, opened
-    from palpate.modeling.library.listing import plain_library, plain_whole, whole_words
-    from palpate.modeling.library.search import known_of, named
+    from palpate.modeling.library.answer import Beside, name_of, open_library
+    from palpate.modeling.library.listing import description_lines, plain_library, plain_whole
+    from palpate.modeling.library.search import find_texture, require_known
 
-    here = opened(request)
+    here = open_library(request)
     here.demand(sheet)
     if texture is None:
         files = here.sheet(sheet, here.entries, Beside("The library"))
@@ -234,12 +234,12 @@ def show_command(request: LibraryRequest, texture: str | None, sheet: Path | Non
             return
         here.show(here.entries)
     else:
-        one = known_of(named(here.library, texture), request.kind)
+        one = require_known(find_texture(here.library, texture), request.kind)
         files = here.sheet(sheet, [one], Beside(name_of(one)))
         if request.as_json:
             echo_json({**plain_whole(one, here.library, request.kind), "files": list(map(str, files))})
             return
-        click.echo("\n".join(whole_words(one, here.library, here.entries, here.folder, request.kind)))
+        click.echo("\n".join(description_lines(one, here.library, here.entries, here.folder, request.kind)))
     here.close(files)
 
 
@@ -258,10 +258,10 @@ def map_command(
 
     Example: palpate textures map "very soft, not slippery" --lab LAB
     """
-    from palpate.modeling.library.answer import opened
+    from palpate.modeling.library.answer import open_library
     from palpate.modeling.library.search import find, fitting
 
-    here = opened(request)
+    here = open_library(request)
     here.demand(None, to)
     matches = fitting(find(here.entries, _wishes(here, wish, at), request.kind), count) if wish or at else []
     marked = [match.entry.id for match in matches]
@@ -301,7 +301,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
     click.echo("\n".join([*map(str, files), *(f"note: {note}" for note in notes)]))
 
 
-def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
+def _wishes(here: LabLibrary, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
     """Return what is wished for in the words and in the values."""
     from palpate.modeling.library.search import wishes_of
 

@@ -1,4 +1,4 @@
-"""What goes with every answer about textures: a table on the terminal, a contact sheet, a map."""
+"""Answers about a lab's textures: a table on the terminal, a contact sheet, a map."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import click
 from palpate.modeling.library.entries import Entry, Kind, Library
 from palpate.modeling.library.files import place_of, read_library
 from palpate.modeling.library.listing import SURE, table
-from palpate.modeling.library.search import chosen
+from palpate.modeling.library.search import select_textures
 from palpate.modeling.library.wishes import Wish
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from palpate.modeling.library.lab import Indexed
+    from palpate.modeling.library.lab import IndexResult
 
 
 WIDTH = 130
-"""Of a table that no terminal shows."""
+"""The width in characters of a table that is not printed to a terminal."""
 SIMULATED = "These textures are simulated: no person rated them, no material was touched."
 
 
 @dataclass(frozen=True)
 class LibraryRequest:
-    """Which textures the command line names, and the form of the answer."""
+    """The textures that the command line selects, and the form of the answer."""
 
     lab: Path
     classes: tuple[str, ...]
@@ -37,7 +37,7 @@ class LibraryRequest:
 
 @dataclass(frozen=True)
 class Beside:
-    """What stands on a contact sheet beside the textures themselves: over them, and by texture a text and its fit."""
+    """Texts of a contact sheet: a title, lines below it, by texture a text and its fit (0 to 1), and the wishes."""
 
     title: str
     below: Sequence[str] = ()
@@ -46,8 +46,8 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Opened:
-    """A lab's library, and the requested textures of it."""
+class LabLibrary:
+    """A lab's library with the requested textures, printed and drawn."""
 
     request: LibraryRequest
     library: Library
@@ -55,11 +55,11 @@ class Opened:
 
     @property
     def folder(self) -> Path:
-        """Where the index lies, and the pictures beside it."""
+        """The folder of the index and its pictures."""
         return place_of(self.request.lab).parent
 
     def show(self, entries: Sequence[Entry], extra: Mapping[str, Sequence[str]] | None = None) -> None:
-        """Print textures as a table."""
+        """Print textures as a table; `extra` holds further columns by heading."""
         from rich.console import Console
 
         console = Console(highlight=False)
@@ -69,14 +69,14 @@ class Opened:
         console.print(SURE, style="dim", soft_wrap=True)
 
     def close(self, files: Sequence[Path]) -> None:
-        """Print what holds for all answers, and the files that were written."""
+        """Print whether the textures are simulated, and the files that were written."""
         if self.library.simulated:
             click.echo(SIMULATED)
         for path in files:
             click.echo(f"Look at {path}")
 
     def demand(self, sheet: Path | None, plane: Path | None = None) -> None:
-        """Raise LibraryError, before anything is computed or written, for a picture that could not be written."""
+        """Raise LibraryError where the contact sheet or the map cannot be written."""
         if sheet is not None:
             from palpate.modeling.library.contact_sheet import demand_writable as demand_sheet
 
@@ -87,7 +87,7 @@ class Opened:
             demand_map(plane)
 
     def sheet(self, path: Path | None, entries: Sequence[Entry], beside: Beside) -> list[Path]:
-        """Write a contact sheet to the path, if there is one."""
+        """Write a contact sheet to the path, if there is one; return the files."""
         if path is None or not entries:
             return []
         from palpate.modeling.library.contact_sheet import pictures_of, sheet, tiles_of, write_sheet
@@ -98,7 +98,7 @@ class Opened:
         return [path]
 
     def map(self, path: Path | None, marked: Collection[str]) -> list[Path]:
-        """Write the map with these textures marked to the path, if there is one."""
+        """Write the map with these textures marked to the path, if there is one; return the files."""
         if path is None:
             return []
         from palpate.modeling.library.map import map_data, write_map
@@ -106,14 +106,14 @@ class Opened:
         return write_map(path, map_data(self.entries, self.library, self.request.kind), marked)
 
 
-def opened(request: LibraryRequest) -> Opened:
+def open_library(request: LibraryRequest) -> LabLibrary:
     """Return the requested library. Raises LibraryError."""
     library = read_library(request.lab)
-    return Opened(request, library, chosen(library, request.classes, request.kind))
+    return LabLibrary(request, library, select_textures(library, request.classes, request.kind))
 
 
-def tell_index(written: Indexed) -> None:
-    """Print what was indexed, what is no longer there, and what could not be taken."""
+def print_index(written: IndexResult) -> None:
+    """Print the textures that were indexed, left out and removed, and the notes."""
     counts, library = written.counts, written.indexed.library
     shares = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
     click.echo(f"{count(counts['textures'], 'texture')}: {shares}")
@@ -121,8 +121,8 @@ def tell_index(written: Indexed) -> None:
         click.echo(f"note: {line}")
     for name, why in written.indexed.left_out.items():
         click.echo(f"left out: {name}: {why}")
-    if written.gone:
-        click.echo(f"no longer there: {', '.join(written.gone)}")
+    if written.removed:
+        click.echo(f"no longer there: {', '.join(written.removed)}")
     if library.simulated:
         click.echo(SIMULATED)
     click.echo(f"{written.path}{'' if written.changed else ' (as it was)'}")

@@ -1,6 +1,6 @@
-"""A contact sheet of textures: pictures side by side with names, fit and attributes; equal input, equal bytes.
+"""A contact sheet of textures: pictures with names, fit and attributes; equal input gives equal bytes.
 
-Letters are those of the face that matplotlib brings along, so that they are the same everywhere."""
+The font is matplotlib's own, so that it is the same on every machine."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ MORE = "…"
 KINDS_OF_FILE = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 HEAD, FOOT, MOST = 62, 34, 100
 NEXT = 17
-"""Pixels of height of each further line below the title."""
+"""The height in pixels of each further line below the title."""
 BESIDE = "   "
 WIDE, GAP = 288, 22
-"""Pixels of a tile and of what is between two."""
+"""The width in pixels of a tile, and of the gap between two."""
 FINE = 3
-"""Everything but the pictures is drawn so many times larger, and then made small: lines without steps."""
+"""The factor by which all but the pictures is drawn larger and then reduced, for smooth lines."""
 NAME, LINE, ROW = 46, 8, 19
-"""Pixels of height: the name with its class, the bar of the fit, a row of an attribute."""
+"""Heights in pixels: the name with its class, the bar of the fit, a row of an attribute."""
 TRACK = (78, 210)
-"""Where an attribute's scale begins and ends."""
+"""The ends of an attribute's scale, in pixels from the tile's left edge."""
 WISHED, DOT, PREDICTED = "#bfe3d5", "#0072B2", "#D55E00"
 
 
 @dataclass
 class Pen:
-    """Writes on a drawing; places and sizes in pixels."""
+    """A drawing with its fonts; positions and sizes are in pixels."""
 
     draw: ImageDraw
     opened: dict[tuple[int, bool], FreeTypeFont] = field(default_factory=dict)
 
     def font(self, size: int, bold: bool = False) -> FreeTypeFont:
-        """Return a face in a size, opened once."""
+        """Return the font in a size, loaded once."""
         import matplotlib
         from PIL import ImageFont
 
@@ -59,11 +59,11 @@ class Pen:
         return self.opened[size, bold]
 
     def width(self, text: str, size: int, bold: bool = False) -> float:
-        """Return how wide a text is."""
+        """Return the width of a text in pixels."""
         return float(self.font(size, bold).getlength(text))
 
     def fitted(self, text: str, room: float, size: int, bold: bool = False) -> str:
-        """Return the text, cut off where there is no room for it."""
+        """Return the text, shortened with an ellipsis where it is wider than `room`."""
         if self.width(text, size, bold) <= room:
             return text
         most = bisect_right(range(len(text)), room, key=lambda end: self.width(text[:end] + MORE, size, bold))
@@ -72,7 +72,7 @@ class Pen:
     def write(
         self, place: tuple[float, float], text: str, size: int, colour: str, *, bold: bool = False, anchor: str = "ls"
     ) -> None:
-        """A line of text; `anchor` as Pillow names it (ls: left, on the baseline)."""
+        """Write a line of text; `anchor` as Pillow names it (ls: left, on the baseline)."""
         self.draw.text(place, text, fill=colour, font=self.font(size, bold), anchor=anchor)
 
 
@@ -80,8 +80,8 @@ def tiles_of(
     entries: Sequence[Entry], library: Library, wishes: Sequence[Wish] = (), kind: Kind | None = None,
     beside: Mapping[str, tuple[str, float | None]] | None = None,
 ) -> list[Tile]:  # fmt: skip
-    """Return what is drawn of each texture; `beside` holds, by texture, what stands beside its name, and its fit."""
-    wished = {pair: soft.met for pair, soft in combined(wishes)}
+    """Return a tile for each texture; `beside` holds, by texture, a text beside its name and its fit (0 to 1)."""
+    wished = {pair: soft.half_fit for pair, soft in combined(wishes)}
     result = []
     for entry in entries:
         text, fit = (beside or {}).get(entry.id, ("", None))
@@ -94,11 +94,11 @@ def tiles_of(
 def sheet(
     tiles: Sequence[Tile], pictures: Sequence[bytes | None], title: str, below: Sequence[str] = (), foot: str = ""
 ) -> Image:
-    """Return the sheet as an image; a picture that is missing or damaged is a plain field with the texture's name.
+    """Return the sheet as an image; a missing or damaged picture becomes a plain field with the texture's name.
 
-    `below` stands below the title, in as many lines as it takes; `foot` beside the legend.
+    `below` are texts below the title, wrapped onto lines; `foot` is a text beside the legend.
 
-    Raises LibraryError for no textures, and for so many that nobody could look at them.
+    Raises LibraryError for no textures and for more than `MOST`.
     """
     from PIL import Image, ImageDraw
 
@@ -118,31 +118,31 @@ def sheet(
     for at, line in enumerate(lines):
         pen.write((GAP * FINE, (47 + NEXT * at) * FINE), pen.fitted(line, room, 12 * FINE), 12 * FINE, SOFT)
     places = [(GAP + k % columns * (WIDE + GAP), head + k // columns * high) for k in range(len(tiles))]
-    opened = [_opened(picture) for picture in pictures]
-    for tile, seen, (left, top) in zip(tiles, opened, places, strict=True):
-        if seen is None:
+    images = [_open_picture(picture) for picture in pictures]
+    for tile, image, (left, top) in zip(tiles, images, places, strict=True):
+        if image is None:
             draw_empty(pen, tile.name.split("  ")[0], left, top)
         draw_below(pen, tile, left, top + WIDE)
     middle = whole.height / FINE - FOOT / 2
     _legend(pen, tiles, middle)
     pen.write(((wide - GAP) * FINE, middle * FINE), foot, 11 * FINE, SOFT, anchor="rm")
     small = whole.reduce(FINE)
-    for seen, place in zip(opened, places, strict=True):
-        if seen is not None:
-            small.paste(seen, place)
+    for image, place in zip(images, places, strict=True):
+        if image is not None:
+            small.paste(image, place)
     return small
 
 
 def write_sheet(path: Path, drawn: Image) -> None:
-    """Write the sheet as PNG or JPEG, whole or not at all. Raises LibraryError as `demand_writable` does."""
+    """Write the sheet as PNG or JPEG, atomically. Raises LibraryError as `demand_writable` does."""
     kind = demand_writable(path)
-    written = BytesIO()
-    drawn.save(written, kind, **({"quality": 82, "optimize": True} if kind == "JPEG" else {"compress_level": 9}))
-    write_whole(path, written.getvalue())
+    content = BytesIO()
+    drawn.save(content, kind, **({"quality": 82, "optimize": True} if kind == "JPEG" else {"compress_level": 9}))
+    write_whole(path, content.getvalue())
 
 
 def demand_writable(path: Path) -> str:
-    """The format of a file by its ending. Raises LibraryError for another one than PNG or JPEG, and for no folder."""
+    """Return the format for a file's ending. Raises LibraryError unless it is PNG or JPEG in a writable folder."""
     kind = KINDS_OF_FILE.get(path.suffix.lower())
     if kind is None:
         raise LibraryError(f"{path}: a contact sheet is written as .png or .jpg.")
@@ -151,7 +151,7 @@ def demand_writable(path: Path) -> str:
 
 
 def pictures_of(entries: Sequence[Entry], folder: Path) -> list[bytes | None]:
-    """Return the thumbnails that lie beside the index; None where there is none."""
+    """Return the thumbnails beside the index as bytes; None where there is none."""
     result = []
     for entry in entries:
         path = None if entry.picture is None else folder / entry.picture
@@ -160,21 +160,22 @@ def pictures_of(entries: Sequence[Entry], folder: Path) -> list[bytes | None]:
     return result
 
 
-def _opened(content: bytes | None) -> Image | None:
+def _open_picture(content: bytes | None) -> Image | None:
+    """Return a picture in a tile's size; None where there is none or it is damaged."""
     from PIL import Image
 
     if content is None:
         return None
     try:
         with Image.open(BytesIO(content)) as opened:
-            seen: Image.Image = opened.convert("RGB").resize((WIDE, WIDE), Image.Resampling.LANCZOS)
-            return seen
+            image: Image.Image = opened.convert("RGB").resize((WIDE, WIDE), Image.Resampling.LANCZOS)
+            return image
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
 
 
 def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:
-    """Return the parts beside each other, on a further line where there is no room: none is lost."""
+    """Return the parts joined into lines no wider than `room`, where a part fits at all."""
     lines: list[str] = []
     for part in parts:
         together = BESIDE.join((*lines[-1:], part))
@@ -186,7 +187,7 @@ def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:
 
 
 def _legend(pen: Pen, tiles: Sequence[Tile], middle: float) -> None:
-    """What the marks mean; only those that are there."""
+    """Draw the legend of the marks that the tiles have."""
     kinds = {estimate.kind for tile in tiles for _, estimate, _ in tile.attributes if estimate is not None}
     words = {"rated": "rated: mean", "predicted": "predicted"}
     left = float(GAP)
@@ -208,23 +209,23 @@ def _write_label(pen: Pen, text: str, left: float, middle: float) -> float:
 
 @dataclass(frozen=True)
 class Tile:
-    """What is drawn of a texture. `fit` is the share of the bar that is filled; None: there is no bar."""
+    """A texture on the sheet. `fit` is the filled share of the bar, 0 to 1; None for no bar."""
 
     name: str
     below: str
     beside: str
     fit: float | None
     attributes: Sequence[tuple[tuple[str, str], AttributeValue | None, tuple[float, float] | None]]
-    """Both words, the value, and the values that were wished for."""
+    """For each attribute both words, the value, and the range that the wishes ask for."""
 
 
 def height_of(attributes: int) -> int:
-    """Pixels below a tile's picture."""
+    """Return the height in pixels of what is drawn below a tile's picture."""
     return NAME + LINE + 6 + ROW * attributes + 4
 
 
 def draw_below(pen: Pen, tile: Tile, left: float, top: float) -> None:
-    """All that stands below the picture; `left` and `top` in small pixels."""
+    """Draw all below the picture; `left` and `top` in pixels of the reduced sheet."""
     room = WIDE - pen.width(tile.beside, 13 * FINE, bold=True) / FINE - 10
     name = pen.fitted(tile.name, room * FINE, 14 * FINE, bold=True)
     pen.write((left * FINE, (top + 19) * FINE), name, 14 * FINE, INK, bold=True)
@@ -240,7 +241,7 @@ def draw_below(pen: Pen, tile: Tile, left: float, top: float) -> None:
 
 
 def draw_empty(pen: Pen, name: str, left: float, top: float) -> None:
-    """In place of a picture that there is not: a plain field with the texture's name."""
+    """Draw a plain field with the texture's name in place of a missing picture."""
     box = (left * FINE, top * FINE, (left + WIDE) * FINE - 1, (top + WIDE) * FINE - 1)
     pen.draw.rectangle(box, fill="#f0f2f4", outline=FAINT, width=FINE)
     middle = (left + WIDE / 2) * FINE
@@ -257,7 +258,7 @@ def _attribute(
     left: float,
     top: float,
 ) -> None:
-    """Both words, the scale between them, the wished part of it, and the value with what holds 90 %."""
+    """Draw both words, the scale between them, the range of the wishes, and the value with its 90 % interval."""
     start, end = (left + place for place in TRACK)
     middle, size = top + ROW / 2, 11 * FINE
     for word, place, anchor in ((words[0], start - 8, "rm"), (words[1], end + 8, "lm")):
@@ -273,7 +274,7 @@ def _attribute(
 
 
 def mark_value(draw: ImageDraw, estimate: AttributeValue, middle: float, track: tuple[float, float]) -> None:
-    """The value: a disc where people rated, a ring where a model predicted; a bar holds 90 %."""
+    """Draw a value, a disc where people rated and a ring where a model predicted, with a bar for its 90 % interval."""
     colour = DOT if estimate.kind == "rated" else PREDICTED
     low, high, at = (_at(estimate.value + way * Z90 * estimate.sd, *track) for way in (-1, 1, 0))
     _bar(draw, low, middle - 1, high - low, 2, colour)

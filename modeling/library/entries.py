@@ -1,4 +1,4 @@
-"""What stands in a library of textures, as LAB/library/index.json holds it."""
+"""The entries of a library of textures, as LAB/library/index.json holds them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ FORMAT = "palpate-library/1"
 Kind = Literal["rated", "predicted"]
 KINDS: tuple[Kind, ...] = ("rated", "predicted")
 Z90 = 1.6448536269514722
-"""A normal distribution has 90 % within so many SDs."""
+"""The 95 % quantile of the standard normal distribution: 90 % lie within this many SDs of the mean."""
 NOTHING_KNOWN = (50.0, 28.867513459481287)
-"""Mean and SD of what may lie anywhere on 0..100."""
+"""Mean and SD of the uniform distribution on 0..100."""
 Sha256 = Annotated[str, Field(pattern="[0-9a-f]{64}")]
 Spread = Annotated[float, Field(ge=0, le=1000)]
 Value = Annotated[float, Field(ge=-1000, le=1000)]
 
 
 class LibraryError(ValueError):
-    """A library that is not there or cannot be used, or a question that it cannot answer."""
+    """A library that is missing or unusable, or a question that it cannot answer."""
 
 
 class Source(Strict):
@@ -33,9 +33,9 @@ class Source(Strict):
 
 
 class Rated(Strict):
-    """How people rated a texture on 0..100, by attribute: the mean, the SD between them, the SE of the mean.
+    """Ratings of a texture on 0..100, by attribute: the mean, the SD between people, the SE of the mean.
 
-    None where an attribute was not rated; `sd` also where one person cannot have any, or it was not told.
+    A mean is None where the attribute was not rated; an SD also for a single rater and where it is unknown.
     """
 
     mean: tuple[Value | None, ...]
@@ -45,9 +45,9 @@ class Rated(Strict):
 
 
 class Predicted(Strict):
-    """What a model says of a texture on 0..100, by attribute, and what holds its rating in 90 of 100 cases.
+    """A model's prediction of a texture on 0..100, by attribute, with the interval that holds 90 % of new ratings.
 
-    `learned`: the model was shown how this texture was rated, so that what it says of it proves nothing.
+    `learned`: this texture's ratings were among the model's training data, so the prediction is no test of it.
     """
 
     value: tuple[Value, ...]
@@ -63,7 +63,7 @@ class Predicted(Strict):
 
 
 class Entry(Strict):
-    """One texture. `picture` lies beside the index; `made_from` are the SHA-256 of its recordings and pictures."""
+    """A texture. `picture` is a path from the index's folder; `made_from` the digests of its recordings and pictures."""
 
     id: str = Field(min_length=1)
     label: str
@@ -75,7 +75,7 @@ class Entry(Strict):
 
 
 class AttributeValue(Strict):
-    """One attribute of a texture: where it lies on 0..100, and the SD of what is known about that."""
+    """An attribute of a texture: its value on 0..100, and the SD of that estimate."""
 
     value: float
     sd: Spread
@@ -109,7 +109,7 @@ class Library(Strict):
 
 
 def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue | None:
-    """An attribute of a texture; without a kind as people rated it, else as it was predicted. None: not known."""
+    """Return an attribute of a texture, of one kind, or with None as rated, else as predicted; None if unknown."""
     rated, predicted = entry.rated, entry.predicted
     if kind != "predicted" and rated is not None and (value := rated.mean[at]) is not None:
         return AttributeValue(value=value, sd=rated.se[at], kind="rated")
@@ -119,11 +119,11 @@ def value_of(entry: Entry, at: int, kind: Kind | None = None) -> AttributeValue 
     return None
 
 
-def known(entry: Entry, kind: Kind | None = None) -> bool:
-    """Return whether anything is known of the texture in this way."""
+def is_known(entry: Entry, kind: Kind | None = None) -> bool:
+    """Return whether the texture has values of this kind, or with None of any kind."""
     return bool(entry.rated or entry.predicted) if kind is None else getattr(entry, kind) is not None
 
 
 def belief(estimate: AttributeValue | None) -> tuple[float, float]:
-    """Return where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
+    """Return the mean and SD of an attribute on 0..100; those of `NOTHING_KNOWN` where it is unknown."""
     return NOTHING_KNOWN if estimate is None else (estimate.value, estimate.sd)

@@ -1,4 +1,4 @@
-"""The library as a file: LAB/library/index.json, written whole or not at all; what is newer or damaged is refused."""
+"""The library as a file: LAB/library/index.json, written atomically; newer or damaged files are refused."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class NewerLibrary(LibraryError):
 
 
 def place_of(lab: Path) -> Path:
-    """Return where a lab's library lies; the file itself where one was given."""
+    """Return the path of a lab's library, or the path itself where it is a .json file."""
     return lab if lab.suffix == ".json" else lab / FOLDER / INDEX
 
 
 def read_library(lab: Path) -> Library:
     """Return a lab's library, or the one in a file.
 
-    Raises LibraryError for a file that is missing, newer, foreign, cut short, or was changed since it was written.
+    Raises LibraryError for a file that is missing, newer, of another format, cut short, or changed since then.
     """
     path = place_of(lab)
     plain = _parsed(path)
@@ -53,14 +53,13 @@ def read_library(lab: Path) -> Library:
 
 
 def write_library(lab: Path, library: Library) -> tuple[Path, bool]:
-    """Write a lab's library, readable and with a digest; the path, and whether anything changed.
+    """Write a lab's library with a digest, atomically; return the path, and whether the file changed.
 
-    Until the last moment the earlier one is there; equal content is left alone.
+    A file with equal content is not rewritten. Raises LibraryError where it cannot be written.
     """
     from palpate.analysis.regenerating.outputs import readable_json
 
     plain = library.model_dump(mode="json")
-    # the plain values of a texture stand on one line
     content = (readable_json({**plain, "digest": digest(plain)}) + "\n").encode()
     path = place_of(lab)
     if path.is_file() and path.read_bytes() == content:
@@ -71,7 +70,7 @@ def write_library(lab: Path, library: Library) -> tuple[Path, bool]:
 
 
 def earlier_in(lab: Path) -> Library | None:
-    """The library that a lab has, where it can be read. Raises NewerLibrary: that one must not be overwritten."""
+    """Return a lab's library; None where it cannot be read. Raises NewerLibrary, which must not be overwritten."""
     try:
         return read_library(lab)
     except NewerLibrary:
@@ -90,7 +89,7 @@ def _parsed(path: Path) -> Any:
 
 
 def demand_folder(path: Path) -> None:
-    """Raise LibraryError unless there is a folder for the file that is to be written, which can be written to."""
+    """Raise LibraryError unless the folder of a file to write exists and is writable."""
     folder = path.parent
     if not folder.is_dir():
         raise LibraryError(f"{path}: there is no folder {folder}; make it first, or name a file in another one.")
@@ -99,7 +98,7 @@ def demand_folder(path: Path) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside its place, then rename it: until then the earlier one is there. Raises LibraryError."""
+    """Write a file atomically. Raises LibraryError where it cannot be written; an earlier file is then unchanged."""
     try:
         write_bytes(path, content)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Making a library from what is known of textures: how people rated them, and what a model says of them."""
+"""Build a library from textures: from their ratings, and a model's predictions."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from palpate.modeling.library.entries import Entry, Library, LibraryError, Predi
 from palpate.signals.arrays import Array
 
 UNKNOWN_SD = 20.0
-"""The SD between people where nothing tells it: wider than raters of textures commonly are (judgement)."""
+"""The SD between people where it is unknown, chosen wider than raters of textures commonly have."""
 USUAL_WEIGHS = 5
-"""So many degrees of freedom is worth how far people usually differ, beside a texture's own raters (judgement)."""
+"""The degrees of freedom of the usual SD between people, beside those of a texture's own raters (a choice)."""
 DIGITS = 3
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """A trained model as the library asks it.
+    """A trained model as the library uses it.
 
-    `predictions` gives (n, attributes) of each texture, whose mean counts, or a MaterialError for a texture without the
-    features that it wants. `low` and `high` (attributes,) are what is added to a prediction to hold the rating in 90 of
-    100 cases. `learned` are the textures that it was shown with their ratings.
+    `predictions` returns for each texture (n, attributes), whose mean over n counts, or a MaterialError for missing
+    features. `low` and `high`, (attributes,), are added to a prediction for its 90 % interval. `learned` are the
+    textures of its training data.
     """
 
     attributes: tuple[Pair, ...]
@@ -40,7 +40,7 @@ class Predictor:
 
 @dataclass(frozen=True)
 class IndexedLibrary:
-    """A library, and the textures that are not in it since nothing is known of them, each with why."""
+    """A library, and the textures that were left out because nothing is known of them, each with the reason."""
 
     library: Library
     left_out: Mapping[str, str] = field(default_factory=dict)
@@ -49,15 +49,15 @@ class IndexedLibrary:
 def library_of(material: Material, model: Predictor | None = None, *, sources: Sequence[Source] = ()) -> IndexedLibrary:
     """Return the library of these textures, in the order of their names.
 
-    Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
+    Raises LibraryError where nothing is known of any, and where the model predicts other attributes than people rated.
     """
     pairs = _pairs(material, model)
-    # the SD between people on each attribute (root mean square), where two at least rated a texture
+    # the root mean square SD between people, by attribute, over textures with two raters or more
     usual_sds = []
     for at in range(len(material.attributes)):
         known = [sd for texture in material.textures if texture.rated and (sd := _sd(texture.rated, at)) is not None]
         usual_sds.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
-    usual, entries, left_out, unsaid = tuple(usual_sds), [], {}, []
+    usual, entries, left_out, unpredicted_reasons = tuple(usual_sds), [], {}, []
     ordered = sorted(material.textures, key=lambda texture: texture.id)
     predicted_textures = _all_predicted(ordered, model)
     for texture, (predicted, why) in zip(ordered, predicted_textures, strict=True):
@@ -66,7 +66,7 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
             left_out[texture.id] = f"nobody rated it, and {why}"
             continue
         if model is not None and predicted is None:
-            unsaid.append(why)
+            unpredicted_reasons.append(why)
         entries.append(
             Entry(id=texture.id, label=texture.label, category=texture.category, rated=rated, predicted=predicted,
                   made_from=tuple(sorted(texture.made_from)))
@@ -74,7 +74,8 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     if not entries:
         first = next(iter(left_out.items()), ("no texture", "there is none"))
         raise LibraryError(f"nothing is known of any texture ({first[0]}: {first[1]}).")
-    unpredicted = (f"{len(unsaid)} rated textures are not predicted; {unsaid[0]}",) if unsaid else ()
+    reasons = unpredicted_reasons
+    unpredicted = (f"{len(reasons)} rated textures are not predicted; {reasons[0]}",) if reasons else ()
     notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()), *unpredicted)))
     return IndexedLibrary(
         Library(attributes=tuple((pair.low, pair.high) for pair in pairs), textures=tuple(entries), notes=notes,
@@ -84,7 +85,7 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
 
 
 def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
-    """Return the attributes of ratings and model, which are the same ones."""
+    """Return the attributes. Raises LibraryError where ratings and model have different ones."""
     rated = any(texture.rated is not None for texture in material.textures)
     if model is None or (rated and material.attributes == model.attributes):
         return material.attributes
@@ -97,17 +98,21 @@ def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
 
 
 def _sd(rated: attributes.Rated, at: int) -> float | None:
+    """Return the SD between people on an attribute; None for one rater or where it is unknown."""
     sd = float(rated.sd[at])
     return sd if rated.raters > 1 and math.isfinite(sd) else None
 
 
 def _rated(rated: attributes.Rated, usual: Sequence[float]) -> Rated:
-    """One person, or people of whom only the mean is told, differ as much as those who rated the others; of few people
-    the SD is drawn towards that (`_believed`): two who agree do not know for sure."""
+    """Return the ratings of a texture for the library.
+
+    The SE uses `usual`, the SD between people by attribute, where the texture's own SD is unknown, and shrinks the SD
+    of few raters towards it (`_shrunk_sd`).
+    """
     mean = [float(number) for number in rated.mean]
     sd = [_sd(rated, at) for at in range(len(mean))]
     people = math.sqrt(max(1, rated.raters))
-    se = [_believed(one, other, rated.raters) / people for one, other in zip(sd, usual, strict=True)]
+    se = [_shrunk_sd(own, general, rated.raters) / people for own, general in zip(sd, usual, strict=True)]
     return Rated(
         mean=tuple(round(number, DIGITS) if math.isfinite(number) else None for number in mean),
         sd=tuple(None if number is None else round(number, DIGITS) for number in sd),
@@ -115,8 +120,8 @@ def _rated(rated: attributes.Rated, usual: Sequence[float]) -> Rated:
     )  # fmt: skip
 
 
-def _believed(sd: float | None, usual: float, raters: int) -> float:
-    """The SD between people: the texture's own variance and the usual one, weighed by their degrees of freedom."""
+def _shrunk_sd(sd: float | None, usual: float, raters: int) -> float:
+    """Return the SD from the mean of own and usual variance, weighted by their degrees of freedom."""
     if sd is None:
         return usual
     own = raters - 1
@@ -124,6 +129,7 @@ def _believed(sd: float | None, usual: float, raters: int) -> float:
 
 
 def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list[tuple[Predicted | None, str]]:
+    """Return for each texture its prediction, or None and the reason."""
     if model is None:
         return [(None, "there is no model")] * len(textures)
     answers = model.predictions(textures)
@@ -131,7 +137,7 @@ def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list
 
 
 def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:
-    """Return what the model says of a texture, and otherwise why it says nothing."""
+    """Return the model's prediction of a texture, or None and the reason. Raises LibraryError for one not finite."""
     if isinstance(rows, MaterialError):
         return None, f"the model predicts nothing: {rows}"
     value = np.clip(np.asarray(rows, dtype=np.float64).reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
@@ -142,7 +148,7 @@ def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) 
     return Predicted(value=values, low=low, high=high, learned=texture.id in model.learned), ""
 
 
-def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:
-    """Return the textures that an earlier library had and this one has not."""
+def removed_textures(earlier: Library | None, now: Library) -> tuple[str, ...]:
+    """Return the textures of an earlier library that this one does not have."""
     names = {texture.id for texture in now.textures}
     return tuple(texture.id for texture in (earlier.textures if earlier else ()) if texture.id not in names)

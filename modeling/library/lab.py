@@ -1,4 +1,4 @@
-"""The library of a lab: from its ratings, its model of attributes and its pictures to LAB/library."""
+"""The library of a lab, built from its ratings, its model of attributes and its pictures, in LAB/library."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from palpate.modeling.library.entries import LibraryError
 from palpate.modeling.library.files import earlier_in, place_of, write_library, write_whole
-from palpate.modeling.library.indexing import IndexedLibrary, gone, library_of
+from palpate.modeling.library.indexing import IndexedLibrary, library_of, removed_textures
 from palpate.modeling.library.sources import (
     LibraryOptions,
     Pictures,
@@ -30,26 +30,26 @@ if TYPE_CHECKING:
 
 FOLDER, SIDE, QUALITY = "pictures", 288, 85
 MIDDLE = 0.5
-"""The middle half is shown of a picture that is large enough for it: what one would feel, not the frame around it."""
+"""The share of a large picture's shorter side that a thumbnail shows, so that it shows the surface, not its frame."""
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
 class NoPicture(LibraryError):
-    """A file that is there and shows nothing, or cannot be read."""
+    """A file that is not a readable picture."""
 
 
 @dataclass(frozen=True)
-class Indexed:
-    """What was written. `gone` are textures of the library before that are not in it any more."""
+class IndexResult:
+    """The library that was written. `removed` are textures of the earlier library that it no longer has."""
 
     path: Path
     changed: bool
     indexed: IndexedLibrary
-    gone: tuple[str, ...]
+    removed: tuple[str, ...]
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many textures there are, rated, predicted, with a picture, and left out."""
+        """The numbers of textures: all, rated, predicted, with a picture, and left out."""
         textures = self.indexed.library.textures
         return {
             "textures": len(textures), "rated": sum(texture.rated is not None for texture in textures),
@@ -59,11 +59,11 @@ class Indexed:
         }  # fmt: skip
 
 
-def index(options: LibraryOptions, report: Report = lambda _line: None) -> Indexed:
-    """Make a lab's library anew and write it; the same sources give the same bytes.
+def index(options: LibraryOptions, report: Report = lambda _line: None) -> IndexResult:
+    """Build a lab's library and write it; the same sources give the same bytes.
 
-    Raises LibraryError where there is nothing to make it from, NewerLibrary where a later version wrote the one that is
-    there, and what reading ratings, features, models and pictures raises.
+    Raises LibraryError where there are no sources, NewerLibrary where a later version wrote the present one, and the
+    errors of reading ratings, features, models and pictures.
     """
     folder, earlier = place_of(options.lab).parent, earlier_in(options.lab)
     model = model_of(options)
@@ -79,21 +79,21 @@ def index(options: LibraryOptions, report: Report = lambda _line: None) -> Index
     indexed = _with_thumbnails(indexed, first_pictures(options, [texture.id for texture in material.textures]), folder)
     path, changed = write_library(options.lab, indexed.library)
     before = {texture.picture for texture in earlier.textures if texture.picture} if earlier else set()
-    drop(folder, before - {texture.picture for texture in indexed.library.textures})
-    return Indexed(path, changed, indexed, gone(earlier, indexed.library))
+    remove_thumbnails(folder, before - {texture.picture for texture in indexed.library.textures})
+    return IndexResult(path, changed, indexed, removed_textures(earlier, indexed.library))
 
 
 def _with_thumbnails(indexed: IndexedLibrary, shown: Pictures, folder: Path) -> IndexedLibrary:
-    """The same library, each texture with its thumbnail beside the index; a note on pictures that cannot be shown."""
-    names, lacking = {}, dict(shown.lacking)
+    """Write thumbnails beside the index; return the library with them, and a note on pictures that cannot be shown."""
+    names, missing = {}, dict(shown.missing)
     for texture in (entry.id for entry in indexed.library.textures if entry.id in shown.files):
         path = shown.files[texture]
         try:
-            names[texture] = keep(folder, texture, _read(path), str(path))
+            names[texture] = save_thumbnail(folder, texture, _read(path), str(path))
         except NoPicture as error:
-            lacking[texture] = str(error)
+            missing[texture] = str(error)
     here = {entry.id for entry in indexed.library.textures}
-    notes = missing_picture_notes({texture: why for texture, why in sorted(lacking.items()) if texture in here})
+    notes = missing_picture_notes({texture: why for texture, why in sorted(missing.items()) if texture in here})
     textures = tuple(entry.model_copy(update={"picture": names.get(entry.id)}) for entry in indexed.library.textures)
     changed = {"textures": textures, "notes": (*indexed.library.notes, *notes)}
     return replace(indexed, library=indexed.library.model_copy(update=changed))
@@ -107,40 +107,41 @@ def _read(path: Path) -> bytes:
 
 
 def thumbnail(content: bytes, where: str) -> bytes:
-    """Return the middle of a picture as a small square JPEG. Raises NoPicture for what is none."""
+    """Return the middle of a picture as a square JPEG of `SIDE` pixels. Raises NoPicture where it cannot be read."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
         with Image.open(BytesIO(content)) as opened:
-            seen = ImageOps.exif_transpose(opened)
-            if seen.mode.startswith("I"):  # of 16 bits the upper ones
-                seen = seen.convert("I").point(lambda value: value * (1 / 257)).convert("L")
-            seen = seen.convert("RGB")
+            image = ImageOps.exif_transpose(opened)
+            if image.mode.startswith("I"):  # 16 bits to 8
+                image = image.convert("I").point(lambda value: value * (1 / 257)).convert("L")
+            image = image.convert("RGB")
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         raise NoPicture(f"{where}: this picture cannot be read ({error}).") from None
-    written = BytesIO()
-    _middle(seen).save(written, "JPEG", quality=QUALITY, optimize=True)
-    return written.getvalue()
+    content_out = BytesIO()
+    _middle(image).save(content_out, "JPEG", quality=QUALITY, optimize=True)
+    return content_out.getvalue()
 
 
-def _middle(seen: Image) -> Image:
+def _middle(image: Image) -> Image:
+    """Return the central square of an image, `SIDE` pixels wide."""
     from PIL import Image
 
-    short = min(seen.size)
+    short = min(image.size)
     side = max(min(short, SIDE), round(short * MIDDLE))
-    left, top = (seen.width - side) // 2, (seen.height - side) // 2
-    return seen.resize((SIDE, SIDE), Image.Resampling.LANCZOS, (left, top, left + side, top + side))
+    left, top = (image.width - side) // 2, (image.height - side) // 2
+    return image.resize((SIDE, SIDE), Image.Resampling.LANCZOS, (left, top, left + side, top + side))
 
 
 def name_of(texture: str) -> str:
-    """Return the file's name for a texture, whatever letters its own name has."""
+    """Return the file name of a texture's thumbnail; a hash where the texture's name cannot be a file name."""
     if PLAIN.fullmatch(texture):
         return f"{FOLDER}/{texture}.jpg"
     return f"{FOLDER}/{hashlib.sha256(texture.encode()).hexdigest()[:24]}.jpg"
 
 
-def keep(library: Path, texture: str, content: bytes, where: str) -> str:
-    """Write a texture's thumbnail beside the index; its name there. Equal ones are left alone."""
+def save_thumbnail(library: Path, texture: str, content: bytes, where: str) -> str:
+    """Write a texture's thumbnail beside the index, unless an equal one is there; return its name."""
     name, small = name_of(texture), thumbnail(content, where)
     path = library / name
     if not path.is_file() or path.read_bytes() != small:
@@ -149,8 +150,8 @@ def keep(library: Path, texture: str, content: bytes, where: str) -> str:
     return name
 
 
-def drop(library: Path, names: Collection[str]) -> None:
-    """Remove thumbnails that an earlier index named; nothing outside their folder."""
+def remove_thumbnails(library: Path, names: Collection[str]) -> None:
+    """Remove thumbnails of an earlier index, but no file outside their folder."""
     for name in names:
         path = library / name
         if path.parent.resolve() == (library / FOLDER).resolve():

@@ -1,4 +1,4 @@
-"""Textures of the library as text: tables and full descriptions for people, plain values for scripts."""
+"""Textures of the library as text: tables and descriptions for people, JSON for scripts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.modeling.library.entries import KINDS, Z90, AttributeValue, Entry, Kind, Library, known, value_of
+from palpate.modeling.library.entries import KINDS, Z90, AttributeValue, Entry, Kind, Library, is_known, value_of
 from palpate.modeling.library.search import Match, Near, near
 from palpate.modeling.library.terms import in_words, vocabulary
 from palpate.modeling.library.wishes import Wish
@@ -17,21 +17,21 @@ LIKE = 3
 
 
 def names_of(library: Library) -> tuple[str, ...]:
-    """Return the attributes as tables name them."""
+    """Return the attributes' names as "Low-High"."""
     return tuple(f"{low}-{high}" for low, high in library.attributes)
 
 
 def percent(share: float) -> str:
-    """Return a share as people read it; 100 % only where nothing is missing."""
+    """Return a share (0 to 1) as a percentage; 100 % only for the whole."""
     return f"{min(99, round(100 * share)) if share < 1 - 1e-9 else 100} %"
 
 
 def value_text(estimate: AttributeValue | None) -> str:
-    """Return an attribute's value and how sure it is."""
+    """Return an attribute's value with half the width of its 90 % interval."""
     return "-" if estimate is None else f"{estimate.value:.0f} ±{Z90 * estimate.sd:.0f}"
 
 
-def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
+def source_text(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     """Return the source of the values: people, with their number, or a model."""
     kinds = {estimate.kind for at in range(attributes) if (estimate := value_of(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
@@ -42,14 +42,14 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
 
 
 def wish_words(wish: Wish, library: Library) -> str:
-    """Return what a wish was taken to mean: the values that fit it at least by half."""
+    """Return a wish with its meaning: the values with a membership of at least 0.5."""
     low, high = library.attributes[wish.pair]
-    fits = wish.soft.met
-    return f"{wish.said}: {low}-{high} {fits[0]:.0f} to {fits[1]:.0f}" if fits else f"{wish.said}: nowhere"
+    fits = wish.soft.half_fit
+    return f"{wish.text}: {low}-{high} {fits[0]:.0f} to {fits[1]:.0f}" if fits else f"{wish.text}: nowhere"
 
 
 def plain_entry(entry: Entry, library: Library, kind: Kind | None = None) -> dict[str, Any]:
-    """Return a texture as JSON: its attributes by name, each with SD, 90 % interval and where it comes from."""
+    """Return a texture as JSON: its attributes by name, each with SD, 90 % interval and kind."""
     attributes: dict[str, Any] = {}
     for at, name in enumerate(names_of(library)):
         estimate, attributes[name] = value_of(entry, at, kind), None
@@ -65,10 +65,11 @@ def matches_data(
     matches: Sequence[Match], wishes: Sequence[Wish], library: Library, kind: Kind | None
 ) -> dict[str, Any]:
     """Return the answer to `find` as JSON."""
-    wished = [{"said": wish.said, "attribute": names_of(library)[wish.pair],
+    wished = [{"said": wish.text, "attribute": names_of(library)[wish.pair],
               "membership": [list(knot) for knot in wish.soft.knots]} for wish in wishes]  # fmt: skip
     rows = [
-        {**plain_entry(match.entry, library, kind), "fit": match.fit, "fits": list(match.each)} for match in matches
+        {**plain_entry(match.entry, library, kind), "fit": match.fit, "fits": list(match.fits_by_wish)}
+        for match in matches
     ]
     return {"wished": wished, "found": rows, "simulated": library.simulated}
 
@@ -83,8 +84,8 @@ def plain_near(neighbours: Sequence[Near], entry: Entry, library: Library, kind:
     return {"texture": plain_entry(entry, library, kind), "nearest": rows, "simulated": library.simulated}
 
 
-def far(neighbour: Near) -> str:
-    """Return a distance in JNDs, and what holds it in 90 of 100 cases."""
+def distance_text(neighbour: Near) -> str:
+    """Return a distance in JNDs with half the width of its 90 % interval."""
     return f"{neighbour.distance:.1f} ±{Z90 * neighbour.sd:.1f}"
 
 
@@ -108,14 +109,14 @@ def table(
         values = (value_text(value_of(entry, at, kind)) for at in range(count))
         own = (column[place] for column in further.values())
         label = "" if entry.label == entry.id else entry.label
-        source = came_from(entry, count, kind)
+        source = source_text(entry, count, kind)
         names = map(escape, (entry.id, label, entry.category))
         result.add_row(str(place + 1), *names, *own, *values, source)
     return result
 
 
 def description(entry: Entry, library: Library, kind: Kind | None = None) -> str:
-    """Return a texture in the words that it is found by."""
+    """Return a texture in words that `find` understands, as "very rough, perhaps soft"."""
     known = vocabulary(library.attributes)
     words = []
     for at in range(len(library.attributes)):
@@ -125,17 +126,16 @@ def description(entry: Entry, library: Library, kind: Kind | None = None) -> str
     return ", ".join(words)
 
 
-def whole_words(
+def description_lines(
     entry: Entry, library: Library, others: Sequence[Entry], folder: Path, kind: Kind | None = None
 ) -> Iterator[str]:
-    """Yield the lines that are printed; of a `kind` only what it says. `others` are those that may be like it."""
+    """Yield the description of a texture, with the most similar of `others`; only values of `kind`, if it is given."""
     named = "" if entry.label in ("", entry.id) else f", {entry.label}"
     yield f"{entry.id}{named} ({entry.category}): {description(entry, library, kind)}"
     yield ""
-    # a line for each attribute, rated beside predicted
     words = [f"{low}-{high}" for low, high in library.attributes]
     wide = max(map(len, words))
-    kinds = [source for source in KINDS if known(entry, source) and kind in (None, source)]
+    kinds = [source for source in KINDS if is_known(entry, source) and kind in (None, source)]
     yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, source):30}' for source in kinds)}".rstrip()
     for at, name in enumerate(words):
         yield f"{name:{wide}}  {'  '.join(f'{_value_text(entry, at, source):30}' for source in kinds)}".rstrip()
@@ -150,8 +150,7 @@ def whole_words(
 
 
 def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
-    """A texture as JSON: as `find` tells it, and what is rated and predicted of it beside each other; of a `kind` only
-    what it says."""
+    """Return a texture as JSON: entry, description, and its ratings and predictions, or only those of `kind`."""
     whole = entry.model_dump(mode="json")
     parts: dict[str, Any] = {name: whole[name] if kind in (None, name) else None for name in KINDS}
     return {**plain_entry(entry, library, kind), "words": description(entry, library, kind),
@@ -159,7 +158,7 @@ def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, 
 
 
 def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None) -> dict[str, Any]:
-    """Return the library as JSON: its textures, and where they come from."""
+    """Return the library as JSON: its textures and their sources."""
     whole = library.model_dump(mode="json", include={"attributes", "simulated", "sources", "notes"})
     return {**whole, "textures": [plain_entry(entry, library, kind) for entry in entries]}
 
@@ -172,7 +171,7 @@ def _heading(entry: Entry, kind: Kind) -> str:
 
 
 def _value_text(entry: Entry, at: int, kind: Kind) -> str:
-    """Return the value and what holds it in 90 of 100 cases; of ratings also the SD between people."""
+    """Return the value with its 90 % interval; for ratings also the SD between people."""
     estimate = value_of(entry, at, kind)
     if estimate is None:
         return "-"

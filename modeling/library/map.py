@@ -1,4 +1,4 @@
-"""The library as a plane: thesis figure 3.3c, with the results marked on it."""
+"""The library as a map: a bubble plot as thesis figure 3.3c, with the results marked."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError,
 from palpate.modeling.library.files import demand_folder
 
 ROLES = {"x": ("hard", "soft"), "y": ("flat", "bumpy"), "size": ("smooth", "rough"), "colour": ("slippery", "sticky")}
-"""Figure 3.3c: the attribute of each role, and which word stands at its far end."""
+"""Figure 3.3c: the attribute of each role, with the word at its high end second."""
 FOUND, FADED = "#D55E00", 0.22
 
 
 def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = None) -> FigureData:
-    """Return textures as rows of a bubble plot, on -100 to 100. Raises LibraryError for fewer than two attributes."""
+    """Return textures as rows of a bubble plot, with values from -100 to 100.
+
+    Raises LibraryError for fewer than two attributes, and where no texture has all of them.
+    """
     roles = roles_of(library.attributes)
     rows = [row for entry in entries if (row := _row(entry, library, kind)) is not None]
     if not rows:
@@ -31,7 +34,10 @@ def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = Non
 
 
 def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
-    """Return the attributes of x, y, bubble size and colour: those of the thesis, else in order."""
+    """Return the attributes of x, y, bubble size and colour: those of the thesis, else in order.
+
+    Raises LibraryError for fewer than two attributes.
+    """
     if len(pairs) < 2:
         raise LibraryError(f"a plane needs two attributes; this library has {len(pairs)}.")
     own = {frozenset(word.lower() for word in pair): at for at, pair in enumerate(pairs)}
@@ -41,16 +47,17 @@ def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
         if role not in places and free:
             places[role] = free.pop(0)
     roles = {}
-    for role, (_, far) in ROLES.items():
+    for role, (_, high_word) in ROLES.items():
         if role in places:
             at = places[role]
-            turned = pairs[at][0].lower() == far  # `name` is a column, turned where the far end is the first word
-            low, high = pairs[at][::-1] if turned else pairs[at]
-            roles[role] = {"name": f"{at}{'-' if turned else '+'}", "low": low, "high": high, "ends": list(SPACE)}
+            reverse = pairs[at][0].lower() == high_word  # the column `name` is negated where the pair is reversed
+            low, high = pairs[at][::-1] if reverse else pairs[at]
+            roles[role] = {"name": f"{at}{'-' if reverse else '+'}", "low": low, "high": high, "ends": list(SPACE)}
     return roles
 
 
 def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | None:
+    """Return a texture's row, with each attribute as "N+" and negated as "N-"; None where one is unknown."""
     row: dict[str, Any] = {"texture": entry.id, "label": entry.id, "n": entry.rated.raters if entry.rated else 0}
     for at in range(len(library.attributes)):
         estimate = value_of(entry, at, kind)
@@ -62,7 +69,7 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
 
 
 def draw_map(data: FigureData, marked: Collection[str] = ()) -> DrawnFigure:
-    """Draw the plane: `marked` textures in full colour with a red edge, others faded (call it within `drawing`)."""
+    """Draw the map: `marked` textures in full colour with a red edge, others faded. Call it within `drawing`."""
     from matplotlib.patheffects import withStroke
 
     drawn = draw(data)
@@ -79,7 +86,7 @@ def draw_map(data: FigureData, marked: Collection[str] = ()) -> DrawnFigure:
                 continue
             bubble.set(edgecolor=FOUND, linewidth=2.4, alpha=1.0, zorder=4)
             if name not in named:
-                # a result has its name also where there is no room beside it
+                # a marked texture is named inside its bubble where there was no room beside it
                 around = [withStroke(linewidth=2.2, foreground=PAPER)]
                 x, y = bubble.center
                 axes.text(x, y, name, ha="center", va="center", fontsize=6.5, color=INK, zorder=6, path_effects=around)
@@ -87,9 +94,9 @@ def draw_map(data: FigureData, marked: Collection[str] = ()) -> DrawnFigure:
 
 
 def write_map(path: Path, data: FigureData, marked: Collection[str] = ()) -> list[Path]:
-    """Write the map as SVG and PNG beside each other, whichever of the two is named; equal input, equal bytes.
+    """Write the map as SVG and PNG, whichever of the two the path names; equal input gives equal bytes.
 
-    Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
+    Both files are written or neither. Raises LibraryError as `demand_writable` does.
     """
     demand_writable(path)
     with drawing("library"):
@@ -97,7 +104,7 @@ def write_map(path: Path, data: FigureData, marked: Collection[str] = ()) -> lis
 
 
 def demand_writable(path: Path) -> None:
-    """Raise LibraryError for a file with another ending than a map's, and where it has no folder."""
+    """Raise LibraryError unless the file is .svg or .png in a writable folder."""
     if path.suffix.lower() not in (".svg", ".png"):
         raise LibraryError(f"{path}: a map is written as .svg and .png.")
     demand_folder(path)

@@ -1,4 +1,4 @@
-"""Search the library: the textures that feel as wished, those nearest to one, and the wishes that exclude most."""
+"""Search the library: the textures that fit wishes, those nearest to a texture, and the wishes that exclude most."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.modeling.doors.scores import JND
-from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, known, value_of
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, is_known, value_of
 from palpate.modeling.library.terms import normal, vocabulary
 from palpate.modeling.library.wishes import Wish, combined, wishes_in
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some
 
 FITS = 0.005
-"""Below this share a texture does not fit at all."""
+"""The fit from which a texture counts as fitting."""
 ALIKE = 3
-"""Decimals of a fit that count: of what differs by less the texture that goes further towards the wish comes first."""
+"""Decimals of a fit that count for the order; among equal fits the texture furthest towards the wishes comes first."""
 
 
 @dataclass(frozen=True)
 class Match:
-    """A texture, its fit between 0 and 1, and that to each wish alone."""
+    """A texture, its fit (0 to 1), and its fit to each wish alone."""
 
     entry: Entry
     fit: float
-    each: tuple[float, ...]
+    fits_by_wish: tuple[float, ...]
 
 
 def wishes_of(library: Library, texts: Sequence[str]) -> tuple[Wish, ...]:
-    """Return what is wished for in these words of this library. Raises LibraryError for what is not understood."""
+    """Return the wishes in these texts, in this library's vocabulary. Raises LibraryError for an unknown word."""
     return wishes_in(texts, vocabulary(library.attributes, (texture.category for texture in library.textures)))
 
 
 def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Match]:
-    """Return all of the textures, the best first; of those that fit alike the one that goes furthest, then by name.
+    """Return all textures, the best first; of equal fits the one furthest towards the wishes, then by name.
 
-    A texture's fit is the product, over the attributes that were spoken of, of the membership to expect of an attribute
-    that is normal about its value. Of an attribute that is not known, any value may be so.
+    The fit is the product, over the attributes of the wishes, of the expected membership of a normal variable with the
+    attribute's value and SD; those of `NOTHING_KNOWN` for an unknown attribute.
     """
     together = combined(wishes)
     ranked = []
@@ -46,19 +46,19 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
         fits_by_wish = tuple(wish.soft.expected(*belief(value_of(entry, wish.pair, kind))) for wish in wishes)
         short = sum(soft.short_of(belief(value_of(entry, pair, kind))[0]) for pair, soft in together)
         ranked.append((short, Match(entry, math.prod(fits), fits_by_wish)))
-    ranked.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
-    return [one for _, one in ranked]
+    ranked.sort(key=lambda item: (-round(item[1].fit, ALIKE), item[0], item[1].entry.id))
+    return [match for _, match in ranked]
 
 
 def fitting(matches: Sequence[Match], count: int) -> list[Match]:
-    """Return the best few of those that fit at all."""
+    """Return the best `count` of the textures that fit (`FITS`)."""
     return [match for match in matches if match.fit >= FITS][:count]
 
 
-def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
-    """Return the textures of these classes that something is known of.
+def select_textures(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
+    """Return the textures of these classes (all, if none are given) with values of this kind.
 
-    Raises LibraryError for a class that there is not, and where none is left.
+    Raises LibraryError for an unknown class, and where no texture remains.
     """
     there = {texture.category.lower(): texture.category for texture in library.textures}
     for name in classes:
@@ -66,7 +66,7 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
             raise LibraryError(f"no class {name!r} in this library; {nearest(name.lower(), there.values())}")
     names = {name.lower() for name in classes} or set(there)
     result = tuple(
-        texture for texture in library.textures if texture.category.lower() in names and known(texture, kind)
+        texture for texture in library.textures if texture.category.lower() in names and is_known(texture, kind)
     )
     if not result:
         how = {None: "", "rated": " that people rated", "predicted": " that a model predicted"}[kind]
@@ -74,10 +74,10 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
     return result
 
 
-def named(library: Library, name: str) -> Entry:
-    """Return the texture of this id, or else of this label, in capitals or not.
+def find_texture(library: Library, name: str) -> Entry:
+    """Return the texture with this id, or else with this label; upper and lower case are equal.
 
-    Raises LibraryError where there is none, and for a label that several have.
+    Raises LibraryError where there is none, and for a label of several textures.
     """
     key = name.lower()
     for texture in library.textures:
@@ -94,9 +94,9 @@ def named(library: Library, name: str) -> Entry:
     raise LibraryError(f"no texture {name!r} in this library; {nearest(name, names)}")
 
 
-def known_of(entry: Entry, kind: Kind | None) -> Entry:
-    """The texture, if anything is known of it in this way. Raises LibraryError otherwise: nothing is near to it."""
-    if known(entry, kind):
+def require_known(entry: Entry, kind: Kind | None) -> Entry:
+    """Return the texture. Raises LibraryError unless it has values of this kind."""
+    if is_known(entry, kind):
         return entry
     how = {None: "nothing is known of it", "rated": "nobody rated it", "predicted": "no model predicted it"}[kind]
     raise LibraryError(f"{entry.id}: {how}, so how it feels is unknown.")
@@ -104,36 +104,36 @@ def known_of(entry: Entry, kind: Kind | None) -> Entry:
 
 @dataclass(frozen=True)
 class Excluded:
-    """How many textures a wish leaves out by itself, and how many fit all the others (None: there are no others)."""
+    """The number of textures that a wish excludes by itself, and that fit all other wishes (None: no other wishes)."""
 
-    said: str
+    text: str
     out: int
     without: int | None
 
 
-def excluded(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Excluded]:
-    """What each wish leaves out, in the order in which they were said; what was said in one breath is one wish."""
+def exclusions(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Excluded]:
+    """Return the exclusions of each wish, in the order of the wishes; those of one text count as one wish."""
     result = []
-    for text in dict.fromkeys(wish.said for wish in wishes):
-        own, others = [wish for wish in wishes if wish.said == text], [wish for wish in wishes if wish.said != text]
+    for text in dict.fromkeys(wish.text for wish in wishes):
+        own, others = [wish for wish in wishes if wish.text == text], [wish for wish in wishes if wish.text != text]
         out = len(entries) - _fit(entries, own, kind)
         result.append(Excluded(text, out, _fit(entries, others, kind) if others else None))
     return result
 
 
 def none_fits(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> str:
-    """In words that none of the textures fits, which wish leaves out most of them, and what would help."""
-    every = excluded(entries, wishes, kind)
+    """Return the message that no texture fits, with the wish that excludes most, and the wish to give up."""
+    every = exclusions(entries, wishes, kind)
     whole, most = len(entries), max(wish.out for wish in every)
     text = f"None of {whole} textures fits."
     if len(every) > 1 and most == 0:
         text += " Each wish alone leaves out none; all at once, none is left."
     elif len(every) > 1:
-        names = [repr(wish.said) for wish in every if wish.out == most]
+        names = [repr(wish.text) for wish in every if wish.out == most]
         text += f" Most are left out by {' and '.join(names)}: {most} of {whole}{' each' if len(names) > 1 else ''}."
     helps = max(every, key=lambda wish: wish.without or 0)
     if helps.without:
-        text += f" Without {helps.said!r}, {helps.without} would fit."
+        text += f" Without {helps.text!r}, {helps.without} would fit."
     elif len(every) > 2:
         text += " Giving up one wish does not help."
     return text
@@ -145,7 +145,8 @@ def _fit(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None) ->
 
 @dataclass(frozen=True)
 class Near:
-    """A texture, how far it is in JNDs (with an SD), by attribute with a sign, and how likely nobody could tell."""
+    """A texture with its distance in JNDs, the SD of the distance, the signed differences in JNDs by attribute, and
+    the probability that no attribute differs by a JND."""
 
     entry: Entry
     distance: float
@@ -155,30 +156,30 @@ class Near:
 
 
 def near(entry: Entry, others: Sequence[Entry], attributes: int, kind: Kind | None = None) -> list[Near]:
-    """Return all other textures, the nearest first; equal ones by name."""
-    neighbours = [measured(entry, other, attributes, kind) for other in others if other.id != entry.id]
+    """Return all other textures, the nearest first; at equal distances by name."""
+    neighbours = [distance_between(entry, other, attributes, kind) for other in others if other.id != entry.id]
     return sorted(neighbours, key=lambda neighbour: (neighbour.distance, neighbour.sd, neighbour.entry.id))
 
 
-def measured(entry: Entry, other: Entry, attributes: int, kind: Kind | None = None) -> Near:
-    """Return how far two textures are apart: the root of the mean square of the differences, in JNDs of 10 on 0..100.
+def distance_between(entry: Entry, other: Entry, attributes: int, kind: Kind | None = None) -> Near:
+    """Return the distance of two textures: the root mean square of the differences, in JNDs of 10 on 0..100.
 
-    Its SD is that of the mean square, through the delta method about what is to be expected of it: for a difference d
-    that is known with an SD s, d^2 has the variance 2 s^4 + 4 d^2 s^2. `alike` is the probability that each attribute
-    differs by less than one JND, if the attributes err independently.
+    Its SD follows from that of the mean square by the delta method about its expected value: for a difference d with SD
+    s, d^2 has the variance 2 s^4 + 4 d^2 s^2. `alike` is the probability that every attribute differs by less than one
+    JND, if the errors of the attributes are independent.
     """
-    ones, twos = ([belief(value_of(texture, at, kind)) for at in range(attributes)] for texture in (entry, other))
-    apart = [(two[0] - one[0]) / JND for one, two in zip(ones, twos, strict=True)]
-    unsure = [math.hypot(one[1], two[1]) / JND for one, two in zip(ones, twos, strict=True)]
-    expected = math.sqrt(sum(d * d + s * s for d, s in zip(apart, unsure, strict=True)) / attributes)
-    variance = sum(2 * s**4 + 4 * d * d * s * s for d, s in zip(apart, unsure, strict=True)) / attributes**2
-    alike = math.prod(_within(d, s) for d, s in zip(apart, unsure, strict=True))
+    own, theirs = ([belief(value_of(texture, at, kind)) for at in range(attributes)] for texture in (entry, other))
+    apart = [(there[0] - here[0]) / JND for here, there in zip(own, theirs, strict=True)]
+    sds = [math.hypot(here[1], there[1]) / JND for here, there in zip(own, theirs, strict=True)]
+    expected = math.sqrt(sum(d * d + s * s for d, s in zip(apart, sds, strict=True)) / attributes)
+    variance = sum(2 * s**4 + 4 * d * d * s * s for d, s in zip(apart, sds, strict=True)) / attributes**2
+    alike = math.prod(_within(d, s) for d, s in zip(apart, sds, strict=True))
     distance, sd = math.sqrt(sum(d * d for d in apart) / attributes), math.sqrt(variance)
     return Near(other, distance, sd / (2 * expected) if expected else 0.0, tuple(apart), alike)
 
 
 def _within(difference: float, sd: float) -> float:
-    """Return the probability that a normal difference lies within one of zero."""
+    """Return the probability that a normal variable with this mean and SD lies between -1 and 1."""
     if sd == 0:
         return float(abs(difference) < 1)
     return normal((1 - difference) / sd) - normal((-1 - difference) / sd)

@@ -1,6 +1,4 @@
-"""What a lab's library is made from: its textures with ratings and features, its model of attributes, its pictures.
-
-A texture whose picture is missing gets a plain tile, and a note."""
+"""The sources of a lab's library: textures with ratings and features, the model of attributes, and pictures."""
 
 from __future__ import annotations
 
@@ -30,27 +28,27 @@ if TYPE_CHECKING:
 
 
 NUMBER = re.compile(r"[_\-. ](\d+)")
-"""What may stand behind a texture's name: the number of its picture."""
+"""The number of a picture behind the texture's name in a file name."""
 NAMED = 5
-"""So many textures without a picture are named in a note."""
+"""The most textures without a picture that a note names."""
 
 
 @dataclass(frozen=True)
 class Pictures:
-    """By texture its picture's file; and why of others there is none, though one was taken."""
+    """The file of each texture's picture, and the reason where a picture was taken but cannot be used."""
 
     files: Mapping[str, Path] = field(default_factory=dict)
-    lacking: Mapping[str, str] = field(default_factory=dict)
+    missing: Mapping[str, str] = field(default_factory=dict)
 
 
 def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
-    """The first picture that counts of each texture that texture_photos saw, and that lies unchanged where it was kept.
+    """Return the first usable picture of each texture that texture_photos took: unchanged, and in a trial that counts.
 
-    Which sessions and trials count is decided as by `reading_pictures.photographed`, which wants all of the pictures.
-    Raises MaterialError on a damaged ledger.
+    Sessions and trials count as in `reading_pictures.photographed`, which requires all of the pictures.
+    Raises MaterialError for a damaged ledger.
     """
     files: dict[str, Path] = {}
-    lacking: dict[str, str] = {}
+    missing: dict[str, str] = {}
     counting, _ = real_or_simulated(list(pictured_trials(lab, PICTURES_STUDY)), simulated, "pictures")
     for trial in counting:
         folders = folders_of(lab, trial.record)
@@ -60,28 +58,29 @@ def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
                 try:
                     files[trial.stimulus] = picture_of(trial.record.path.stem, file, sha256, folders).path
                 except MaterialError as error:
-                    lacking.setdefault(trial.stimulus, str(error))
-    return Pictures(files, {name: why for name, why in lacking.items() if name not in files})
+                    missing.setdefault(trial.stimulus, str(error))
+    return Pictures(files, {name: why for name, why in missing.items() if name not in files})
 
 
 def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:
-    """Yield the first picture of each name: NAME.png, NAME_1.jpg, NAME/anything.png. Raises LibraryError for no folder.
+    """Yield the first picture of each name: NAME.png, NAME_1.jpg, NAME/anything.png.
 
-    Where one name begins another (T1 and T1_2, oak and oak-dark), a file is the one's that its name is nearest to.
+    A file goes to the longest name that it begins with (T1 and T1_2, oak and oak-dark). Raises LibraryError for a
+    folder that does not exist.
     """
     if not folder.is_dir():
         raise LibraryError(f"{folder}: there is no such folder; one with pictures named as the textures is expected.")
     first: dict[str, tuple[int, Path]] = {}
     for path in sorted(filter(is_picture, folder.rglob("*"))):
-        if (claimed := _whose(path.relative_to(folder), names)) is not None:
-            name, number = claimed
+        if (match := _texture_of(path.relative_to(folder), names)) is not None:
+            name, number = match
             if name not in first or number < first[name][0]:
                 first[name] = (number, path)
     yield from ((name, first[name][1]) for name in names if name in first)
 
 
-def _whose(path: Path, names: Sequence[str]) -> tuple[str, int] | None:
-    """Which texture a file shows, and as which of its pictures: in a texture's own folder its, else by its name."""
+def _texture_of(path: Path, names: Sequence[str]) -> tuple[str, int] | None:
+    """Return the texture of a picture, by its folder or else its file name, and the picture's number; None for none."""
     if len(path.parts) > 1 and path.parts[0] in names:
         return path.parts[0], 0
     for name in sorted(names, key=len, reverse=True):
@@ -92,23 +91,23 @@ def _whose(path: Path, names: Sequence[str]) -> tuple[str, int] | None:
     return None
 
 
-def missing_picture_notes(lacking: Mapping[str, str]) -> tuple[str, ...]:
-    """A note on the textures whose picture could not be had, with why of the first; none where there are none."""
-    if not lacking:
+def missing_picture_notes(missing: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a note on the textures with unusable pictures and the reason of the first; empty where there are none."""
+    if not missing:
         return ()
-    names = list(lacking)
-    return (f"no picture is shown of {some(names, NAMED)}: {lacking[names[0]].rstrip('.')}",)
+    names = list(missing)
+    return (f"no picture is shown of {some(names, NAMED)}: {missing[names[0]].rstrip('.')}",)
 
 
 @dataclass(frozen=True)
 class LibraryOptions:
-    """What a library is made from.
+    """The sources that a library is built from.
 
-    `model`: a card; None: the lab's own, where it has one and `without_model` is not set. `weights`: those of
-    ResNet-50, where the model's features were made with a file. `folder`: one of images with a table of ratings
-    (`ratings`, else its own; `scale`: the ends of its ratings) instead of the lab's sessions. `pictures`: a folder of
-    images named as the textures; None: `folder`, else those that texture_photos took. `simulated`: only such sessions,
-    or only real ones, where there are both. `recordings` are what was felt of the folder's textures elsewhere.
+    `model`: a card; None for the lab's own, where it has one and `without_model` is not set. `weights`: a file of
+    ResNet-50's weights, where the model's features were computed with one. `folder`: a folder of images with a table of
+    ratings (`ratings`, else its own; `scale`: the ends of the ratings) instead of the lab's sessions. `pictures`: a
+    folder of images named as the textures; None for `folder`, else those that texture_photos took. `simulated`: only
+    simulated sessions, or only real ones, where there are both. `recordings`: recordings of the folder's textures.
     """
 
     lab: Path
@@ -126,9 +125,9 @@ class LibraryOptions:
 
 
 def model_of(options: LibraryOptions) -> AttributeModel | None:
-    """Return the model that was named, else the lab's own where it has one.
+    """Return the model of the options, else the lab's own, if there is one.
 
-    Raises LibraryError for one that is named and left out at once, ModelFileError for a damaged one.
+    Raises LibraryError for `model` together with `without_model`, ModelFileError for a damaged model.
     """
     if options.without_model and options.model is not None:
         raise LibraryError(f"--without-model and --model {options.model.name}: one of the two is expected, or neither")
@@ -139,12 +138,12 @@ def model_of(options: LibraryOptions) -> AttributeModel | None:
 
 
 def material_of(options: LibraryOptions, model: AttributeModel | None, report: Report) -> Material:
-    """Return the lab's textures: with the features that a model looks at, else with their ratings alone.
+    """Return the textures with the features that the model uses, or without a model with their ratings alone.
 
-    Raises LibraryError where ResNet-50 has other weights than the model learned from, and what reading a lab raises.
+    Raises LibraryError where ResNet-50 has other weights than the model learned from, and the errors of reading a lab.
     """
     if options.folder is not None:
-        result = _of_folder(options, options.folder, model, report)
+        result = _folder_material(options, options.folder, model, report)
     elif model is None:
         report("reading ratings")
         ratings = read_ratings(options.lab, options.study, options.simulated)
@@ -179,10 +178,10 @@ def material_of(options: LibraryOptions, model: AttributeModel | None, report: R
     return result
 
 
-def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | None, report: Report) -> Material:
-    """Return a folder's textures; the features of their pictures and recordings only for a model that looks at them."""
-    felt = options.recordings if model is not None and model.card.touch else None
-    if model is None or not (model.card.sight or felt):
+def _folder_material(options: LibraryOptions, folder: Path, model: AttributeModel | None, report: Report) -> Material:
+    """Return a folder's textures, with the features of pictures and recordings that the model uses."""
+    recordings = options.recordings if model is not None and model.card.touch else None
+    if model is None or not (model.card.sight or recordings):
         report("reading ratings")
         return read_rated(folder, options.ratings, options.scale)
     from palpate.modeling.attributes.reading_folder import read_folder
@@ -190,13 +189,13 @@ def _of_folder(options: LibraryOptions, folder: Path, model: AttributeModel | No
     report("making features")
     return read_folder(
         folder, options.lab, table=options.ratings, scale=options.scale, weights=options.weights,
-        quick=model.card.quick, variants=0, workers=options.workers, recordings=felt, sight=bool(model.card.sight),
-        report=report,
+        quick=model.card.quick, variants=0, workers=options.workers, recordings=recordings,
+        sight=bool(model.card.sight), report=report,
     )  # fmt: skip
 
 
 def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
-    """Return a trained model as this lab's library asks it; one without an interval leaves anything possible."""
+    """Return a trained model as a predictor; a model without intervals gets the width of `NOTHING_KNOWN`."""
     half, notes = model.half_width, model.card.notes
     if half is None:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
@@ -213,7 +212,7 @@ def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
 
 
 def rating_sources(options: LibraryOptions) -> Iterator[Source]:
-    """The files that the ratings were read from: a folder's table, the sessions that count, or what was imported."""
+    """Yield the files of the ratings: a folder's table, the sessions that count, or imported tables."""
     if options.folder is not None:
         table = options.ratings or table_in(options.folder)
         yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
@@ -232,7 +231,7 @@ def first_pictures(options: LibraryOptions, names: Sequence[str]) -> Pictures:
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:
-    """Return the textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
+    """Return the textures of a folder's table with their ratings alone. Raises as `reading_folder.read_folder` does."""
     table, lines, columns = rated_lines(folder, table, attributes_of(None), scale)
     textures = tuple(Texture(line.id, line.label, line.category, rated=line.rated) for line in lines)
     return Material(textures, columns.pairs, notes=(*columns.notes, f"ratings: {table.name} {file_sha256(table)}"))

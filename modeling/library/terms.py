@@ -1,6 +1,6 @@
-"""The words that a library knows: those of its own attributes, other words for them, and how much of each is meant.
+"""The vocabulary of a library: its attributes' words, synonyms, and degrees ("very") as soft ranges.
 
-How much is a soft range of the attribute: it says how well a value fits, also one that is not known for sure."""
+A soft range gives the membership of a value, and the expected membership of a value known with an SD."""
 
 from __future__ import annotations
 
@@ -14,38 +14,41 @@ from typing import Any
 
 Knot = tuple[float, float]
 SURE = 1e-9
-"""An SD below this is none."""
+"""An SD below this counts as zero."""
 ENDS = (0.0, 100.0)
 Phrase = tuple[str, ...]
-TELLING = ("extremely", "very", "", "slightly")
-"""The degrees that a texture is described with, the strongest first."""
+DESCRIBING = ("extremely", "very", "", "slightly")
+"""The degrees that describe a texture, the strongest first."""
 
 
 @dataclass(frozen=True)
 class Soft:
-    """A membership between 0 and 1: straight lines from knot (value, membership) to knot, level beyond the ends."""
+    """A membership (0 to 1) over values: linear between knots (value, membership), constant beyond the ends."""
 
     knots: tuple[Knot, ...]
 
     def at(self, value: float) -> float:
-        """Return the membership of a value that is known for sure."""
+        """Return the membership of an exact value."""
         return self.expected(value, 0.0)
 
     def expected(self, mean: float, sd: float) -> float:
-        """Return the membership to expect of a value that is normal about `mean`; in closed form, 0 to 1."""
+        """Return the expected membership of a normal variable, in closed form."""
         height = self.knots[0][1] + sum(
-            (above[1] - below[1]) * _risen(below[0], above[0], mean, sd) for below, above in pairwise(self.knots)
+            (above[1] - below[1]) * _mean_rise(below[0], above[0], mean, sd) for below, above in pairwise(self.knots)
         )
         return min(1.0, max(0.0, height))
 
     @cached_property
     def best(self) -> float:
-        """The greatest membership that a value on the scale can have."""
+        """The greatest membership of any value on the scale."""
         return max(self.at(value) for value in (*ENDS, *(x for x, _ in self.knots if ENDS[0] <= x <= ENDS[1])))
 
     def short_of(self, value: float) -> float:
-        """How far a value is from what the range means at its best, 0 to 100: from the scale's end where the range is
-        level to there, else from the middle of what fits wholly."""
+        """Return the distance (0 to 100) of a value from the best value of the range.
+
+        The best value is the scale's end where the membership is greatest there, else the mean of the best knots. A
+        range with the greatest membership at both ends has distance 0.
+        """
         full = [x for x, share in self.knots if share == self.best] or [sum(ENDS) / 2]
         low, high = (self.at(end) == self.best for end in ENDS)
         if low == high:
@@ -53,27 +56,30 @@ class Soft:
         return abs(value - ENDS[0 if low else 1])
 
     @property
-    def met(self) -> tuple[float, float] | None:
-        """The first and last value on the scale, in halves, that fits at least by half."""
+    def half_fit(self) -> tuple[float, float] | None:
+        """The first and last value, in steps of 0.5, with a membership of at least 0.5; None where there is none."""
         values = [value / 2 for value in range(201) if self.at(value / 2) >= 0.5]
         return (values[0], values[-1]) if values else None
 
 
 def trapezoid(edges: Sequence[float | None]) -> Soft:
-    """Nothing up to the first edge, all between the second and the third, nothing from the fourth; None: no bound."""
+    """Return a range with membership 1 from the second to the third edge and 0 beyond the first and the fourth.
+
+    None instead of two edges leaves that side unbounded.
+    """
     rise, full, to, fall = edges
     knots = [(rise, 0.0), (full, 1.0)] if rise is not None and full is not None else []
     knots += [(to, 1.0), (fall, 0.0)] if to is not None and fall is not None else []
     return Soft(tuple(dict(knots).items()) or ((0.0, 1.0),))
 
 
-def turned(soft: Soft) -> Soft:
-    """Return the same range seen from the scale's other end."""
+def mirrored(soft: Soft) -> Soft:
+    """Return the range mirrored about the scale's middle."""
     return Soft(tuple((ENDS[1] - value, member) for value, member in reversed(soft.knots)))
 
 
 def both(first: Soft, second: Soft) -> Soft:
-    """Return the lesser membership of the two everywhere: what lies in both ranges."""
+    """Return the intersection of two ranges: the lesser membership at every value."""
     values = sorted({value for term in (first, second) for value, _ in term.knots})
     crossings = []
     for low, high in pairwise(values):
@@ -84,8 +90,8 @@ def both(first: Soft, second: Soft) -> Soft:
     return Soft(tuple((value, min(first.at(value), second.at(value))) for value in values))
 
 
-def _risen(low: float, high: float, mean: float, sd: float) -> float:
-    """How far a rise from 0 at `low` to 1 at `high` has got, on average: 1 - integral of the distribution / width."""
+def _mean_rise(low: float, high: float, mean: float, sd: float) -> float:
+    """Return the expected value of a ramp from 0 at `low` to 1 at `high` for a normal variable."""
     if sd < SURE:
         return min(1.0, max(0.0, (mean - low) / (high - low)))
     below = sd * (_integral((high - mean) / sd) - _integral((low - mean) / sd))
@@ -107,7 +113,7 @@ FILE = Path(__file__).resolve().with_name("terms.yaml")
 
 @dataclass(frozen=True)
 class Word:
-    """A word's place: the attribute, and whether it stands for its high end. `high` is None for the pair's own name."""
+    """A word's meaning: the attribute's position, and whether it is the high end; None for its name."""
 
     pair: int
     high: bool | None
@@ -115,7 +121,7 @@ class Word:
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """The words for textures with these attributes."""
+    """The words for textures with these attributes: phrases (tuples of words) and their meaning."""
 
     pairs: tuple[tuple[str, str], ...]
     words: Mapping[Phrase, Word]
@@ -124,13 +130,13 @@ class Vocabulary:
     numbers: Mapping[Phrase, str]
     silent: frozenset[Phrase]
     foreign: Mapping[str, str]
-    """Words for attributes that these textures do not have, each with its attribute's word."""
+    """Words for attributes that these textures do not have, each with that attribute's main word."""
     classes: frozenset[str] = frozenset()
-    """Classes of textures: no words for a feeling, but people try them."""
+    """Classes of textures, which are no words for a feeling, for the error message."""
 
     def soft(self, degree: str, word: Word) -> Soft:
-        """Return the range of the attribute's values that a degree of a word means."""
-        return self.ranges[degree] if word.high else turned(self.ranges[degree])
+        """Return the range of the attribute's values for a word with a degree."""
+        return self.ranges[degree] if word.high else mirrored(self.ranges[degree])
 
 
 def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) -> Vocabulary:
@@ -143,25 +149,25 @@ def vocabulary(pairs: Sequence[tuple[str, str]], classes: Iterable[str] = ()) ->
     heads = {**others, **{_phrase(head): _phrase(head) for head in known["synonyms"]}}
     foreign = {" ".join(other): " ".join(head) for other, head in heads.items() if head not in own}
     return Vocabulary(
-        tuple(pairs), {**words, **named, **own}, _sayings(known["degrees"], known["sayings"]),
-        {name: trapezoid(edges) for name, edges in known["degrees"].items()}, _sayings((), known["numbers"]),
+        tuple(pairs), {**words, **named, **own}, _phrases(known["degrees"], known["sayings"]),
+        {name: trapezoid(edges) for name, edges in known["degrees"].items()}, _phrases((), known["numbers"]),
         frozenset(_phrase(word) for word in known["silent"]), foreign, frozenset(word.lower() for word in classes),
     )  # fmt: skip
 
 
 def in_words(known: Vocabulary, pair: int, value: float) -> str:
-    """Return how a value of an attribute would be called, as `very rough`."""
+    """Return the words for a value (0 to 100) of an attribute, as "very rough"."""
     low, high = known.pairs[pair]
     towards, word = (value, high) if value >= 50 else (100 - value, low)
     if known.ranges["medium"].at(towards) >= 1:
         return f"neither {low.lower()} nor {high.lower()}"
-    degree = next((word for word in TELLING if known.ranges[word].at(towards) >= 0.5), "slightly")
+    degree = next((word for word in DESCRIBING if known.ranges[word].at(towards) >= 0.5), "slightly")
     words = {"slightly": "a bit"}.get(degree, degree)
     return f"{words} {word.lower()}".strip()
 
 
 def known_words(known: Vocabulary) -> str:
-    """Return all that is known, in three sentences."""
+    """Return all known words, degrees and numbers as text."""
     texts = []
     for text, place in _ends(known.pairs):
         others = [" ".join(phrase) for phrase, word in known.words.items() if word == place]
@@ -195,7 +201,7 @@ def _phrase(text: str) -> Phrase:
     return tuple(text.lower().split())
 
 
-def _sayings(names: Iterable[str], others: Mapping[str, Sequence[str]]) -> dict[Phrase, str]:
-    """Return each way to say it, with its name; the names say themselves."""
+def _phrases(names: Iterable[str], others: Mapping[str, Sequence[str]]) -> dict[Phrase, str]:
+    """Return the phrases for each name, with the name; a name is also a phrase for itself."""
     phrases = {_phrase(name): name for name in names if name}
     return {**phrases, **{_phrase(word): name for name, every in others.items() for word in every}}

@@ -1,4 +1,4 @@
-"""Wishes in words: read `rough, a bit sticky, not bumpy, soft 60-80` as soft ranges of attributes, or refuse it."""
+"""Wishes in words: a parser of texts as `rough, a bit sticky, not bumpy, soft 60-80` into soft ranges of attributes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import groupby
 from typing import TypeVar
 
 from palpate.modeling.library.entries import LibraryError
-from palpate.modeling.library.terms import Phrase, Soft, Vocabulary, Word, both, known_words, trapezoid, turned
+from palpate.modeling.library.terms import Phrase, Soft, Vocabulary, Word, both, known_words, mirrored, trapezoid
 from palpate.protocols.did_you_mean import nearest
 
 TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")
@@ -18,31 +18,31 @@ SEPARATORS = frozenset((",", ";", ".", "and", "but", "yet", "also", "with", "&")
 MINUS = ("-", "–", "−")
 RANGE = frozenset((*MINUS, "to", "..", "..."))
 WEAKER = ("at", "all")
-"""After a word that was denied: not rough at all."""
+"""The words that may follow a negated word: not rough at all."""
 DIGITS = "0123456789"
-HALF_MET, ROUNDING = 0.5, 1e-9
-"""Wishes about one attribute that no value meets by more than half contradict each other."""
+HALF_FIT, ROUNDING = 0.5, 1e-9
+"""Wishes about one attribute contradict each other where no value has a membership above one half."""
 NEAR, EDGE = 5.0, 10.0
-"""About a number means half a JND to either side; all edges beside numbers fall within one JND."""
+"""Half a JND to either side of a number has membership 1; the membership falls to 0 within one further JND."""
 T = TypeVar("T")
 COMPARING = {"more": "very", "most": "extremely", "less": "not very", "least": "not at all"}
-"""Words that compare, and what says something like it of a texture by itself."""
+"""Words that compare, each with a degree to suggest instead."""
 LIKENESS = frozenset(("like", "similar", "same", "as", "than"))
 ASK_NEAREST = "What feels like a texture that you know: palpate textures nearest ID."
 
 
 @dataclass(frozen=True)
 class Wish:
-    """One wish: which attribute it is about, and its values that fit."""
+    """A wish: its text, the attribute's position, and the range of values that fit."""
 
-    said: str
+    text: str
     pair: int
     soft: Soft
 
 
 @dataclass
 class _Reader:
-    """Words one after another."""
+    """A text split into words, with the position of the parser and the wishes so far."""
 
     text: str
     words: Sequence[str]
@@ -52,11 +52,11 @@ class _Reader:
     wishes: list[Wish] = field(default_factory=list)
 
     def peek(self, ahead: int = 0) -> str:
-        """Return a word further on; nothing at the end."""
+        """Return the word `ahead` of the position; "" at the end."""
         return self.words[self.at + ahead] if self.at + ahead < len(self.words) else ""
 
     def match(self, phrases: Collection[Phrase]) -> Phrase | None:
-        """Return the longest of the phrases that stands here."""
+        """Return the longest of the phrases at the position; None where there is none."""
         longest = max(map(len, phrases), default=0)
         for size in range(min(longest, len(self.words) - self.at), 0, -1):
             if (result := tuple(self.words[self.at : self.at + size])) in phrases:
@@ -64,29 +64,29 @@ class _Reader:
         return None
 
     def take(self, phrases: Mapping[Phrase, T]) -> T | None:
-        """Read past the longest phrase that stands here, and return its meaning; None where none stands."""
+        """Move past the longest phrase at the position and return its meaning; None where there is none."""
         phrase = self.match(phrases)
         self.at += len(phrase or ())
         return None if phrase is None else phrases[phrase]
 
     def wish(self, pair: int, soft: Soft) -> None:
-        """Note a wish, from where its first word stood to here."""
+        """Append a wish whose text ends at the position."""
         self.wishes.append(Wish(" ".join(self.words[self.phrase_start : self.at]), pair, soft))
 
 
 def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
-    """Return what is wished for in all these texts.
+    """Return the wishes in all these texts.
 
-    Raises LibraryError for a word that is not known, a number outside 0..100, and wishes that contradict each other.
+    Raises LibraryError for no wish, an unknown word, a number outside 0..100, and wishes that contradict each other.
     """
     result = tuple(wish for text in texts for wish in _read(text, known))
     if not result:
         raise LibraryError(f"{' '.join(texts)!r}: nothing is wished for. {known_words(known)}")
     for pair in combined(result):
         wishes = [wish for wish in result if wish.pair == pair[0]]
-        if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
+        if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_FIT + ROUNDING:
             low, high = known.pairs[wishes[0].pair]
-            quoted = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
+            quoted = " and ".join(dict.fromkeys(repr(wish.text) for wish in wishes))
             raise LibraryError(
                 f"{quoted} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. "
                 f"Leave one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
@@ -95,7 +95,7 @@ def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
 
 
 def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
-    """Return the wish for each attribute: all wishes for it together."""
+    """Return the attributes of the wishes, each with the intersection of its wishes' ranges."""
     ordered = sorted(wishes, key=lambda wish: (wish.pair, wish.soft.knots))
     return [(pair, reduce(both, (wish.soft for wish in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
 
@@ -107,16 +107,16 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
         if reader.peek() in SEPARATORS:
             reader.at += 1
         elif reader.peek() == "neither":
-            # neither rough nor smooth, nor ...: each word is denied
+            # neither rough nor smooth, nor ...: each word is negated
             reader.at += 1
-            denied = [_denied(reader)]
+            negated = [_negated(reader)]
             while reader.peek() in ("nor", "or"):
                 reader.at += 1
-                denied.append(_denied(reader))
-            if len(denied) < 2:
+                negated.append(_negated(reader))
+            if len(negated) < 2:
                 raise LibraryError(f"{reader.text!r}: 'neither' is followed by a word, 'nor' and another word.")
-            for pair in dict.fromkeys(pair for pair, _ in denied):
-                reader.wish(pair, reduce(both, (soft for about, soft in denied if about == pair)))
+            for pair in dict.fromkeys(pair for pair, _ in negated):
+                reader.wish(pair, reduce(both, (soft for about, soft in negated if about == pair)))
         elif reader.peek() == "between":
             _between(reader)
         elif reader.match(reader.known.degrees) or not (silent := reader.match(reader.known.silent)):
@@ -126,15 +126,15 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
     return reader.wishes
 
 
-def _denied(reader: _Reader) -> tuple[int, Soft]:
-    """Return a word after neither or nor, with how much of it is denied: neither very rough nor ..."""
+def _negated(reader: _Reader) -> tuple[int, Soft]:
+    """Read a word with its degree after neither or nor; return its attribute and range: neither very rough nor ..."""
     degree = _degree(reader, "not") or "not"
     word = _end(reader, _word(reader))
     return word.pair, reader.known.soft(_degree_behind(reader, degree) or degree, word)
 
 
 def _between(reader: _Reader) -> None:
-    """Between rough and smooth: the middle of the attribute."""
+    """Read `between rough and smooth` as the middle of the attribute."""
     reader.at += 1
     if _is_number(reader.peek()):
         raise LibraryError(f"{reader.text!r}: the numbers stand after the word: 'rough between 20 and 40'.")
@@ -151,7 +151,7 @@ def _between(reader: _Reader) -> None:
 
 
 def _clause(reader: _Reader) -> None:
-    """[degree] word [degree], word number, or number word."""
+    """Read a wish of the form [degree] word [degree], word number, or number word."""
     degree = _degree(reader)
     while silent := reader.match(reader.known.silent):
         reader.at += len(silent)
@@ -167,7 +167,7 @@ def _clause(reader: _Reader) -> None:
     if number is not None:
         if degree is not None:
             raise LibraryError(f"{reader.text!r}: {degree!r} and a number are both given; give one of them.")
-        reader.wish(word.pair, turned(number) if word.high is False else number)
+        reader.wish(word.pair, mirrored(number) if word.high is False else number)
     elif degree == "medium":
         reader.wish(word.pair, reader.known.ranges["medium"])
     else:
@@ -175,7 +175,7 @@ def _clause(reader: _Reader) -> None:
 
 
 def _degree(reader: _Reader, before: str | None = None) -> str | None:
-    """All degrees that stand here as one, with that said before: not + very is `not very`, very + very `extremely`."""
+    """Read all degrees at the position into one, after `before`: not + very is `not very`, very + very `extremely`."""
     result = reader.take(reader.known.degrees) if before is None else before
     while result is not None and (further := reader.take(reader.known.degrees)) is not None:
         together = "extremely" if (result, further) == ("very", "very") else f"{result} {further}"
@@ -190,7 +190,7 @@ def _degree(reader: _Reader, before: str | None = None) -> str | None:
 
 
 def _degree_behind(reader: _Reader, before: str | None) -> str | None:
-    """The degree of a word that is passed: not rough at all; sticky a bit, where no word follows that it belongs to."""
+    """Read the degree behind a word, if there is one: not rough at all; sticky a bit, where no further word follows."""
     if before == "not" and reader.match((WEAKER,)):
         reader.at += len(WEAKER)
         return "not at all"
@@ -202,7 +202,7 @@ def _degree_behind(reader: _Reader, before: str | None) -> str | None:
 
 
 def _word(reader: _Reader) -> Word:
-    """Return the attribute's word that stands here. Raises LibraryError where there is none."""
+    """Read the attribute's word at the position. Raises LibraryError where there is none."""
     result = reader.take(reader.known.words)
     if result is not None:
         return result
@@ -213,7 +213,7 @@ def _word(reader: _Reader) -> Word:
 
 
 def _end(reader: _Reader, word: Word) -> Word:
-    """Return a word that is one end of its attribute, not the attribute's name."""
+    """Return the word. Raises LibraryError for an attribute's name in place of one of its ends."""
     if word.high is None:
         low, high = reader.known.pairs[word.pair]
         raise LibraryError(
@@ -224,7 +224,7 @@ def _end(reader: _Reader, word: Word) -> Word:
 
 
 def _number(reader: _Reader) -> Soft | None:
-    """Return a number, or a range of numbers, as values towards the word."""
+    """Read a number or a range of numbers as a range of values; None where none begins."""
     start = reader.at
     joining = RANGE
     if reader.peek() == "between" and _begins_number(reader, 1):
@@ -260,7 +260,7 @@ def _is_number(word: str) -> bool:
 
 
 def _begins_number(reader: _Reader, ahead: int = 0) -> bool:
-    """Return whether a number stands there. One with a minus is refused: between two numbers alone it makes a range."""
+    """Return whether a number begins there. Raises LibraryError for a negative one; "-" only joins two numbers."""
     if reader.peek(ahead) in MINUS and _is_number(reader.peek(ahead + 1)):
         raise _off_scale(reader, -float(reader.peek(ahead + 1)))
     return _is_number(reader.peek(ahead))
@@ -280,12 +280,12 @@ def _off_scale(reader: _Reader, value: float) -> LibraryError:
 
 
 def not_expected(text: str, words: Sequence[str], known: Vocabulary) -> LibraryError:
-    """Return the error for the first of `words`, the rest of `text`."""
+    """Return the error for an unexpected word, the first of `words`, which are the rest of `text`."""
     return LibraryError(next(_reasons(text, words, known)))
 
 
 def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str]:
-    """Yield the explanations, the most particular first."""
+    """Yield the explanations, the most specific first."""
     word = words[0]
     if word == "or":
         yield f"{text!r}: 'or' is not supported; search once for each."
@@ -309,7 +309,7 @@ def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str
 
 
 def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
-    """Return what to say instead, where words compare one texture with another: rougher, the roughest, more rough."""
+    """Return the message for words that compare textures (rougher, the roughest, more rough); None for other words."""
     for way, instead in COMPARING.items():
         if words[0] == way:
             term = words[1] if (words[1:2] and tuple(words[1:2]) in known.words) else ""
@@ -328,7 +328,7 @@ def _compared(words: Sequence[str], known: Vocabulary) -> str | None:
 
 
 def _comparison_message(text: str, *instead: str) -> str:
-    """Return why a comparison is refused: it has no texture to begin from, and a wish is of one texture by itself."""
+    """Return the message that a comparison is refused, with what to write instead."""
     shown = " or ".join(repr(wish) for wish in instead)
     return f"{text!r} compares, and 'find' takes how a texture feels by itself: say {shown}."
 
@@ -339,6 +339,6 @@ def _forms(phrase: Phrase) -> Iterator[tuple[str, str]]:
         return
     word = phrase[0]
     stem = word[:-1] + "i" if word.endswith("y") else word.removesuffix("e")
-    for one in (stem, word + word[-1]):
-        yield f"{one}er", "more"
-        yield f"{one}est", "most"
+    for base in (stem, word + word[-1]):
+        yield f"{base}er", "more"
+        yield f"{base}est", "most"

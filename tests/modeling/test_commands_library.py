@@ -11,7 +11,7 @@ from PIL import Image
 from palpate import command_line
 from palpate.modeling.commands_library import textures
 from palpate.modeling.library.files import place_of, write_library
-from palpate.modeling.library.lab import keep
+from palpate.modeling.library.lab import save_thumbnail
 from tests.commands_for_tests import run_command, run_verb
 from tests.modeling.library.library_for_tests import small_library
 
@@ -28,7 +28,7 @@ def picture(colour):
 def lab(tmp_path):
     """A lab with a library; T01 has a picture."""
     library = small_library(simulated=True)
-    name = keep(place_of(tmp_path).parent, "T01", picture((200, 30, 40)), "x")
+    name = save_thumbnail(place_of(tmp_path).parent, "T01", picture((200, 30, 40)), "x")
     first = library.textures[0].model_copy(update={"picture": name})
     write_library(tmp_path, library.model_copy(update={"textures": (first, *library.textures[1:])}))
     return tmp_path

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
 from palpate.modeling.library.entries import LibraryError, value_of
-from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
+from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, library_of, removed_textures
 from tests.modeling.attributes.material_for_tests import PAIRS, simulated_material
 
 MATERIAL = simulated_material(textures=6, segments=3, pictures=2)
@@ -102,4 +102,5 @@ def test_the_order_of_the_textures_does_not_matter_and_what_is_gone_is_named():
     whole = library_of(MATERIAL).library
     assert library_of(with_textures(*reversed(MATERIAL.textures))).library == whole
     fewer = library_of(with_textures(*MATERIAL.textures[1:4])).library
-    assert gone(whole, fewer) == ("T01", "T05", "T06") and gone(fewer, whole) == () == gone(None, fewer)
+    assert removed_textures(whole, fewer) == ("T01", "T05", "T06")
+    assert removed_textures(fewer, whole) == () == removed_textures(None, fewer)

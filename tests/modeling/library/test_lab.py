@@ -24,7 +24,7 @@ from palpate.modeling.commands_library import textures
 from palpate.modeling.library.contact_sheet import pictures_of
 from palpate.modeling.library.entries import NOTHING_KNOWN, LibraryError, value_of
 from palpate.modeling.library.files import NewerLibrary, place_of, read_library
-from palpate.modeling.library.lab import SIDE, drop, index, keep, name_of, thumbnail
+from palpate.modeling.library.lab import SIDE, index, name_of, remove_thumbnails, save_thumbnail, thumbnail
 from palpate.modeling.library.search import find, wishes_of
 from palpate.modeling.library.sources import LibraryOptions, pictures_in, predictor_of
 from palpate.protocols.plan import compile_plan
@@ -200,7 +200,7 @@ def test_made_again_it_is_the_same_file(lab):
     files = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")}
     assert len(files) == 3
     again = index(LibraryOptions(lab))
-    assert not again.changed and again.gone == ()
+    assert not again.changed and again.removed == ()
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")} == files
 
 
@@ -209,7 +209,7 @@ def test_what_is_gone_is_reported_and_its_picture_goes(lab):
     for path in (lab / "sessions").glob("texture_ratings_*"):
         path.unlink()
     rated_by(lab, ("P005", "P006"), ("T02", "T03"))
-    assert index(LibraryOptions(lab)).gone == ("T01",)
+    assert index(LibraryOptions(lab)).removed == ("T01",)
     assert [path.name for path in (lab / "library" / "pictures").iterdir()] == ["T02.jpg"]
 
 
@@ -393,12 +393,12 @@ def test_what_is_no_picture_is_refused(content):
 
 
 def test_equal_pictures_are_equal_bytes_and_left_alone(tmp_path):
-    name = keep(tmp_path, "T01", written(square(400)), "x.png")
+    name = save_thumbnail(tmp_path, "T01", written(square(400)), "x.png")
     path = tmp_path / name
     before = path.stat().st_mtime_ns, path.read_bytes()
-    assert keep(tmp_path, "T01", written(square(400)), "x.png") == name == "pictures/T01.jpg"
+    assert save_thumbnail(tmp_path, "T01", written(square(400)), "x.png") == name == "pictures/T01.jpg"
     assert (path.stat().st_mtime_ns, path.read_bytes()) == before
-    keep(tmp_path, "T01", written(square(400, 90)), "x.png")
+    save_thumbnail(tmp_path, "T01", written(square(400, 90)), "x.png")
     assert path.read_bytes() != before[1]
 
 
@@ -408,9 +408,9 @@ def test_a_texture_of_any_name_has_a_plain_file():
 
 
 def test_only_what_lies_among_the_pictures_is_removed(tmp_path):
-    keep(tmp_path, "T01", written(square(40)), "x.png")
+    save_thumbnail(tmp_path, "T01", written(square(40)), "x.png")
     (tmp_path / "index.json").touch()
-    drop(tmp_path, ["pictures/T01.jpg", "index.json", "pictures/../index.json", "pictures/none.jpg"])
+    remove_thumbnails(tmp_path, ["pictures/T01.jpg", "index.json", "pictures/../index.json", "pictures/none.jpg"])
     assert [path.name for path in tmp_path.rglob("*.*")] == ["index.json"]
 
 

@@ -11,15 +11,15 @@ from palpate.modeling.doors.scores import JND
 from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.search import (
     Excluded,
-    chosen,
-    excluded,
+    distance_between,
+    exclusions,
     find,
+    find_texture,
     fitting,
-    known_of,
-    measured,
-    named,
     near,
     none_fits,
+    require_known,
+    select_textures,
     wishes_of,
 )
 from tests.modeling.library.library_for_tests import entry, predicted, rated, small_library
@@ -29,7 +29,7 @@ LIBRARY = small_library()
 
 def fits_of(text, library=LIBRARY, kind=None):
     wishes = wishes_of(library, [text])
-    return {match.entry.id: match.fit for match in find(chosen(library, (), kind), wishes, kind)}
+    return {match.entry.id: match.fit for match in find(select_textures(library, (), kind), wishes, kind)}
 
 
 def test_what_surely_fits_comes_first_then_what_is_less_known_then_what_surely_does_not():
@@ -73,7 +73,7 @@ def test_what_surely_fits_loses_by_being_known_less(value, se, more):
 
 
 def test_rated_comes_before_predicted_unless_another_is_requested():
-    both = named(LIBRARY, "T02")
+    both = find_texture(LIBRARY, "T02")
     assert [value_of(both, 0, kind).value for kind in (None, "rated", "predicted")] == [20, 20, 35]
     assert value_of(both, 0, "predicted").sd == pytest.approx(15 / 1.6449, rel=1e-3)  # qnorm(0.95) in R
     assert set(fits_of("rough", kind="rated")) == {"T01", "T02", "T03", "T04", "T05"}
@@ -93,17 +93,17 @@ def test_only_what_fits_is_given():
 
 
 def test_classes_and_names_are_found_in_any_letters():
-    assert [texture.id for texture in chosen(LIBRARY, ["SandPaper", "mesh"])] == ["T01", "T02", "T05"]
-    assert named(LIBRARY, "t05") == named(LIBRARY, "Mesh 05")
+    assert [texture.id for texture in select_textures(LIBRARY, ["SandPaper", "mesh"])] == ["T01", "T02", "T05"]
+    assert find_texture(LIBRARY, "t05") == find_texture(LIBRARY, "Mesh 05")
 
 
 def test_a_class_or_a_name_that_there_is_not_is_reported():
     with pytest.raises(LibraryError, match="no class 'sandpapers' in this library; did you mean 'sandpaper'"):
-        chosen(LIBRARY, ["sandpapers"])
+        select_textures(LIBRARY, ["sandpapers"])
     with pytest.raises(LibraryError, match="no texture 'sandpaper 07' in this library; did you mean 'sandpaper 0"):
-        named(LIBRARY, "sandpaper 07")
+        find_texture(LIBRARY, "sandpaper 07")
     with pytest.raises(LibraryError, match="no texture that a model predicted among the 1 "):
-        chosen(small_library(entry("T01", rated=rated(1, 2, 3, 4))), (), "predicted")
+        select_textures(small_library(entry("T01", rated=rated(1, 2, 3, 4))), (), "predicted")
     with pytest.raises(LibraryError, match="say --class mesh"):
         wishes_of(LIBRARY, ["mesh"])
 
@@ -125,17 +125,17 @@ def test_of_those_that_fit_alike_the_furthest_comes_first():
 
 def test_an_id_goes_before_a_label_and_a_label_of_several_is_refused():
     one, two = entry("A", rated=rated(1, 1, 1, 1)), entry("B", rated=rated(2, 2, 2, 2))
-    assert named(small_library(one.model_copy(update={"label": "B"}), two), "b").id == "B"
+    assert find_texture(small_library(one.model_copy(update={"label": "B"}), two), "b").id == "B"
     twice = small_library(*(texture.model_copy(update={"label": "same"}) for texture in (one, two)))
     with pytest.raises(LibraryError, match="2 textures are called 'Same': A, B"):
-        named(twice, "Same")
+        find_texture(twice, "Same")
 
 
 def test_nothing_is_near_to_what_nothing_is_known_of():
     one = entry("T01", rated=rated(1, 1, 1, 1))
-    assert known_of(one, None) is known_of(one, "rated") is one
+    assert require_known(one, None) is require_known(one, "rated") is one
     with pytest.raises(LibraryError, match="T01: no model predicted it"):
-        known_of(one, "predicted")
+        require_known(one, "predicted")
 
 
 def sure(name, *mean):
@@ -156,7 +156,7 @@ def test_the_wish_that_leaves_out_most_is_named_though_a_texture_meets_it_best()
     half_hard = [sure(f"T1{k}", 5, 50, 20, 38.5) for k in range(5)]
     others = [sure("T20", 5, 50, 20, 90), sure("T21", 5, 50, 90, 90)]
     entries, wishes = entries_and_wishes("hard, slippery", *half_hard, *others)
-    assert excluded(entries, wishes) == [Excluded("hard", 2, 1), Excluded("slippery", 6, 5)]
+    assert exclusions(entries, wishes) == [Excluded("hard", 2, 1), Excluded("slippery", 6, 5)]
     assert none_fits(entries, wishes) == (
         "None of 7 textures fits. Most are left out by 'slippery': 6 of 7. Without 'slippery', 5 would fit."
     )
@@ -164,7 +164,7 @@ def test_the_wish_that_leaves_out_most_is_named_though_a_texture_meets_it_best()
 
 def test_what_helps_need_not_be_what_leaves_out_most():
     entries, wishes = entries_and_wishes("smooth, hard, flat", *ROUGH_SOFT, sure("T20", 95, 95, 50, 5))
-    assert [exclusion.out for exclusion in excluded(entries, wishes)] == [7, 7, 8]
+    assert [exclusion.out for exclusion in exclusions(entries, wishes)] == [7, 7, 8]
     text = none_fits(entries, wishes)
     assert "Most are left out by 'flat': 8 of 8." in text and text.endswith("Without 'flat', 1 would fit.")
     entries, wishes = entries_and_wishes(
@@ -177,7 +177,7 @@ def test_what_helps_need_not_be_what_leaves_out_most():
 def test_where_no_wish_alone_is_to_blame_the_text_says_so():
     """Three wishes that each fit by a tenth: together a thousandth."""
     entries, wishes = entries_and_wishes("smooth, bumpy, slippery", sure("T01", 56.5, 56.5, 56.5, 50))
-    assert [exclusion.out for exclusion in excluded(entries, wishes)] == [0, 0, 0]
+    assert [exclusion.out for exclusion in exclusions(entries, wishes)] == [0, 0, 0]
     assert "Each wish alone leaves out none; all at once, none is left." in none_fits(entries, wishes)
 
 
@@ -194,7 +194,7 @@ def test_a_single_wish_needs_no_blame():
 
 def test_wishes_of_one_phrase_are_given_up_together():
     entries, wishes = entries_and_wishes("neither rough nor soft, flat", *ROUGH_SOFT[:2], sure("T20", 50, 95, 50, 50))
-    assert [(exclusion.said, exclusion.out, exclusion.without) for exclusion in excluded(entries, wishes)] == [
+    assert [(exclusion.text, exclusion.out, exclusion.without) for exclusion in exclusions(entries, wishes)] == [
         ("neither rough nor soft", 2, 0), ("flat", 3, 1),
     ]  # fmt: skip
 
@@ -204,8 +204,8 @@ def two(one, other, one_se=2.0, other_se=2.0):
 
 
 def test_one_jnd_on_every_attribute_is_a_distance_of_one():
-    assert measured(*two((50, 50, 50, 50), (60, 40, 60, 40)), 4).distance == pytest.approx(1)
-    distance = measured(*two((50, 50, 50, 50), (90, 50, 50, 50)), 4)
+    assert distance_between(*two((50, 50, 50, 50), (60, 40, 60, 40)), 4).distance == pytest.approx(1)
+    distance = distance_between(*two((50, 50, 50, 50), (90, 50, 50, 50)), 4)
     assert distance.distance == pytest.approx(2)  # sqrt(4^2 / 4)
     assert distance.apart == (4, 0, 0, 0)
 
@@ -213,7 +213,7 @@ def test_one_jnd_on_every_attribute_is_a_distance_of_one():
 @pytest.mark.parametrize("other", [(50, 50, 50, 50), (55, 45, 52, 50), (90, 20, 50, 40)])
 @pytest.mark.parametrize("spread", [1.0, 6.0, 15.0])
 def test_its_sd_and_likeness_are_those_of_drawn_textures(other, spread):
-    distance = measured(*two((50, 50, 50, 50), other, spread, spread / 2), 4)
+    distance = distance_between(*two((50, 50, 50, 50), other, spread, spread / 2), 4)
     chance = np.random.Generator(np.random.PCG64(1))
     drawn = chance.normal(np.subtract(other, 50), np.hypot(spread, spread / 2), (200_000, 4)) / JND
     distances = np.sqrt((drawn**2).mean(axis=1))
@@ -222,15 +222,15 @@ def test_its_sd_and_likeness_are_those_of_drawn_textures(other, spread):
 
 
 def test_what_is_known_for_sure_has_no_spread():
-    assert measured(*two((1, 2, 3, 4), (1, 2, 3, 4), 0, 0), 4).sd == 0
-    distance = measured(*two((1, 2, 3, 4), (9, 2, 3, 4), 0, 0), 4)
+    assert distance_between(*two((1, 2, 3, 4), (1, 2, 3, 4), 0, 0), 4).sd == 0
+    distance = distance_between(*two((1, 2, 3, 4), (9, 2, 3, 4), 0, 0), 4)
     assert distance.sd == 0 and distance.alike == 1
-    assert measured(*two((1, 2, 3, 4), (11, 2, 3, 4), 0, 0), 4).alike == 0
+    assert distance_between(*two((1, 2, 3, 4), (11, 2, 3, 4), 0, 0), 4).alike == 0
 
 
 def test_distances_are_the_same_from_either_side():
     one, other = two((10, 20, 30, 40), (44, 33, 22, 11), 3, 9)
-    there, back = measured(one, other, 4), measured(other, one, 4)
+    there, back = distance_between(one, other, 4), distance_between(other, one, 4)
     assert (there.distance, there.sd, there.alike) == pytest.approx((back.distance, back.sd, back.alike))
 
 
@@ -243,5 +243,5 @@ def test_the_nearest_come_first_and_a_texture_is_not_near_itself():
 def test_an_attribute_that_is_not_known_makes_the_distance_unsure():
     one, other = two((50, 50, 50, 50), (50, 50, 50, 50))
     incomplete = other.model_copy(update={"rated": other.rated.model_copy(update={"mean": (None, 50, 50, 50)})})
-    assert measured(one, incomplete, 4).sd > 3 * measured(one, other, 4).sd
-    assert measured(one, incomplete, 4).alike < 0.4 and measured(one, other, 4).alike > 0.9
+    assert distance_between(one, incomplete, 4).sd > 3 * distance_between(one, other, 4).sd
+    assert distance_between(one, incomplete, 4).alike < 0.4 and distance_between(one, other, 4).alike > 0.9

@@ -12,7 +12,17 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from palpate.modeling.library.entries import LibraryError
-from palpate.modeling.library.terms import FILE, Soft, Word, both, in_words, known_words, trapezoid, turned, vocabulary
+from palpate.modeling.library.terms import (
+    FILE,
+    Soft,
+    Word,
+    both,
+    in_words,
+    known_words,
+    mirrored,
+    trapezoid,
+    vocabulary,
+)
 from palpate.modeling.library.wishes import wishes_in
 from tests.modeling.library.library_for_tests import PAIRS
 
@@ -38,7 +48,7 @@ def test_not_is_the_opposite_of_what_it_denies(terms):
 
 
 def test_the_stronger_word_asks_for_more(terms):
-    full = [trapezoid(terms["degrees"][name]).met[0] for name in ("slightly", "fairly", "", "very", "extremely")]
+    full = [trapezoid(terms["degrees"][name]).half_fit[0] for name in ("slightly", "fairly", "", "very", "extremely")]
     assert full == sorted(full) and len(set(full)) == 5
 
 
@@ -62,7 +72,7 @@ def test_a_library_with_its_own_attributes_knows_its_own_words():
         1, False
     )  # a word of its own, not the other word for smooth that it is elsewhere
     (wish,) = wishes_in(["very wet"], known)
-    assert (wish.pair, wish.soft.met) == (0, (77.5, 100))
+    assert (wish.pair, wish.soft.half_fit) == (0, (77.5, 100))
     with pytest.raises(LibraryError, match="not known as rough or not, only by Dry-Wet, Even-Rippled"):
         wishes_in(["coarse"], known)
 
@@ -150,7 +160,7 @@ def test_spreads_beyond_all_measure_give_a_number(spread):
 @given(edges, value, sd)
 def test_a_range_seen_from_the_other_end_is_the_same_range(shape, mean, spread):
     soft = trapezoid(shape)
-    assert turned(soft).expected(100 - mean, spread) == pytest.approx(soft.expected(mean, spread), abs=1e-9)
+    assert mirrored(soft).expected(100 - mean, spread) == pytest.approx(soft.expected(mean, spread), abs=1e-9)
 
 
 @given(edges, edges, st.floats(0, 100))
@@ -161,8 +171,8 @@ def test_both_is_the_lesser_of_two_everywhere_also_where_their_edges_cross(one, 
 
 
 def test_the_best_of_a_range_and_where_it_is_fulfilled_by_half():
-    assert trapezoid((45, 55, 70, 80)).best == 1 and trapezoid((45, 55, 70, 80)).met == (50, 75)
+    assert trapezoid((45, 55, 70, 80)).best == 1 and trapezoid((45, 55, 70, 80)).half_fit == (50, 75)
     apart = both(trapezoid((None, None, 30, 45)), trapezoid((55, 70, None, None)))
-    assert apart.best == 0 and apart.met is None
+    assert apart.best == 0 and apart.half_fit is None
     assert Soft(((120.0, 0.0), (130.0, 1.0))).best == 0  # no value on the scale gets there
     assert math.isclose(both(trapezoid((0, 100, None, None)), trapezoid((None, None, 0, 100))).best, 0.5)

@@ -15,7 +15,7 @@ ROUGH, BUMPY, STICKY, SOFT = range(4)
 
 def degree_of(text):
     """By attribute, the values that fit at least by half."""
-    return [(pair, soft.met) for pair, soft in combined(wishes_in([text], KNOWN))]
+    return [(pair, soft.half_fit) for pair, soft in combined(wishes_in([text], KNOWN))]
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_words_mean_these_values(text, expected):
 
 
 def test_a_wish_keeps_the_words_of_its_request():
-    assert [wish.said for wish in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
+    assert [wish.text for wish in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
         "rough", "a bit sticky", "soft = 20 - 40",
     ]  # fmt: skip
 
@@ -145,7 +145,7 @@ def test_a_word_that_was_nearly_right_is_reported_without_the_list_of_all():
 
 def test_the_middle_of_one_attribute_is_one_wish():
     (wish,) = wishes_in(["neither rough nor smooth"], KNOWN)
-    assert (wish.said, wish.soft.met) == ("neither rough nor smooth", (37.5, 62.5))
+    assert (wish.text, wish.soft.half_fit) == ("neither rough nor smooth", (37.5, 62.5))
 
 
 def test_a_word_that_is_known_is_not_offered_in_its_own_stead():
