@@ -20,7 +20,7 @@ from palpate.modeling.attributes.domain import learning, mean_of_rows
 from palpate.modeling.attributes.entries import Entry, Own
 from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.evaluation.tables import features_of, method_rows
-from palpate.modeling.attributes.folds import all_of_them
+from palpate.modeling.attributes.folds import whole_fold
 from palpate.modeling.attributes.material import Material, Texture
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.attributes.model_file import AttributeModel, Saveable, read_model, write_model
@@ -104,7 +104,7 @@ def _from_file(evaluated: EvaluatedMethods, entry: Entry) -> AttributeModel:
     evaluation, methods = evaluated.evaluation, evaluated.evaluation.domain.methods
     method, settings = evaluation.method(entry), evaluation.options.settings
     with limited(1):
-        fold = all_of_them(evaluation.material)
+        fold = whole_fold(evaluation.material)
         fitted = method.fit(learning(evaluation.material, fold, method, entry, evaluation.options.seed, settings))
     card: dict[str, Any] = {
         "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,

@@ -79,9 +79,15 @@ def _of_sight(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object
     yield PICTURE, lambda: square(photo, "made up"), float(PICTURES)
     yield "glcm", lambda: glcm(picture), float(PICTURES)
     if "resnet" in steps:
-        from palpate.modeling.attributes.resnet import BATCH, folded, loaded, pool_of_patches, random_state
+        from palpate.modeling.attributes.resnet import (
+            BATCH,
+            fold_batch_norms,
+            load_network,
+            pool_of_patches,
+            random_state,
+        )
 
-        network, cut = folded(loaded(random_state(0))), patches(picture, Looking())
+        network, cut = fold_batch_norms(load_network(random_state(0))), patches(picture, Looking())
         yield "resnet", lambda: pool_of_patches(network, cut[:BATCH]), PICTURES * len(cut) / BATCH
 
 

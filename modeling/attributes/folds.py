@@ -16,7 +16,7 @@ from palpate.signals.arrays import Array
 HELD = 0.1
 """The share of the training side that a network watches to stop early."""
 SOME = 5
-"""Tells `some_of`'s chance from others of the same seed."""
+"""Tells `sample_textures`'s chance from others of the same seed."""
 LEAST = 3
 """Groups of textures that are needed: one to ask about, one to learn from, one to watch."""
 SAME = 1e-5
@@ -79,7 +79,7 @@ def leave_one_texture_out(
     return tuple(folds)
 
 
-def all_of_them(material: Material, seed: int = 0, share: float = HELD) -> Fold:
+def whole_fold(material: Material, seed: int = 0, share: float = HELD) -> Fold:
     """Return every rated texture, nothing left out: what a model that is to be used learns from and what it watches."""
     groups = groups_of(material.textures)
     classes = {texture.id: texture.category for texture in material.textures}
@@ -124,7 +124,7 @@ def _in_turn(
     return [group for *_, group in sorted(turns, key=lambda turn: turn[:3])]
 
 
-def some_of(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
+def sample_textures(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
     """So many of these textures (class by name), in turn from each class, drawn by the seed; in alphabetical order.
 
     The fewer are among the more. Raises MaterialError for less than one.

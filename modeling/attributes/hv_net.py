@@ -17,7 +17,7 @@ LEAST_NORM = 2 ** len(SIGHT_FILTERS)
 """The shortest row that can be halved after each layer."""
 
 
-class Seen(NamedTuple):
+class HVOutput(NamedTuple):
     """What HV-Net answers: 128 numbers a picture (batch, 128), and its features made anew (batch, length)."""
 
     embedded: Tensor
@@ -53,12 +53,12 @@ class HVNet(nn.Module):
         inputs = length if after_reconstruction else SIGHT_FILTERS[-1] * (length // LEAST_NORM)
         self.first, self.second = dense(inputs, DENSE[0]), dense(*DENSE)
 
-    def forward(self, rows: Tensor) -> Seen:
+    def forward(self, rows: Tensor) -> HVOutput:
         """Encode, embed, rebuild. Raises MaterialError for rows of another length."""
         code = self.encode(rows)
-        return Seen(self.embed(code), self.decode(code))
+        return HVOutput(self.embed(code), self.decode(code))
 
-    def looked(self, rows: Tensor) -> Tensor:
+    def embed_rows(self, rows: Tensor) -> Tensor:
         """(batch, length) to (batch, 128), without making the features anew where that is not needed."""
         return self.embed(self.encode(rows))
 

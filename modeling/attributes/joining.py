@@ -16,9 +16,9 @@ from palpate.modeling.attributes.material import (
     Material,
     Texture,
 )
-from palpate.modeling.attributes.reading_pictures import Photographed
+from palpate.modeling.attributes.reading_pictures import TexturePictures
 from palpate.modeling.attributes.reading_ratings import RatedTextures
-from palpate.modeling.attributes.seeing import Seen
+from palpate.modeling.attributes.seeing import PictureRows
 
 if TYPE_CHECKING:
     from palpate.modeling.attributes.reading_touch import FeltRows
@@ -42,8 +42,8 @@ class Parts:
 
     rated: RatedTextures
     felt: Mapping[str, FeltRows] = field(default_factory=dict)
-    photos: Mapping[str, Photographed] = field(default_factory=dict)
-    looked: Mapping[str, Seen] = field(default_factory=dict)
+    photos: Mapping[str, TexturePictures] = field(default_factory=dict)
+    looked: Mapping[str, PictureRows] = field(default_factory=dict)
     touch: bool = True
     sight: bool = True
 
@@ -53,7 +53,7 @@ class Parts:
         return tuple(dict.fromkeys((*self.felt, *self.photos, *self.rated.rated, *self.rated.incomplete)))
 
 
-def joined(parts: Parts) -> tuple[Texture, ...]:
+def join_textures(parts: Parts) -> tuple[Texture, ...]:
     """Return every texture with what there is of it."""
     return tuple(_texture(name, parts) for name in parts.ids)
 
@@ -61,7 +61,9 @@ def joined(parts: Parts) -> tuple[Texture, ...]:
 def _texture(name: str, parts: Parts) -> Texture:
     felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
     # label and category, of whichever study has them
-    known: Sequence[FeltRows | Photographed] = [source[name] for source in (parts.felt, parts.photos) if name in source]
+    known: Sequence[FeltRows | TexturePictures] = [
+        source[name] for source in (parts.felt, parts.photos) if name in source
+    ]
     columns = parts.rated.columns.get(name, {})
     labels = [*(part.label for part in known), columns.get(LABEL, "")]
     categories = [*(part.category for part in known), columns.get(CATEGORY, "")]
@@ -85,14 +87,14 @@ def _notes(name: str, parts: Parts) -> Iterator[str]:
     yield from felt.notes if felt else ()
     yield from photo.notes if photo else ()
     yield from looked.notes if looked else ()
-    yield from untouched(felt) if parts.touch else ()
+    yield from missing_touch_notes(felt) if parts.touch else ()
     if parts.sight and not (looked and looked.sight):
         yield "no picture of it can be used" if photo else NOT_PHOTOGRAPHED
     if name not in parts.rated.rated:
         yield parts.rated.incomplete.get(name, "not rated")
 
 
-def untouched(felt: FeltRows | None) -> Iterator[str]:
+def missing_touch_notes(felt: FeltRows | None) -> Iterator[str]:
     """Yield why there is nothing to be felt of a texture, where there is not."""
     if not (felt and felt.touch):
         yield "no recording of it can be used" if felt else NOT_RECORDED
@@ -103,20 +105,20 @@ def has_rows(kinds: Mapping[str, FeatureRows]) -> bool:
     return any(len(rows) for rows in kinds.values())
 
 
-def senses(textures: Sequence[Texture]) -> tuple[bool, bool]:
+def modalities_of(textures: Sequence[Texture]) -> tuple[bool, bool]:
     """Return whether any of the textures was felt, and whether any was seen."""
     return any(has_rows(texture.touch) for texture in textures), any(has_rows(texture.sight) for texture in textures)
 
 
-def why_of(texture: Texture, what: str) -> list[str]:
+def reasons_of(texture: Texture, what: str) -> list[str]:
     """Return the texture's notes on why a recording or a picture of it cannot be used."""
     return [note for note in texture.notes if note.startswith(WHY[what])]
 
 
-def lacking(material: Material) -> list[str]:
+def missing_modalities(material: Material) -> list[str]:
     """A sentence where no recording of any texture can be used, and one where no picture can: why, and how many."""
     sentences = []
-    for what, any_of_it in zip(WHY, senses(material.textures), strict=True):
+    for what, any_of_it in zip(WHY, modalities_of(material.textures), strict=True):
         if not any_of_it:
             reasons = [note for note in material.notes if NOTHING[what] in note] + list(_by_reason(material, what))
             why = f": {'; '.join(reasons)}" if reasons else ""
@@ -128,7 +130,7 @@ def _by_reason(material: Material, what: str) -> Iterator[str]:
     """Yield each reason in the words of the first texture that has it, those of most textures first."""
     noted: dict[str, list[tuple[str, str]]] = {}
     for texture in material.textures:
-        alike = {VARIES.sub("", note.replace(texture.id, "")): note for note in why_of(texture, what)}
+        alike = {VARIES.sub("", note.replace(texture.id, "")): note for note in reasons_of(texture, what)}
         for key, note in alike.items():
             noted.setdefault(key, []).append((texture.id, note))
     ordered = sorted(noted.values(), key=len, reverse=True)

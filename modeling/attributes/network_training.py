@@ -74,7 +74,7 @@ class FittedNetwork:
         given: list[TextureTensors | MaterialError] = []
         for texture in textures:
             try:
-                given.append(shown(texture, self.sight, self.touch))
+                given.append(texture_tensors(texture, self.sight, self.touch))
             except MaterialError as refusal:
                 given.append(refusal)
         whole = [tensors for tensors in given if isinstance(tensors, TextureTensors)]
@@ -115,12 +115,14 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
     settings = LITERAL_SETTINGS if literal else SETTINGS
     chosen = learning.training_settings(settings, QUICK_EPOCHS)
     network = _network(sight, touch, target, chosen.seed, literal)
-    data = drawn([shown(texture, sight, touch, variants=True) for texture in textures], target.down(ratings), SEGMENTS)
+    data = random_rows(
+        [texture_tensors(texture, sight, touch, variants=True) for texture in textures], target.down(ratings), SEGMENTS
+    )
     held = None
     if learning.held:
         watched = sorted(learning.held, key=lambda texture: texture.id)
-        seen = [shown(texture, sight, touch) for texture in watched]
-        held = spread_out(seen, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
+        seen = [texture_tensors(texture, sight, touch) for texture in watched]
+        held = even_rows(seen, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
     chosen = replace(chosen, keep_last=held is None)
     steps = chosen.epochs * math.ceil(len(data) / chosen.batch)
     optimiser = adam if literal else cosine(steps)
@@ -157,7 +159,7 @@ def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[
     branches = []
     if network.sight is not None:
         seen = [texture.sight for texture in textures if texture.sight is not None]
-        branches.append(_through(network.sight.looked, seen, PICTURES_AT_ONCE))
+        branches.append(_through(network.sight.embed_rows, seen, PICTURES_AT_ONCE))
     if network.touch is not None:
         felt = [texture.touch for texture in textures if texture.touch is not None]
         branches.append(_through(network.touch, felt, SEGMENTS_AT_ONCE))
@@ -225,7 +227,7 @@ def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str
     return Look(modality, tuple(kinds), tuple(own[kind].shape[1] for kind in kinds), mean, gain)
 
 
-def arranged(rows: Tensor, look: Look) -> Tensor:
+def arrange_frames(rows: Tensor, look: Look) -> Tensor:
     """Lay out rows of touch (n, features) as (n, steps, channels, places), as HT-Net takes them.
 
     The numbers of a kind are dealt out to 40 frames in their order: 520 cepstral coefficients are 13 a frame, in time;
@@ -287,7 +289,7 @@ class TextureTensors:
         return tuple(look for look in (self.sight, self.touch) if look is not None)
 
 
-def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
+def texture_tensors(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
     """Return a texture as the network sees it; with `variants` the further versions of its pictures too.
 
     Raises MaterialError where it lacks what is looked at.
@@ -296,11 +298,11 @@ def shown(texture: Texture, sight: Look | None, touch: Look | None, variants: bo
     if seen is not None and sight is not None and variants and all(kind in texture.variants for kind in sight.kinds):
         further = np.concatenate([texture.variants[kind] for kind in sight.kinds], axis=1)
         seen = torch.cat([seen, sight.down(further, texture.id)])
-    felt = None if touch is None else arranged(touch.rows(texture), touch)
+    felt = None if touch is None else arrange_frames(touch.rows(texture), touch)
     return TextureTensors(seen, felt)
 
 
-def drawn(textures: Sequence[TextureTensors], targets: Tensor, segments: int) -> GeneratedRows:
+def random_rows(textures: Sequence[TextureTensors], targets: Tensor, segments: int) -> GeneratedRows:
     """Return a row a texture: every time another of its pictures and other segments, drawn with replacement."""
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
@@ -319,7 +321,7 @@ def _drawn(texture: TextureTensors, segments: int, chance: torch.Generator) -> l
     return result
 
 
-def spread_out(textures: Sequence[TextureTensors], targets: Tensor, pictures: int, segments: int) -> GeneratedRows:
+def even_rows(textures: Sequence[TextureTensors], targets: Tensor, pictures: int, segments: int) -> GeneratedRows:
     """To be watched: so many rows a texture, each with another picture, and segments from all over the recording."""
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:

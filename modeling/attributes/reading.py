@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.modeling.attributes.feature_cache import FOLDER
-from palpate.modeling.attributes.folds import some_of
-from palpate.modeling.attributes.joining import CATEGORY, NOTHING, Parts, joined
+from palpate.modeling.attributes.folds import sample_textures
+from palpate.modeling.attributes.joining import CATEGORY, NOTHING, Parts, join_textures
 from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError, Texture
 from palpate.modeling.attributes.reading_pictures import STUDY as PHOTOS
-from palpate.modeling.attributes.reading_pictures import Photographed, photographed
+from palpate.modeling.attributes.reading_pictures import TexturePictures, texture_pictures
 from palpate.modeling.attributes.reading_ratings import STUDY as RATINGS
 from palpate.modeling.attributes.reading_ratings import RatedTextures, read_ratings
 from palpate.modeling.attributes.resnet_weights import weights_from
-from palpate.modeling.attributes.seeing import Album, Seen, Sight, seen, sight_with, thin
+from palpate.modeling.attributes.seeing import Album, PictureRows, Sight, picture_rows, sight_with, thin
 from palpate.protocols.progress import Report, silent
 from palpate.studies.sessions.session_files import ledgers_in
 
@@ -54,14 +54,14 @@ def read_material(
     run = _Run(lab / FOLDER if keep else None, workers, report)
     how = sight_with(weights_from(weights, sha256), variants, quick)
     rated = read_ratings(lab, study_ratings, simulated)
-    photos = photographed(lab, study_photos, simulated) if sight else ()
+    photos = texture_pictures(lab, study_photos, simulated) if sight else ()
     captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
     names = None if most is None else _some(most, seed, rated, photos, captured)
     rated, photos, captured = _only(names, rated, photos, captured)
     looked = run.seen([thin(photo.album) if quick else photo.album for photo in photos], how)
     felt = run.felt(captured)
     parts = Parts(rated, felt, {photo.id: photo for photo in photos}, looked, touch, sight)
-    textures = joined(parts)
+    textures = join_textures(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
     weights_text = how.weights.description if any(texture.sight for texture in textures) else ""
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
@@ -81,8 +81,8 @@ class _Run:
     workers: int | None
     report: Report
 
-    def seen(self, albums: Sequence[Album], how: Sight) -> dict[str, Seen]:
-        return seen(albums, how, folder=self.folder, workers=self.workers, report=self.report)
+    def picture_rows(self, albums: Sequence[Album], how: Sight) -> dict[str, PictureRows]:
+        return picture_rows(albums, how, folder=self.folder, workers=self.workers, report=self.report)
 
     def felt(self, captured: Sequence[Recorded]) -> dict[str, FeltRows]:
         if not captured:
@@ -107,10 +107,10 @@ def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Reco
 
 
 def _some(
-    most: int, seed: int, rated: RatedTextures, photos: Sequence[Photographed], captured: Sequence[Recorded]
+    most: int, seed: int, rated: RatedTextures, photos: Sequence[TexturePictures], captured: Sequence[Recorded]
 ) -> frozenset[str] | None:  # fmt: skip
     """So many of the textures that have all that there is; None where the lab has no more, or none has all."""
-    parts: tuple[Sequence[Photographed | Recorded], ...] = (
+    parts: tuple[Sequence[TexturePictures | Recorded], ...] = (
         tuple(photo for photo in photos if photo.pictures),
         captured,
     )
@@ -120,15 +120,15 @@ def _some(
     whole = set(rated.rated).intersection(*({texture.id for texture in part} for part in parts if part))
     if len(known) <= most or not whole:
         return None
-    return frozenset(some_of({name: classes.get(name, "") for name in whole}, most, seed))
+    return frozenset(sample_textures({name: classes.get(name, "") for name in whole}, most, seed))
 
 
 def _only(
     names: frozenset[str] | None,
     rated: RatedTextures,
-    photos: tuple[Photographed, ...],
+    photos: tuple[TexturePictures, ...],
     captured: tuple[Recorded, ...],
-) -> tuple[RatedTextures, tuple[Photographed, ...], tuple[Recorded, ...]]:
+) -> tuple[RatedTextures, tuple[TexturePictures, ...], tuple[Recorded, ...]]:
     """Return what there is of these textures; of all for None."""
     if names is None:
         return rated, photos, captured

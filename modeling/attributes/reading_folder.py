@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.modeling.attributes.feature_cache import FOLDER
-from palpate.modeling.attributes.joining import untouched
+from palpate.modeling.attributes.joining import missing_touch_notes
 from palpate.modeling.attributes.material import (
     NOT_PHOTOGRAPHED,
     QUICK_LOOK,
@@ -25,7 +25,7 @@ from palpate.modeling.attributes.material import (
 from palpate.modeling.attributes.reading_pictures import picture_sha256
 from palpate.modeling.attributes.reading_ratings import attributes_of
 from palpate.modeling.attributes.resnet_weights import weights_from
-from palpate.modeling.attributes.seeing import Album, Picture, Seen, seen, sight_with, thin
+from palpate.modeling.attributes.seeing import Album, Picture, PictureRows, picture_rows, sight_with, thin
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.progress import Report, silent
 from palpate.protocols.tables import DELIMITERS, Row, TableFormat, read_table
@@ -117,7 +117,7 @@ def read_folder(
             same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
             raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
     looks = [thin(album) if quick else album for album in albums]
-    looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
+    looked = picture_rows(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
     made = zip(lines, albums, strict=True)
     textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id), sight) for line, album in made)
@@ -193,15 +193,17 @@ def _felt(
     if recordings is None:
         return {}, ()
     from palpate.modeling.attributes.feeling import felt_rows
-    from palpate.modeling.attributes.reading_recordings import filed
+    from palpate.modeling.attributes.reading_recordings import recording_files
 
-    filed_recordings, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
+    filed_recordings, notes = recording_files(
+        recordings, {line.id: (line.label, line.category) for line in lines}, table
+    )
     rows = felt_rows(filed_recordings, None if lab is None else lab / FOLDER, workers, report)
     return {row.id: row for row in rows}, notes
 
 
-def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, looking: bool) -> Texture:
-    texture_notes = [*(felt.notes if felt else ()), *looked.notes, *untouched(felt)]
+def _texture(line: Line, album: Album, looked: PictureRows, felt: FeltRows | None, looking: bool) -> Texture:
+    texture_notes = [*(felt.notes if felt else ()), *looked.notes, *missing_touch_notes(felt)]
     if not album.pictures and looking:
         texture_notes.append(NOT_PHOTOGRAPHED)
     if not line.rated:

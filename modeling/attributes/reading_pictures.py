@@ -20,7 +20,7 @@ PICTURES = "pictures"
 
 
 @dataclass(frozen=True)
-class Photographed:
+class TexturePictures:
     """The pictures of one texture that count, in the order of sessions, trials and lights."""
 
     id: str
@@ -46,7 +46,7 @@ class PicturedTrial:
     simulated: bool
 
 
-def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[Photographed, ...]:
+def texture_pictures(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[TexturePictures, ...]:
     """Return the textures whose pictures a lab's sessions took, in the order of their first appearance.
 
     Of each trial the last attempt counts that was neither repeated nor faulted; sessions of people who withdrew do not
@@ -74,14 +74,14 @@ def pictured_trials(lab: Path, study: str) -> Iterator[PicturedTrial]:
         raise MaterialError(str(error)) from None
 
 
-def _photographed(lab: Path, texture: str, trials: Sequence[PicturedTrial], notes: tuple[str, ...]) -> Photographed:
+def _photographed(lab: Path, texture: str, trials: Sequence[PicturedTrial], notes: tuple[str, ...]) -> TexturePictures:
     columns = stimulus_columns(trials[0].record.header).get(texture, {})
     pictures = {picture.sha256: picture for trial in trials for picture in _pictures(lab, trial)}
     without = sum("file" not in picture for trial in trials for picture in trial.pictures)
     if without:
         notes = (*notes, f"{without} simulated pictures were not saved as files: they show nothing here")
     label, category = columns.get("label") or texture, columns.get("class") or ""
-    return Photographed(texture, label, category, tuple(pictures.values()), trials[0].simulated, notes)
+    return TexturePictures(texture, label, category, tuple(pictures.values()), trials[0].simulated, notes)
 
 
 def _pictures(lab: Path, trial: PicturedTrial) -> Iterator[Picture]:

@@ -43,7 +43,7 @@ Source: TypeAlias = TableFile | reading_hatt.Source | Slide
 
 
 @dataclass(frozen=True)
-class Filed:
+class RecordingFiles:
     """One texture's recordings in files, and how they are to be read: no sample in it, so that it can be a job."""
 
     id: str
@@ -120,9 +120,9 @@ class Recordings:
         return {file.stem: (TableFile(file, self.held or Held()),) for file in files if file.stem in names}
 
 
-def filed(
+def recording_files(
     recordings: Recordings, named: Mapping[str, tuple[str, str]], table: Path | None = None
-) -> tuple[tuple[Filed, ...], tuple[str, ...]]:  # fmt: skip
+) -> tuple[tuple[RecordingFiles, ...], tuple[str, ...]]:  # fmt: skip
     """The textures that are `named` (label and category by id) and were recorded; and notes on the others' recordings.
 
     `table` is that of the ratings, which may lie among tables of recordings. Raises TextureDataError where there is no
@@ -136,7 +136,7 @@ def filed(
             f" {some(named)}; a texture has the name of its recording"
         )
     sources = recordings.sources(recorded)
-    filed = tuple(Filed(name, *named[name], sources[name], recordings.way) for name in recorded)
+    filed = tuple(RecordingFiles(name, *named[name], sources[name], recordings.way) for name in recorded)
     loose = [name for name in there if name not in named]
     return filed, (f"recorded, but not in the table: {some(loose)}",) if loose else ()
 

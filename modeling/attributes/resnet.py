@@ -103,7 +103,7 @@ def random_state(seed: int) -> dict[str, Tensor]:
     return state
 
 
-def loaded(state: Mapping[str, Tensor]) -> ResNet50:
+def load_network(state: Mapping[str, Tensor]) -> ResNet50:
     """Return the network with these weights, in evaluation mode."""
     with torch.device("meta"):
         network = ResNet50()
@@ -112,7 +112,7 @@ def loaded(state: Mapping[str, Tensor]) -> ResNet50:
     return network
 
 
-def folded(network: ResNet50) -> ResNet50:
+def fold_batch_norms(network: ResNet50) -> ResNet50:
     """Fold each batch normalisation of the network into its convolution, in 64 bits, stored in 32; return the network.
 
     Its pool is within 1e-6 of the largest number of the network's own. It can no longer be trained.

@@ -68,7 +68,7 @@ class Cnn(nn.Module):
         self, widths: Sequence[int], attributes: int, filters: Sequence[int], kernel: int, hidden: Sequence[int]
     ) -> None:
         super().__init__()
-        self.along = convolved(filters, kernel)
+        self.along = convolutions(filters, kernel)
         flat = filters[-1] * pooled(widths[0], len(filters))
         self.head = nn.Sequential(nn.Dropout(DROPOUT), dense(flat, hidden), nn.Linear(hidden[-1], attributes))
 
@@ -83,7 +83,7 @@ class CnnLstm(nn.Module):
 
     def __init__(self, widths: Sequence[int], attributes: int) -> None:
         super().__init__()
-        self.along = convolved(TACTILE, 5)
+        self.along = convolutions(TACTILE, 5)
         self.segment = dense(TACTILE[-1] * pooled(widths[0], len(TACTILE)), (SEGMENT,))
         self.lstm = nn.LSTM(SEGMENT, LSTM, batch_first=True)
         self.head = nn.Sequential(
@@ -104,7 +104,7 @@ def dense(width: int, sizes: Sequence[int]) -> nn.Sequential:
     return nn.Sequential(*(layer for pair in layers for layer in pair))
 
 
-def convolved(filters: Sequence[int], kernel: int) -> nn.Sequential:
+def convolutions(filters: Sequence[int], kernel: int) -> nn.Sequential:
     """Convolutions that keep the length, each with ReLU and a pooling that leaves no number out."""
     layers = (
         (
@@ -179,10 +179,10 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
     target = target_of(textures)
     chosen = learning.training_settings(plan.settings, QUICK_EPOCHS)
     network = seeded(lambda: _network(plan, looks, ratings.shape[1]), chosen.seed)
-    data = drawn(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
+    data = random_rows(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
     held = None
     if learning.held:
-        held = everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
+        held = all_rows(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
     trained = train(network, data, held, functional.mse_loss, chosen, report=learning.report)
     return FittedRows(plan, network, looks, target, trained)
 
@@ -238,7 +238,7 @@ def stack_of(textures: Sequence[Tensor]) -> Stack:
     return Stack(torch.cat(list(textures)), count.cumsum(0) - count, count)
 
 
-def drawn(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> GeneratedRows:
+def random_rows(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> GeneratedRows:
     """`shows` rows of each texture an epoch, drawn anew each time and for each stack by itself."""
     textures = len(targets)
 
@@ -267,7 +267,7 @@ def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
     return places, starts
 
 
-def everything(stacks: Sequence[Stack], targets: Tensor, steps: int) -> GeneratedRows:
+def all_rows(stacks: Sequence[Stack], targets: Tensor, steps: int) -> GeneratedRows:
     """Return all `examples` of all textures, to be watched."""
     places, starts = examples(stacks, steps)
 

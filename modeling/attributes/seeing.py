@@ -52,7 +52,7 @@ class Album:
 
 
 @dataclass(frozen=True)
-class Seen:
+class PictureRows:
     """A texture's pictures as rows, and those of `variants` versions of each: pictures, and then versions of them.
 
     `blank` are the SHA-256 of pictures of one brightness: a second texture that has such a one shares nothing with it.
@@ -118,10 +118,10 @@ def thin(album: Album, count: int = 3) -> Album:
     return Album(album.id, tuple(every[round(float(place))] for place in places))
 
 
-def seen(
+def picture_rows(
     albums: Sequence[Album], how: Sight, *, folder: Path | None = None, workers: int | None = None,
     report: Report = silent,
-) -> dict[str, Seen]:  # fmt: skip
+) -> dict[str, PictureRows]:  # fmt: skip
     """Return the rows of each texture's pictures, by its id: what `folder` does not hold is computed and saved there.
 
     One picture is in memory at a time in each of `workers` processes (None: as many as cores). A picture that shows
@@ -157,9 +157,9 @@ def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Colle
 
 def _looked(job: _Look) -> dict[str, Entry]:
     """Return every missing version of every picture by its key; each is saved as soon as it is computed."""
-    from palpate.modeling.attributes.resnet import folded, loaded
+    from palpate.modeling.attributes.resnet import fold_batch_norms, load_network
 
-    network = folded(loaded(job.how.weights.state()))
+    network = fold_batch_norms(load_network(job.how.weights.state()))
     result: dict[str, Entry] = {}
     for picture, versions in job.wanted:
         for version, entry in _versions(picture, versions, job.how, network):
@@ -201,7 +201,7 @@ def _bytes(picture: Picture) -> bytes:
     return data
 
 
-def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
+def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> PictureRows:
     def of(versions: Sequence[int]) -> dict[str, FeatureRows]:
         entries = [known[how.key(picture, version)][0] for version in versions for picture in album.pictures]
         whole = [rows for rows in entries if rows]
@@ -210,4 +210,4 @@ def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
     looked = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
     notes = tuple(note for _, metadata in looked for note in metadata["notes"])
     blank = frozenset(sha256 for sha256, metadata in looked if metadata.get("blank"))
-    return Seen(of([0]), of(range(1, how.variants + 1)), notes, blank)
+    return PictureRows(of([0]), of(range(1, how.variants + 1)), notes, blank)

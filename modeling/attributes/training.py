@@ -13,7 +13,7 @@ from palpate.modeling.attributes.entries import Entry, Own
 from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation, AttributeOptions, evaluate_methods
 from palpate.modeling.attributes.evaluation.report import banners
 from palpate.modeling.attributes.evaluation.tables import RANDOM, method_rows, resnet_of, title_of
-from palpate.modeling.attributes.folds import all_of_them
+from palpate.modeling.attributes.folds import whole_fold
 from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.model_file import NAME, ModelFileError, Saveable, read_card, write_model
@@ -59,7 +59,7 @@ def train_attributes(
     if why := evaluation.refused(entry):
         raise MaterialError(f"{method}: {why}")
     # every texture is fitted to, or watched where the method does so
-    fold = all_of_them(evaluation.material, evaluation.options.seed)
+    fold = whole_fold(evaluation.material, evaluation.options.seed)
     settings, seed = evaluation.options.settings, evaluation.options.seed
     given = learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
     report(f"fitting {method} to {_size_of(given)}")

@@ -63,7 +63,7 @@ class Predicted(Strict):
 
 
 class Entry(Strict):
-    """A texture. `picture` is a path from the index's folder; `made_from` the digests of its recordings and pictures."""
+    """A texture. `picture` is a path from the index's folder; `made_from` digests of its recordings and pictures."""
 
     id: str = Field(min_length=1)
     label: str

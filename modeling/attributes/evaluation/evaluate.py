@@ -12,8 +12,8 @@ import numpy as np
 
 from palpate.modeling.attributes.domain import AttributeDomain, LeaveOut, textures_named
 from palpate.modeling.attributes.entries import FEELING, MAIN, ON_REQUEST, PROPOSED, SEEING, Entry, Own, entries
-from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
-from palpate.modeling.attributes.joining import has_rows, senses, why_of
+from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, sample_textures
+from palpate.modeling.attributes.joining import has_rows, modalities_of, reasons_of
 from palpate.modeling.attributes.material import Material, MaterialError, parts_of, ratings_of, save_material
 from palpate.modeling.attributes.methods import Method
 from palpate.modeling.evaluate.engine import EvaluateOptions, Result, Results, evaluate
@@ -176,13 +176,13 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
     MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
     """
     rated = material.rated()
-    felt, seen = senses(rated.textures)
+    felt, seen = modalities_of(rated.textures)
     left_out = {texture.id: "it was not rated" for texture in material.textures if texture.rated is None}
     for texture in rated.textures:
         missing = [what for what, needed, own in (("recording", felt, texture.touch), ("picture", seen, texture.sight))
                  if needed and not has_rows(own)]  # fmt: skip
         if missing:
-            why = [note for what in missing for note in why_of(texture, what)]
+            why = [note for what in missing for note in reasons_of(texture, what)]
             why_not = f"no {' and no '.join(missing)} of it can be used"
             left_out[texture.id] = f"{why_not} ({'; '.join(why)})" if why else why_not
     used = tuple(texture for texture in rated.textures if texture.id not in left_out)
@@ -209,7 +209,7 @@ def domain_for(
     rated, _ = usable(material)
     count = QUICK_TEXTURES if options.quick else options.folds
     classes = {texture.id: texture.category for texture in rated.textures}
-    only = None if count is None else some_of(classes, count, options.seed)
+    only = None if count is None else sample_textures(classes, count, options.seed)
     folds = leave_one_texture_out(rated, options.seed, only=only)
     return AttributeDomain(
         work=options.work,

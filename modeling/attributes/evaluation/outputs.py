@@ -20,7 +20,7 @@ from palpate.modeling.attributes.evaluation.tables import (
     prediction_rows,
     table_rows,
 )
-from palpate.modeling.attributes.joining import senses
+from palpate.modeling.attributes.joining import modalities_of
 from palpate.modeling.attributes.material import Material, digest_of
 from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.evaluate.outputs import Choice, evaluation_folder, read_results, tables_as_json, write_evaluation
@@ -106,7 +106,7 @@ def default_of(lab: Path, material: Material) -> Choice:
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     The shipped default is the network's branch of one sense where there is nothing of the other.
     """
-    felt, seen = senses(material.textures)
+    felt, seen = modalities_of(material.textures)
     shipped = DEFAULT if felt == seen else FEELING if felt else SEEING
     results = read_results(evaluation_folder(lab, NAME))
     if not results:

@@ -21,7 +21,7 @@ from palpate.modeling.attributes.evaluation.tables import (
     number_of,
     table_rows,
 )
-from palpate.modeling.attributes.joining import lacking
+from palpate.modeling.attributes.joining import missing_modalities
 from palpate.modeling.evaluate.outputs import Choice, software_table
 
 OVERALL = (
@@ -76,7 +76,7 @@ def banners(evaluation: AttributeEvaluation) -> list[str]:
         lines.append(words.FEW_FOLDS.format(count=len(evaluation.tested), textures=len(evaluation.material.textures)))
     if evaluation.material.weights and any("resnet" in entry.sight for entry in evaluation.entries):
         lines.append(words.WEIGHTS.format(weights=evaluation.material.weights))
-    lines += [*lacking(evaluation.material), *(f"Not used: {line}." for line in evaluation.unused())]
+    lines += [*missing_modalities(evaluation.material), *(f"Not used: {line}." for line in evaluation.unused())]
     joined = sorted({(fold.test, *fold.apart) for fold in evaluation.domain.folds.values() if fold.apart})
     groups = "; ".join(sorted({", ".join(sorted(group)) for group in joined}))
     return lines + ([words.APART.format(groups=groups)] if groups else [])

@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from palpate.modeling.attributes.folds import all_of_them, groups_of, leave_one_texture_out, some_of
+from palpate.modeling.attributes.folds import groups_of, leave_one_texture_out, sample_textures, whole_fold
 from palpate.modeling.attributes.material import Material, MaterialError
 from tests.modeling.attributes.material_for_tests import simulated_material
 from tests.modeling.attributes.small_evaluation import changed
@@ -181,16 +181,16 @@ def test_nothing_is_held_where_no_share_is_requested():
 
 
 def test_all_of_them_leaves_nothing_out():
-    fold = all_of_them(M)
+    fold = whole_fold(M)
     assert sorted((*fold.train, *fold.held)) == list(M.ids)
     assert fold.test == "" and len(fold.held) == 2
 
 
 def test_some_textures_come_from_different_classes():
     classes = {texture.id: texture.category for texture in M.textures}
-    chosen = some_of(classes, 5)
-    assert chosen == some_of(dict(reversed(classes.items())), 5)
-    assert set(chosen) < set(some_of(classes, 9))
+    chosen = sample_textures(classes, 5)
+    assert chosen == sample_textures(dict(reversed(classes.items())), 5)
+    assert set(chosen) < set(sample_textures(classes, 9))
     assert len(chosen) == len(set(chosen)) == 5
     assert sorted(list(map(classes.get, chosen)).count(name) for name in set(classes.values())) == [1, 2, 2]
 

@@ -7,12 +7,12 @@ import torch
 from palpate.modeling.attributes.material import MaterialError, Rated, Texture, ratings_of
 from palpate.modeling.attributes.network_training import (
     LIMIT,
-    arranged,
-    drawn,
+    arrange_frames,
+    even_rows,
     look_of,
-    shown,
-    spread_out,
+    random_rows,
     target_of,
+    texture_tensors,
 )
 from tests.modeling.attributes.material_for_tests import SIZES, simulated_material
 
@@ -62,7 +62,7 @@ def test_a_feature_far_beyond_what_was_seen_is_held_back():
 def test_cepstra_are_laid_out_in_time_with_the_hand_beside():
     look = look_of(simulated_material(textures=2).textures, "touch", ("mfcc", "hand"))
     rows = torch.arange(2 * 526.0).view(2, 526)
-    result = arranged(rows, look)
+    result = arrange_frames(rows, look)
     assert result.shape == (2, 10, 19, 4)
     frames = rows[:, :520].view(2, 40, 13)  # thesis 3.4.1: 40 frames of 13 coefficients
     for step, place in ((0, 0), (0, 3), (6, 2), (9, 3)):
@@ -74,7 +74,7 @@ def test_cepstra_are_laid_out_in_time_with_the_hand_beside():
 def test_other_kinds_are_dealt_out_and_filled_up_with_zeros(kinds, channels):
     look = look_of(simulated_material(textures=2).textures, "touch", kinds)
     rows = torch.arange(1.0, 1 + sum(SIZES[kind] for kind in kinds))[None]
-    result = arranged(rows, look)
+    result = arrange_frames(rows, look)
     assert result.shape == (1, 10, channels, 4)
     assert look.channels == channels
     assert set(rows.flatten().tolist()) == set(result.flatten().tolist()) - {0.0}
@@ -95,9 +95,9 @@ def test_drawn_rows_are_pictures_and_segments_of_their_own_texture_alone():
     seen = [texture(name, {"hand": np.full((3, 2), n, "f4")}, {"glcm": np.full((2, 4), n, "f4")})
             for n, name in enumerate("ABC")]  # fmt: skip
     looks = look_of(seen, "sight", ("glcm",)), look_of(seen, "touch", ("hand",))
-    tensors = [shown(texture, *looks) for texture in seen]
+    tensors = [texture_tensors(texture, *looks) for texture in seen]
     rows = torch.tensor([2, 0])
-    (sight, touch), targets = drawn(tensors, torch.arange(3.0)[:, None], 5).batch(rows, torch.Generator())
+    (sight, touch), targets = random_rows(tensors, torch.arange(3.0)[:, None], 5).batch(rows, torch.Generator())
     assert targets[:, 0].tolist() == [2.0, 0.0]
     assert (sight.shape, touch.shape) == ((2, 4), (2, 5, 10, 2, 4))
     for place, row in enumerate(rows.tolist()):
@@ -108,8 +108,10 @@ def test_drawn_rows_are_pictures_and_segments_of_their_own_texture_alone():
 def test_the_seed_alone_decides_what_is_drawn_and_variants_are_among_it():
     textures = simulated_material(textures=2, pictures=2, variants=3).textures
     looks = look_of(textures, "sight", ("glcm",)), look_of(textures, "touch", ("hand",))
-    assert len(shown(textures[0], *looks).sight) == 2
-    source = drawn([shown(texture, *looks, variants=True) for texture in textures], torch.zeros(2, 1), 4)
+    assert len(texture_tensors(textures[0], *looks).sight) == 2
+    source = random_rows(
+        [texture_tensors(texture, *looks, variants=True) for texture in textures], torch.zeros(2, 1), 4
+    )
     first, again, other = (
         source.batch(torch.zeros(60, dtype=torch.int64), torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
     )
@@ -122,7 +124,7 @@ def test_what_is_watched_is_spread_over_the_recording_and_always_the_same():
     rows = np.arange(20, dtype="f4")[:, None]
     one = texture("A", {"hand": rows}, {"glcm": np.arange(4, dtype="f4")[:, None]})
     looks = look_of([one], "sight", ("glcm",)), look_of([one], "touch", ("hand",))
-    source = spread_out([shown(one, *looks)], torch.zeros(1, 1), 2, 5)
+    source = even_rows([texture_tensors(one, *looks)], torch.zeros(1, 1), 2, 5)
     (sight, touch), _ = source.batch(torch.arange(2), torch.Generator())
     place = (touch[:, :, 0, 0, 0] / torch.tensor(looks[1].gain[0]) + looks[1].mean[0]).round().tolist()
     assert place == [[0, 4, 8, 12, 16], [2, 6, 10, 14, 18]]
@@ -132,12 +134,13 @@ def test_what_is_watched_is_spread_over_the_recording_and_always_the_same():
 def test_the_digest_knows_every_number():
     textures = simulated_material(textures=2).textures
     looks = None, look_of(textures, "touch", ("hand",))
-    tensors = [shown(texture, *looks) for texture in textures]
-    other = [shown(texture, *looks) for texture in simulated_material(textures=2, seed=1).textures]
-    digest = drawn(tensors, torch.zeros(2, 1), 4).digest
-    assert digest == drawn(tensors, torch.zeros(2, 1), 4).digest
-    assert len({digest, drawn(other, torch.zeros(2, 1), 4).digest, drawn(tensors, torch.ones(2, 1), 4).digest,
-                drawn(tensors, torch.zeros(2, 1), 5).digest}) == 4  # fmt: skip
+    tensors = [texture_tensors(texture, *looks) for texture in textures]
+    other = [texture_tensors(texture, *looks) for texture in simulated_material(textures=2, seed=1).textures]
+    digest = random_rows(tensors, torch.zeros(2, 1), 4).digest
+    assert digest == random_rows(tensors, torch.zeros(2, 1), 4).digest
+    digests = {digest, random_rows(tensors, torch.zeros(2, 1), 5).digest}
+    digests |= {random_rows(other, torch.zeros(2, 1), 4).digest, random_rows(tensors, torch.ones(2, 1), 4).digest}
+    assert len(digests) == 4
 
 
 def test_what_cannot_be_looked_at_is_refused():

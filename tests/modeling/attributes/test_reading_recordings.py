@@ -5,7 +5,7 @@ import pytest
 
 from palpate.modeling.attributes.feature_cache import FOLDER
 from palpate.modeling.attributes.reading_folder import read_folder
-from palpate.modeling.attributes.reading_recordings import Recordings, filed
+from palpate.modeling.attributes.reading_recordings import Recordings, recording_files
 from palpate.modeling.textures.reading_tables import Held
 from palpate.modeling.textures.recording import TextureDataError
 from tests.analysis.features.picture_specimens import write_picture
@@ -101,7 +101,7 @@ def test_names_that_do_not_meet_are_reported(tmp_path):
     with pytest.raises(TextureDataError, match=r"no recording is of a texture in the table: recordings of felt, oak"):
         read(rated(tmp_path / "mine", "T1"), Recordings(tables=(tmp_path / "data",)))
     with pytest.raises(TextureDataError, match="sensor_data/accel"):
-        filed(Recordings(cluster=tmp_path / "data"), {"cluster_0": ("", "")})
+        recording_files(Recordings(cluster=tmp_path / "data"), {"cluster_0": ("", "")})
 
 
 @pytest.mark.needs("librosa", "pywt")

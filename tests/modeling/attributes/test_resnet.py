@@ -10,8 +10,8 @@ import torch
 from palpate.modeling.attributes.resnet import (
     ResNet50,
     colours,
-    folded,
-    loaded,
+    fold_batch_norms,
+    load_network,
     pool_of_patches,
     random_state,
 )
@@ -50,7 +50,7 @@ def test_names_and_shapes_are_torchvision_s():
 
 
 def test_numbers_are_torchvision_s(state):
-    network = loaded(state)
+    network = load_network(state)
     with torch.inference_mode():
         pool, scores = network.pooled(drawn_input())[0], network(drawn_input())[0]
     assert pool.shape == (2048,)
@@ -62,9 +62,9 @@ def test_numbers_are_torchvision_s(state):
 
 def test_folding_changes_nothing_that_32_bits_hold(state):
     with torch.inference_mode():
-        exact = loaded(state).double().pooled(drawn_input(2).double()).numpy()
-        plain = loaded(state).pooled(drawn_input(2)).numpy()
-        quick = folded(loaded({name: tensor.clone() for name, tensor in state.items()}))
+        exact = load_network(state).double().pooled(drawn_input(2).double()).numpy()
+        plain = load_network(state).pooled(drawn_input(2)).numpy()
+        quick = fold_batch_norms(load_network({name: tensor.clone() for name, tensor in state.items()}))
         pooled = quick.pooled(drawn_input(2)).numpy()
     assert not [name for name, _ in quick.named_buffers()]
     largest = np.abs(exact).max()
@@ -93,7 +93,7 @@ def test_brightness_becomes_three_colours_as_imagenet_normalises_them():
 
 
 def test_the_pool_of_patches_is_the_mean_over_each_of_them(state):
-    network = loaded(state)
+    network = load_network(state)
     given = np.random.default_rng(0).random((8, 32, 32), dtype="f4")
     pools = np.stack([pool_of_patches(network, one[None]) for one in given])
     pool = pool_of_patches(network, given)
@@ -104,6 +104,6 @@ def test_the_pool_of_patches_is_the_mean_over_each_of_them(state):
 
 @pytest.mark.parametrize("level", [0.0, 1.0])
 def test_black_and_white_patches_have_finite_features_of_random_weights(level):
-    network = folded(loaded(random_state(0)))
+    network = fold_batch_norms(load_network(random_state(0)))
     pool = pool_of_patches(network, np.full((1, 224, 224), level, "f4"))
     assert np.isfinite(pool).all() and pool.min() >= 0 and pool.max() > 0

@@ -14,10 +14,10 @@ from palpate.modeling.attributes.row_networks import (
     NETWORKS,
     Ann,
     CnnLstm,
-    drawn,
-    everything,
+    all_rows,
     examples,
     pooled,
+    random_rows,
     restore_rows,
     stack_of,
 )
@@ -96,7 +96,7 @@ def stack():
 
 
 def test_an_epoch_shows_every_texture_as_often_and_runs_of_one_texture():
-    source = drawn([stack()], torch.arange(3.0)[:, None], shows=200, steps=3)
+    source = random_rows([stack()], torch.arange(3.0)[:, None], shows=200, steps=3)
     (rows,), targets = source.batch(torch.arange(len(source)), torch.Generator().manual_seed(0))
     assert rows.shape == (600, 3, 2)
     assert torch.equal(rows[:, :, 0], targets.expand(-1, 3))
@@ -115,7 +115,7 @@ def test_everything_is_each_row_or_run_once_and_pairs_in_turn():
         (0, 0), (0, 3), (1, 0), (2, 0), (2, 3), (2, 6), (2, 9)
     ]  # fmt: skip
     other = stack_of([torch.zeros(4, 1), torch.arange(5.0)[:, None], torch.zeros(1, 1)])
-    source = everything([stack(), other], torch.zeros(3, 1), 1)
+    source = all_rows([stack(), other], torch.zeros(3, 1), 1)
     (one, two), _ = source.batch(torch.arange(len(source)), torch.Generator())
     assert len(source) == 7 + 5 + 12
     assert one[7:12, 1].tolist() == [0, 1, 0, 1, 0]
@@ -124,8 +124,8 @@ def test_everything_is_each_row_or_run_once_and_pairs_in_turn():
 
 def test_what_is_shown_is_part_of_a_sources_digest():
     target = torch.zeros(3, 1)
-    digests = {drawn([stack()], target, shows, steps).digest for shows, steps in ((4, 1), (5, 1), (4, 2))}
-    assert len(digests | {everything([stack()], target, 1).digest}) == 4
+    digests = {random_rows([stack()], target, shows, steps).digest for shows, steps in ((4, 1), (5, 1), (4, 2))}
+    assert len(digests | {all_rows([stack()], target, 1).digest}) == 4
 
 
 def test_variants_are_learned_from_and_are_no_part_of_an_answer():

@@ -10,9 +10,9 @@ from palpate.analysis.features.augmenting import chance_of, varied
 from palpate.analysis.features.glcm import glcm
 from palpate.analysis.features.pictures import Looking, square
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.attributes.resnet import folded, loaded, pool_of_patches, random_state
+from palpate.modeling.attributes.resnet import fold_batch_norms, load_network, pool_of_patches, random_state
 from palpate.modeling.attributes.resnet_weights import Weights
-from palpate.modeling.attributes.seeing import Album, Picture, Sight, seen, sight_with, thin
+from palpate.modeling.attributes.seeing import Album, Picture, Sight, picture_rows, sight_with, thin
 from palpate.modeling.training.threads import limited
 from tests.analysis.features.picture_specimens import write_picture
 
@@ -41,7 +41,7 @@ def picture(folder, texture, number, seed=None, name=None):
 
 
 def look(albums, how=HOW, **options):
-    return seen(albums, how, **{"workers": 1, **options})
+    return picture_rows(albums, how, **{"workers": 1, **options})
 
 
 def test_a_picture_is_2304_numbers_and_each_version_as_many(albums):
@@ -53,7 +53,7 @@ def test_a_picture_is_2304_numbers_and_each_version_as_many(albums):
             assert all(values.dtype == np.float32 and np.isfinite(values).all() for values in rows.values())
         assert view.notes == ()
     values = square(albums[0].pictures[0].path.read_bytes(), "", 256).values
-    network = folded(loaded(random_state(0)))
+    network = fold_batch_norms(load_network(random_state(0)))
     parts = [values[a : a + 64, b : b + 64] for a in (0, 192) for b in (0, 192)]
     np.testing.assert_array_equal(views["T01"].sight["resnet"][0], pool_of_patches(network, np.stack(parts)))
     np.testing.assert_array_equal(views["T01"].sight["glcm"][0], glcm(values))

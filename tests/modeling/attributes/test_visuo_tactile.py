@@ -76,7 +76,7 @@ def test_to_the_letter_its_dense_layers_are_given_the_features_made_anew():
     assert net.first.in_features == 64
     seen = net(rows)
     torch.testing.assert_close(seen.embedded, torch.relu(net.second(torch.relu(net.first(seen.rebuilt)))))
-    torch.testing.assert_close(net.looked(rows), seen.embedded)
+    torch.testing.assert_close(net.embed_rows(rows), seen.embedded)
 
 
 @pytest.mark.parametrize("length", [32, 33, 63, 250, 256, 2048])
