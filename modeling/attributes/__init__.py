@@ -1,1 +1,1 @@
-"""Textures that can be described: predicted attributes from touch and sight (thesis 3)."""
+"""Prediction of textures' attributes from touch and sight (thesis 3)."""

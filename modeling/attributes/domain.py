@@ -1,4 +1,4 @@
-"""What is computed when a texture is left out: a method fitted to the others, and its prediction of that one."""
+"""The jobs of an evaluation: fit a method without one texture, and predict that texture."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ LOW, HIGH = 0.0, 100.0
 
 @dataclass(frozen=True)
 class LeaveOut:
-    """A job: one entry fitted without one texture, which is then predicted."""
+    """A job: fit an entry without the texture `test`, then predict it."""
 
     entry: Entry
     test: str
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The job's name in progress reports and errors."""
         return f"{self.entry.name}, without {self.test}"
 
 
@@ -38,8 +38,8 @@ class LeaveOut:
 class AttributeDomain(Domain[LeaveOut]):
     """The textures, the folds and the methods.
 
-    The textures lie in `work`, as a file that each process reads once; `digest` is that of all that is in it, and
-    `parts` those of each texture and kind, so that a result stays valid as long as what its job reads is the same.
+    The textures are a file in `work` that each process reads once; `digest` is that of the whole file, and `parts` are
+    those of each texture and kind of feature, so that a result stays valid while the data of its job are the same.
     """
 
     work: Path
@@ -52,23 +52,23 @@ class AttributeDomain(Domain[LeaveOut]):
     def compute(self, job: LeaveOut) -> Result[LeaveOut]:
         """Return the prediction and its SD over the texture's rows, both (attributes,) on 0..100.
 
-        Beside them the learning curve, the seconds of the fit (train_s) and of the prediction (asked_s), and the
-        number of rows.
+        The result also has the learning curve, the seconds of the fit (train_s) and of the prediction (asked_s), and
+        the number of rows.
         """
         material, method = load_material(self.work, self.digest), self.methods[job.entry.method]
-        given = learning(material, self.folds[job.test], method, job.entry, self.seed, self.settings)
+        data = learning(material, self.folds[job.test], method, job.entry, self.seed, self.settings)
         tested = textures_named(material, (job.test,))[0]
         start = self.clock()
-        model = method.fit(given)
+        model = method.fit(data)
         fitted = self.clock()
         predicted, spread, rows = predict_texture(model, tested, len(material.attributes))
-        asked = self.clock() - fitted
-        took = getattr(getattr(model, "trained", None), "seconds", fitted - start)
-        numbers = {"train_s": float(took), "asked_s": asked, "rows": float(rows)}
+        predict_s = self.clock() - fitted
+        train_s = getattr(getattr(model, "trained", None), "seconds", fitted - start)
+        numbers = {"train_s": float(train_s), "asked_s": predict_s, "rows": float(rows)}
         return Result(job, numbers, {"predicted": predicted, "spread": spread, **curve_of(model)})
 
     def decides(self, job: LeaveOut) -> dict[str, Any]:
-        """Return what decides a result: the textures with the features that the entry reads, the fold, the method."""
+        """Return all that a result depends on: method, fold, the textures' digests, seed, settings and code."""
         entry, fold, method = job.entry, self.folds[job.test], self.methods[job.entry.method]
         kinds = [f"touch/{kind}" for kind in entry.touch]
         kinds += [f"{where}/{kind}" for kind in entry.sight for where in ("sight", "variants")]
@@ -89,7 +89,7 @@ class AttributeDomain(Domain[LeaveOut]):
 def learning(
     material: Material, fold: Fold, method: Method, entry: Entry, seed: int, settings: Mapping[str, Any]
 ) -> Learning:
-    """Return what the method may learn from in this fold; one that does not watch `held` learns from these too."""
+    """Return a method's data in a fold; a method that does not watch held textures learns from these too."""
     train, held = (fold.train, fold.held) if method.holds(settings) else (fold.known, ())
     return Learning(
         train=textures_named(material, train),
@@ -103,7 +103,7 @@ def learning(
 
 
 def textures_named(material: Material, names: Sequence[str]) -> tuple[Texture, ...]:
-    """Return the textures of these names, in their order."""
+    """Return the textures with these names, in the order of the names."""
     known = {texture.id: texture for texture in material.textures}
     return tuple(known[name] for name in names)
 
@@ -117,7 +117,10 @@ def predict_texture(model: Fitted, texture: Texture, attributes: int) -> tuple[A
 
 
 def mean_of_rows(prediction: Array | MaterialError, texture: Texture, attributes: int) -> tuple[Array, Array, int]:
-    """Return `predict_texture` of the rows that a model predicted: their mean, cut off at the ends of the scale."""
+    """Return the mean of predicted rows (n, attributes), clipped to 0..100, their SD, and n.
+
+    Raises `prediction` where it is an error, and MaterialError for another shape or numbers that are not finite.
+    """
     if isinstance(prediction, MaterialError):
         raise prediction
     rows = np.asarray(prediction, dtype=np.float64)

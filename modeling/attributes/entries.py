@@ -1,4 +1,4 @@
-"""Which methods are evaluated on which features: as they were published, on this study's, and kind by kind."""
+"""The entries of an evaluation: methods with the features as published, this study's, and single kinds."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from palpate.modeling.attributes.material import SIGHT, TOUCH
 from palpate.modeling.attributes.methods import Method
 
 MAIN, SAME, KINDS = "methods", "same features", "kinds"
-"""What an entry stands in: Tables 3.2 and 3.3, Table 3.4, Table 3.5."""
+"""The tables of an entry: Tables 3.2 and 3.3, Table 3.4, Table 3.5."""
 PROPOSED = "visuo_tactile"
 SEEING, FEELING = "hv_net", "ht_net"
-"""The thesis' network, and its two branches each by itself."""
+"""The two branches of the thesis' network (`PROPOSED`), each by itself."""
 ON_REQUEST = ("visuo_tactile_thesis",)
-"""What takes hours a fold is evaluated only where it is named."""
+"""Methods that take hours per fold, evaluated only where they are named."""
 COMPARED = ("vision_cnn", "haptic_cnn", "tactile_cnn_lstm", "tactile_svm", SEEING, FEELING)
-"""Those of Table 3.4."""
+"""The methods of Table 3.4."""
 PLAIN = "ridge"
-"""The kinds of features are also told apart by a method without chance or training in epochs."""
+"""A method without randomness or epochs, which also compares the kinds of features."""
 SIGHTS: tuple[tuple[str, ...], ...] = (("resnet",), ("glcm",), SIGHT)
 TOUCHES: tuple[tuple[str, ...], ...] = (("dwt", "hand"), ("dft", "hand"), TOUCH)
 Own = Mapping[str, tuple[Sequence[str], Sequence[str]]]
@@ -26,7 +26,7 @@ Own = Mapping[str, tuple[Sequence[str], Sequence[str]]]
 
 @dataclass(frozen=True)
 class Entry:
-    """A method with the features that it looks at; `tables` are those that it stands in."""
+    """A method with its kinds of features, and the tables that show it."""
 
     method: str
     touch: tuple[str, ...]
@@ -35,7 +35,7 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """As tables and files name it."""
+        """The entry's name in tables and files."""
         return f"{self.method}: {'+'.join((*self.touch, *self.sight)) or 'ratings alone'}"
 
 
@@ -47,7 +47,7 @@ def entries(names: Iterable[str], methods: Mapping[str, Method], own: Own, ablat
     tables: dict[Entry, frozenset[str]] = {}
 
     def add(table: str, name: str, touch: Sequence[str], sight: Sequence[str]) -> None:
-        sees = methods[name].sees  # an entry has only the features that its method looks at
+        sees = methods[name].sees  # an entry has only the modalities of its method
         entry = Entry(name, tuple(touch) if "touch" in sees else (), tuple(sight) if "sight" in sees else ())
         tables[entry] = tables.get(entry, frozenset()) | {table}
 

@@ -1,6 +1,6 @@
-"""Features on disk by what they were made from, how, and by which code: LAB/features.
+"""A cache of features in LAB/features, by their sources, settings and code.
 
-Nothing there is needed: the folder may be removed at any time, and what is missing is computed again.
+The folder may be removed at any time; missing features are computed again.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from palpate.modeling.files.result_store import ResultStore, content_key
 from palpate.protocols.extras import installed_version
 
 FOLDER = "features"
-"""Of a lab."""
+"""The name of the folder in a lab."""
 Entry: TypeAlias = tuple[Mapping[str, FeatureRows], Mapping[str, Any]]
-"""Rows by kind, and their metadata (what JSON holds)."""
+"""FeatureRows (n, features) by kind, and their metadata as JSON holds them."""
 
 
 def feature_key(decides: Mapping[str, object], code: Sequence[str], packages: Sequence[str]) -> str:
-    """Return the key of rows, by their source and settings, digests of the code and the packages that make them."""
+    """Return the key of rows: a digest of their source and settings, of the code, and of the packages' versions."""
     return content_key(
         decides={name: str(value) for name, value in decides.items()},
         code=list(code),
@@ -29,12 +29,12 @@ def feature_key(decides: Mapping[str, object], code: Sequence[str], packages: Se
 
 
 def load_features(folder: Path | None, key: str) -> Entry | None:
-    """Return the entry of that key as it was saved; None where there is none that is whole."""
+    """Return the entry of a key; None where there is none, or it is damaged."""
     return ResultStore(folder).load(key)
 
 
 def save_features(folder: Path | None, key: str, rows: Mapping[str, FeatureRows], metadata: Mapping[str, Any]) -> None:
-    """Save an entry, whole or not at all; nothing without a folder. Raises MaterialError on a full disk."""
+    """Save an entry atomically; do nothing without a folder. Raises MaterialError where it cannot be written."""
     try:
         ResultStore(folder).save(key, rows, metadata)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""How long the features of one texture take on this machine: on made-up signals, since saved features cost nothing."""
+"""The time that the features of one texture take on this machine, measured on synthetic signals."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array
 
 SECONDS, PICTURES = 60.0, 10
-"""Of a texture: a recording by sensors of 3, 8 and 0.12 kHz, and pictures of 1568 x 1568 pixels."""
+"""The data of a texture: seconds of recording by sensors of 3, 8 and 0.12 kHz; pictures of 1568 x 1568 pixels."""
 RECORDING, PICTURE = "recording", "picture"
-"""What comes before any kind of feature of touch (one clock, filters, hum, DFT321), and of sight (decoding, gray)."""
+"""The steps before any kind of feature of touch (one clock, filters, hum, DFT321), and of sight (decoding, gray)."""
 TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
-"""Within the band; none is a multiple of mains."""
+"""Tones within the band, none a multiple of the mains frequency."""
 SENSORS_HZ = {"acceleration": 3000.0, "force": 8000.0, "position": 120.0}
 GRAVITY_M_S2 = 9.81
 
 
 def steps_of(kinds: Collection[str]) -> tuple[str, ...]:
-    """Return all that has to be done for these kinds: what comes before each sense's once, and each kind."""
+    """Return the steps to these kinds of features: the common step of each modality once, then each kind."""
     before = ((RECORDING, TOUCH_KINDS), (PICTURE, SIGHT_KINDS))
     return (*(name for name, own in before if set(own) & set(kinds)), *kinds)
 
 
 def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) -> dict[str, float]:
-    """Seconds of each step to these kinds (`steps_of`) for one texture, on one core, from what sensors and camera gave.
+    """Return the seconds of each step to these kinds (`steps_of`) for one texture, on one core, from raw data.
 
-    Each is made twice and the second counts. ResNet-50 is timed on one batch of patches; the others of the ten
-    pictures are taken to be like it.
+    Each step is run twice and the second run counts. ResNet-50 is timed on one batch of patches and scaled to all
+    patches of the ten pictures.
     """
     from palpate.modeling.training.threads import limited
 
     steps, result = steps_of(kinds), {}
     with limited(1):
-        for name, make, times in (*_of_touch(), *_of_sight(steps)):
+        for name, make, times in (*_touch_steps(), *_sight_steps(steps)):
             if name in steps:
                 make()
                 start = clock()
@@ -49,8 +49,8 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     return result
 
 
-def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
-    """Yield a step, what does it, and how often that is needed for one texture."""
+def _touch_steps() -> Iterator[tuple[str, Callable[[], object], float]]:
+    """Yield the steps of touch: a name, a function to time, and how often one texture needs it."""
     from palpate.analysis.features.touch import segments
     from palpate.analysis.features.touch_features import hand, mfcc, spectrum, wavelets
     from palpate.modeling.attributes.reading_touch import touch_of
@@ -64,8 +64,8 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     yield "dwt", lambda: wavelets(cut.vibration), 1.0
 
 
-def _of_sight(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
-    # a JPEG file of noise
+def _sight_steps(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
+    """Yield the steps of sight, on a JPEG file of noise, as `_touch_steps`."""
     from PIL import Image
 
     from palpate.analysis.features.glcm import glcm
@@ -92,13 +92,13 @@ def _of_sight(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object
 
 
 def tones(seconds: float) -> Touched:
-    """A capture whose vibration is known at any time (`felt_at`), with gravity and a hand that strokes slowly."""
-    at = {what: np.arange(round(seconds * rate_hz)) / rate_hz for what, rate_hz in SENSORS_HZ.items()}
-    t = at["position"]
+    """Return a synthetic capture with known vibration (`felt_at`), gravity, and a hand that strokes slowly."""
+    times_s = {what: np.arange(round(seconds * rate_hz)) / rate_hz for what, rate_hz in SENSORS_HZ.items()}
+    t = times_s["position"]
     place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t], axis=1)
-    force = 1.2 + 0.5 * np.cos(2 * at["force"])
+    force = 1.2 + 0.5 * np.cos(2 * times_s["force"])
     signals = {
-        "acceleration": felt_at(at["acceleration"]) + np.array([0, 0, GRAVITY_M_S2]),
+        "acceleration": felt_at(times_s["acceleration"]) + np.array([0, 0, GRAVITY_M_S2]),
         "force": np.stack([0 * force, 0 * force, force], axis=1), "position": place,
     }  # fmt: skip
     sampled = {what: evenly(what, values, SENSORS_HZ[what], "made up") for what, values in signals.items()}
@@ -106,7 +106,7 @@ def tones(seconds: float) -> Touched:
 
 
 def felt_at(times_s: Array) -> Array:
-    """Acceleration (n, 3) in m/s^2: tones that swell and fade, each with its own phase on each axis."""
+    """Return acceleration (n, 3) in m/s^2 at times (n,): amplitude-modulated tones, each axis with its own phases."""
     chance = np.random.Generator(np.random.PCG64(0))
     result = np.zeros((len(times_s), 3))
     for hertz in TONES_HZ:

@@ -1,4 +1,4 @@
-"""Rows of what was felt, a texture a job, saved by content (thesis 3.4.1): a lab's captures, or others' recordings."""
+"""Touch features of recorded textures, one job per texture, cached by content (thesis 3.4.1)."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ from palpate.protocols.code_digest import code_digest, module_of
 from palpate.protocols.progress import Report, silent
 
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
-"""What makes these rows beside our own code; an entry of other versions is not used."""
+"""Packages that compute these features; entries of other versions are not used."""
 
 
 class Recording(Protocol):
-    """One texture's recordings, not read yet: a lab's (`reading_touch`) or others' (`reading_recordings`)."""
+    """One texture's recordings before they are read: a lab's (`reading_touch`) or others' (`reading_recordings`)."""
 
     @property
     def id(self) -> str:
-        """The texture."""
+        """The texture's id."""
 
     @property
     def label(self) -> str:
-        """What it is called on pictures."""
+        """The texture's name on pictures."""
 
     @property
     def category(self) -> str:
-        """Its class."""
+        """The texture's class."""
 
     @property
     def key(self) -> str:
-        """A digest of all that decides what is felt, but for the program."""
+        """A digest of all that the features depend on, except the code."""
 
     @property
     def made_from(self) -> frozenset[str]:
-        """Digests of what was recorded."""
+        """Digests of the recorded data."""
 
     def rows(self) -> FeltRows:
-        """Return its features. Raises TextureDataError."""
+        """Return the texture's features. Raises TextureDataError for recordings that cannot be used."""
 
 
 @dataclass(frozen=True)
-class _Felt:
-    """A job: one texture, and the folder of its saved rows."""
+class _Job:
+    """A job: one texture, the key of its rows, and the folder of the cache."""
 
     recorded: Recording
     key: str
@@ -56,35 +56,36 @@ class _Felt:
 
     @property
     def name(self) -> str:
-        """As the job is called."""
+        """The job's name in progress reports and errors."""
         return f"recordings of {self.recorded.id}"
 
 
 def felt_rows(
     textures: Sequence[Recording], folder: Path | None = None, workers: int | None = None, report: Report = silent
 ) -> list[FeltRows]:
-    """Return the rows of each texture: what `folder` lacks is computed and saved there.
+    """Return the rows of each texture, from the cache in `folder` or computed and saved there.
 
-    One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
-    rows, and its notes say why.
+    Each of `workers` processes has one texture in memory at a time. A texture whose recordings cannot be used has no
+    rows and a note with the reason.
     """
     own, jobs = "palpate.modeling.attributes.feeling", []
     for texture in textures:
         code = code_digest(module_of(texture), own)
-        jobs.append(_Felt(texture, feature_key({"recorded": texture.key}, (code,), PACKAGES), folder))
+        jobs.append(_Job(texture, feature_key({"recorded": texture.key}, (code,), PACKAGES), folder))
     known = {job.key: entry for job in jobs if (entry := load_features(folder, job.key)) is not None}
     missing = [job for job in jobs if job.key not in known]
     computed = run_jobs(_entry, missing, workers=workers, report=report) if missing else []
     known |= {job.key: entry for job, entry in zip(missing, computed, strict=True)}
     result = []
-    for texture, job in zip(textures, jobs, strict=True):  # an entry has no name: a recording may have several
+    for texture, job in zip(textures, jobs, strict=True):  # an entry has no name: textures may share a recording
         rows, metadata = known[job.key]
         made_from, notes = frozenset(metadata["made_from"]), tuple(metadata["notes"])
         result.append(FeltRows(texture.id, texture.label, texture.category, dict(rows), made_from, notes))
     return result
 
 
-def _entry(job: _Felt) -> Entry:
+def _entry(job: _Job) -> Entry:
+    """Compute and save the rows of a texture; return them, or no rows with a note."""
     try:
         felt = job.recorded.rows()
     except TextureDataError as error:

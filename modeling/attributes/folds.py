@@ -1,4 +1,4 @@
-"""Leave one texture out: folds in which nothing of the tested texture was learned from (thesis 3.6.4)."""
+"""Leave one texture out: folds whose training data share nothing with the tested texture (thesis 3.6.4)."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from palpate.signals.arrays import Array
 HELD = 0.1
 """The share of the training side that a network watches to stop early."""
 SOME = 5
-"""Tells `sample_textures`'s chance from others of the same seed."""
+"""Distinguishes the random numbers of `sample_textures` from others of the same seed."""
 LEAST = 3
-"""Groups of textures that are needed: one to ask about, one to learn from, one to watch."""
+"""The least number of groups of textures: one to test, one to learn from, one to watch."""
 SAME = 1e-5
-"""Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""
+"""The difference, relative to the greatest number, below which rows are equal: a file may have been rounded."""
 DIGITS = 4
-"""Coarser than `SAME`: what counts as equal between textures must not count as different within a blank row."""
+"""Decimals that count within a blank row: coarser than `SAME`, so that equal rows are equally blank."""
 HAND = "hand"
-"""How the hand moved and pressed tells nothing of the texture: a robot does the same to all of them."""
+"""Features of the hand's motion and force, which do not identify a texture: a robot moves alike on all of them."""
 Owners = list[tuple[str, NDArray[np.float32]]]
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One texture left out. `train` and `held` are the others, by name and in alphabetical order; `apart` are those
-    that share content with the tested one and stand on neither side."""
+    """A fold that tests one texture. `train` and `held` are the others, sorted by name; `apart` are textures that share
+    content with the tested one and are on neither side."""
 
     test: str
     train: tuple[str, ...]
@@ -40,19 +40,19 @@ class Fold:
 
     @property
     def known(self) -> tuple[str, ...]:
-        """All that may be learned from, for a method that does not ask for `held`."""
+        """All textures to learn from, for a method that does not watch held ones."""
         return tuple(sorted((*self.train, *self.held)))
 
 
 def leave_one_texture_out(
     material: Material, seed: int = 0, share: float = HELD, only: Sequence[str] | None = None
 ) -> tuple[Fold, ...]:
-    """Return a fold for each texture (or for those named by `only`), in the material's order; all of them rated.
+    """Return a fold for each texture, or for those in `only`, in the material's order.
 
     Textures that share content (`made_from`, or an equal row of a segment or a picture) are one group, and no group is
     divided. About `share` of the training side is held for early stopping: whole groups, in turn from each class, drawn
-    by the seed and the tested texture's name. The order of textures and rows decides nothing. Raises MaterialError for
-    too few groups, a share outside 0..0.5, a name that is none, or a texture that was not rated.
+    by the seed and the tested texture's name. The order of textures and rows does not matter. Raises MaterialError for
+    too few groups, a share outside 0..0.5, an unknown name, or a texture without ratings.
     """
     if not 0 <= share <= 0.5:
         raise MaterialError(f"the share that is held is {share:g}; 0 to 0.5 is expected.")
@@ -80,7 +80,7 @@ def leave_one_texture_out(
 
 
 def whole_fold(material: Material, seed: int = 0, share: float = HELD) -> Fold:
-    """Return every rated texture, nothing left out: what a model that is to be used learns from and what it watches."""
+    """Return a fold without a tested texture, for the training of a lab's model."""
     groups = groups_of(material.textures)
     classes = {texture.id: texture.category for texture in material.textures}
     return _split("", (), groups, classes, _chance(seed, ""), share)
@@ -90,7 +90,7 @@ def _split(
     test: str, apart: tuple[str, ...], others: Sequence[tuple[str, ...]], classes: Mapping[str, str],
     chance: np.random.Generator, share: float,
 ) -> Fold:  # fmt: skip
-    # hold groups out until the share is reached, one class after the other; one group stays to learn from
+    """Return a fold: groups are held out, one class after the other, up to the share; one group stays to learn from."""
     goal = max(1, round(share * sum(map(len, others)))) if share > 0 else 0
     held: list[tuple[str, ...]] = []
     for group in _in_turn(others, classes, chance):
@@ -102,17 +102,17 @@ def _split(
 
 
 def _chance(seed: int, test: str) -> np.random.Generator:
-    """Return its own for each tested texture, whatever stands beside it."""
-    named = int.from_bytes(sha256(test.encode()).digest()[:8], "big")
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, named])))
+    """Return the random generator of a tested texture, which depends on the seed and its name alone."""
+    number = int.from_bytes(sha256(test.encode()).digest()[:8], "big")
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, number])))
 
 
 def _in_turn(
     groups: Sequence[tuple[str, ...]], classes: Mapping[str, str], chance: np.random.Generator
 ) -> list[tuple[str, ...]]:
-    """Return all groups: a first one of each class in a drawn order of the classes, then a second one, and so on.
+    """Return all groups in random order: a first group of each class, then a second one, and so on.
 
-    Classes of a single group come last in each turn, so that a class is seldom missing from what is learned.
+    Classes with a single group come last in each turn, so that few classes are missing from the training side.
     """
     by_class: dict[str, list[tuple[str, ...]]] = {}
     for group in sorted(groups):
@@ -125,9 +125,9 @@ def _in_turn(
 
 
 def sample_textures(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
-    """So many of these textures (class by name), in turn from each class, drawn by the seed; in alphabetical order.
+    """Return `count` of the textures (class by name), in turn from each class, drawn by the seed; sorted by name.
 
-    The fewer are among the more. Raises MaterialError for less than one.
+    A smaller sample is part of a larger one. Raises MaterialError for a count below 1.
     """
     if count < 1:
         raise MaterialError(f"{count} textures to leave out: at least one is expected.")
@@ -137,11 +137,11 @@ def sample_textures(classes: Mapping[str, str], count: int, seed: int = 0) -> tu
 
 
 def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
-    """Return the groups, each in alphabetical order, sorted by their first names; most hold one texture.
+    """Return the groups of textures that share content, each sorted by name; most have one texture.
 
-    Textures are joined that share a file (`made_from`), or a row of one kind of feature: of a segment, of a picture or
-    of a variant of one. Blank rows (silence, a black picture) do not count, in any kind of feature; nor does how the
-    hand moved, where there is anything else.
+    Textures share content through a file (`made_from`), or an equal row of one kind of feature: of a segment, a picture
+    or a variant of a picture. Blank rows (silence, a black picture) do not count; nor do the hand's features, where
+    there are others.
     """
     parent = {texture.id: texture.id for texture in textures}
     first: dict[str, str] = {}
@@ -167,43 +167,45 @@ def _root(parent: dict[str, str], name: str) -> str:
 
 def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     """Yield pairs of textures with an equal row, for each kind of feature."""
-    telling = [(texture.id, _counting_rows(texture)) for texture in textures]
-    for kind in sorted({kind for _, rows in telling for kind in rows}):
+    counting = [(texture.id, _counting_rows(texture)) for texture in textures]
+    for kind in sorted({kind for _, rows in counting for kind in rows}):
         yield from _equal_pairs(
-            [(name, row) for name, rows in telling for row_set in rows.get(kind, ()) for row in row_set]
+            [(name, row) for name, rows in counting for row_set in rows.get(kind, ()) for row in row_set]
         )
 
 
 def _counting_rows(texture: Texture) -> dict[str, list[FeatureRows]]:
-    """A texture's rows by kind, without those of what is blank; pictures and their variants are compared together."""
+    """Return a texture's rows by kind, without blank ones; a kind's pictures and variants are in one list."""
     touch = {kind: rows for kind, rows in texture.touch.items() if kind != HAND or len(texture.touch) == 1}
-    seen, varied = _blanks(texture.sight), _blanks(texture.variants)
-    if len(seen) and len(varied) % len(seen) == 0:
-        varied = varied | np.resize(seen, len(varied))  # a version of a black picture shows its noise alone
+    blank_pictures, blank_variants = _blanks(texture.sight), _blanks(texture.variants)
+    if len(blank_pictures) and len(blank_variants) % len(blank_pictures) == 0:
+        # a variant of a black picture has only noise
+        blank_variants = blank_variants | np.resize(blank_pictures, len(blank_variants))
     result: dict[str, list[FeatureRows]] = {}
-    for rows, blank in ((touch, _blanks(touch)), (texture.sight, seen), (texture.variants, varied)):
+    parts = ((touch, _blanks(touch)), (texture.sight, blank_pictures), (texture.variants, blank_variants))
+    for rows, blank in parts:
         for kind, row_set in rows.items():
             result.setdefault(kind, []).append(row_set[~blank])
     return result
 
 
 def _blanks(kinds: Mapping[str, FeatureRows]) -> NDArray[np.bool_]:
-    """Return which segments or pictures are blank: one kind of feature that says so is enough.
+    """Return whether each segment or picture is blank, (rows,): in at least one kind of feature.
 
-    A black picture's co-occurrence has one number; what a network makes of it has many, all of them the network's own.
+    The co-occurrence of a black picture has one number, while a network's features of it have many.
     """
     marks = [np.array([_blank(row) for row in rows], dtype=bool) for rows in kinds.values()]
     return np.logical_or.reduce(marks) if marks else np.zeros(0, dtype=bool)
 
 
 def _blank(row: NDArray[np.float32]) -> bool:
-    """Return whether a row has at most two different numbers up to rounding, as silence or a black picture has."""
+    """Return whether a row has at most two different numbers up to rounding, as for silence or a black picture."""
     greatest = float(np.max(np.abs(row), initial=0.0))
     return greatest == 0.0 or len(np.unique(np.round(row / greatest, DIGITS))) <= 2
 
 
 def _equal_pairs(owners: Owners) -> Iterator[tuple[str, str]]:
-    """Yield pairs of owners of equal rows; only neighbours on a random projection are compared, which saves time."""
+    """Yield pairs of owners of equal rows. For speed, only neighbours on a random projection are compared."""
     by_size: dict[int, Owners] = {}
     for name, row in owners:
         by_size.setdefault(len(row), []).append((name, row))
@@ -219,7 +221,7 @@ def _equal_pairs(owners: Owners) -> Iterator[tuple[str, str]]:
 
 
 def _projections(rows: Sequence[NDArray[np.float32]], size: int) -> tuple[Array, Array]:
-    """Return each row's place on a random line, and the reach of equal rows: six SDs of their rounding."""
+    """Return each row's place on a random line, and the distance of equal rows, six SDs of rounding: (rows,) each."""
     line = np.random.Generator(np.random.PCG64(size)).standard_normal(size)
     table = np.stack(rows).astype(np.float64)
     reach: Array = SAME * np.abs(table).max(axis=1) * 6.0 * float(np.linalg.norm(line))
@@ -227,5 +229,6 @@ def _projections(rows: Sequence[NDArray[np.float32]], size: int) -> tuple[Array,
 
 
 def _same(one: NDArray[np.float32], other: NDArray[np.float32]) -> bool:
+    """Return whether two rows are equal up to rounding (`SAME`)."""
     greatest = float(max(np.max(np.abs(one)), np.max(np.abs(other))))
     return bool(np.max(np.abs(one.astype(np.float64) - other)) <= SAME * greatest)

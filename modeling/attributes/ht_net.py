@@ -1,6 +1,6 @@
-"""HT-Net (thesis 3.5.2): six stacked ConvLSTM layers over places in a row.
+"""HT-Net (thesis 3.5.2): six stacked one-dimensional ConvLSTM layers.
 
-They are those of Shi et al. 2015 without peepholes, as Keras' ConvLSTM1D."""
+The layers are those of Shi et al. 2015 without peepholes, as Keras' ConvLSTM1D."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from palpate.modeling.attributes.row_layers import RowConv, halved, neighbours
 
 KERNEL = 3
 GAIN = 4.0
-"""How much larger than Glorot's the weights from the input begin. A sigmoid times a tanh quarters a small signal; six
-layers of it would hand over a 4000th, and nothing would be learned in the first hundreds of steps."""
+"""The factor on Glorot's initial weights from the input. A sigmoid times a tanh quarters a small signal, so six layers
+would leave a 4000th, and hundreds of steps would pass before anything is learned."""
 TOUCH_FILTERS = (128, 256, 128, 128, 256, 128)
 POOLED = (2, 4, 5)
-"""The layers, counted from one, after which every two steps become one."""
+"""The layers, counted from one, after which pairs of steps are pooled into one."""
 
 
 class ConvLSTM1D(nn.Module):
-    """One layer: a long short-term memory at each place, whose gates see the neighbouring places too.
+    """A ConvLSTM layer: a long short-term memory at each place, whose gates also use the neighbouring places.
 
     (i, f, g, o) = W * x_t + U * h_(t-1) + b;  c_t = s(f) c_(t-1) + s(i) tanh(g);  h_t = s(o) tanh(c_t)
 
-    where * is a convolution over places with zeros beyond the ends, s the logistic function, h_0 = c_0 = 0. Gates stand
-    in torch.nn.LSTM's order: with a kernel of one and a single place it is that layer.
+    where * is a convolution over places with zeros beyond the ends, s the logistic function, h_0 = c_0 = 0. The gates
+    have the order of torch.nn.LSTM: with a kernel of one and a single place it is that layer.
     """
 
     def __init__(self, channels: int, filters: int, kernel: int = KERNEL) -> None:
@@ -38,28 +38,28 @@ class ConvLSTM1D(nn.Module):
         self._initialise_weights()
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, steps, channels, places) to the hidden state of every step (batch, steps, filters, places).
+        """Return the hidden state of every step, (batch, steps, filters, places), for (batch, steps, channels, places).
 
         Raises MaterialError for another shape.
         """
         if x.ndim != 4 or x.shape[2] != self.channels or not x.shape[1]:
             raise MaterialError(f"a ConvLSTM came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) needed.")
-        given, kept = self.given(x.permute(1, 0, 3, 2)), self.kept.matrix().T
+        from_input, recurrent = self.given(x.permute(1, 0, 3, 2)), self.kept.matrix().T
         hidden: list[Tensor] = []
         cell: Tensor | None = None
-        for step in given.unbind(0):  # (batch, places, gates)
+        for step in from_input.unbind(0):  # (batch, places, gates)
             gates = step
-            if hidden:  # before the first step there is nothing kept
+            if hidden:  # the first step has no past
                 past = neighbours(hidden[-1], self.kept.kernel).flatten(0, 1)
-                gates = torch.addmm(step.flatten(0, 1), past, kept).view(step.shape)
-            enter, stay, new, leave = gates.chunk(4, dim=2)
-            entering = torch.sigmoid(enter) * torch.tanh(new)
-            cell = entering if cell is None else torch.sigmoid(stay) * cell + entering
-            hidden.append(torch.sigmoid(leave) * torch.tanh(cell))
+                gates = torch.addmm(step.flatten(0, 1), past, recurrent).view(step.shape)
+            input_gate, forget_gate, candidate, output_gate = gates.chunk(4, dim=2)
+            update = torch.sigmoid(input_gate) * torch.tanh(candidate)
+            cell = update if cell is None else torch.sigmoid(forget_gate) * cell + update
+            hidden.append(torch.sigmoid(output_gate) * torch.tanh(cell))
         return torch.stack(hidden, dim=1).transpose(2, 3)
 
     def _initialise_weights(self) -> None:
-        """Initialise the weights: Glorot's from the input, orthogonal ones from the past, a forget gate that stays."""
+        """Initialise the weights: Glorot's from the input, orthogonal from the past; a forget gate's bias is 1."""
         with torch.no_grad():
             for weights in self.given.weight.chunk(4):
                 nn.init.xavier_uniform_(weights, gain=GAIN)
@@ -72,10 +72,10 @@ class ConvLSTM1D(nn.Module):
 
 
 class HTNet(nn.Module):
-    """(batch, steps, channels, places) of segments to 128 numbers each.
+    """HT-Net: segments (batch, steps, channels, places) to embeddings (batch, 128).
 
-    The last hidden state of the last layer, (128, places), is averaged over its places. An odd step at the end stays by
-    itself where steps are halved: of ten steps five, three and two are left, so that the last layer still has a past.
+    The last hidden state of the last layer, (128, places), is averaged over its places. Where steps are pooled, an odd
+    last step stays: ten steps become five, three and two, so that the last layer still has a past.
     """
 
     def __init__(self, channels: int) -> None:
@@ -85,11 +85,11 @@ class HTNet(nn.Module):
         self.layers = nn.ModuleList(ConvLSTM1D(*sizes) for sizes in zip(inputs, TOUCH_FILTERS, strict=True))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, steps, channels, places) to (batch, 128). Raises MaterialError for another shape."""
+        """Return the embeddings (batch, 128) of segments. Raises MaterialError for another shape."""
         return self.stages(x)[-1][:, -1].mean(dim=2)
 
     def stages(self, x: Tensor) -> list[Tensor]:
-        """Return the output of each layer, halved where it is: (batch, steps, filters, places)."""
+        """Return the output of each layer after its pooling: (batch, steps, filters, places) each."""
         if x.ndim != 4 or x.shape[2] != self.channels or 0 in x.shape[1:]:
             raise MaterialError(f"HT-Net came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) is needed.")
         result: list[Tensor] = []

@@ -1,4 +1,4 @@
-"""HV-Net (thesis 3.5.1): a convolutional autoencoder of a picture's features, and two dense layers."""
+"""HV-Net (thesis 3.5.1): a convolutional autoencoder of a picture's features, with two dense layers."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ SIGHT_FILTERS = (256, 256, 128, 64, 32)
 KERNELS = (4, 4, 3, 3, 3)
 DENSE = (512, 128)
 LEAST_NORM = 2 ** len(SIGHT_FILTERS)
-"""The shortest row that can be halved after each layer."""
+"""The shortest row that can be halved once per layer."""
 
 
 class HVOutput(NamedTuple):
-    """What HV-Net answers: 128 numbers a picture (batch, 128), and its features made anew (batch, length)."""
+    """The output of HV-Net: embeddings (batch, 128), and reconstructed features (batch, length)."""
 
     embedded: Tensor
     rebuilt: Tensor
 
 
 class HVNet(nn.Module):
-    """(batch, length) features of pictures to 128 numbers each, and to the features made anew.
+    """HV-Net: features of pictures (batch, length) to embeddings (batch, 128) and reconstructed features.
 
-    Encoder: five convolutions over the row of features, ReLU and a halving (max pooling 2) after each: of 2304 numbers
-    (32, 72) is left, the code. Decoder: the same filters and kernels the other way round, ReLU and a doubling after
-    each (to the length that was halved there, where it was odd), and one filter that joins 256 into the row.
+    Encoder: five convolutions along the features, each with ReLU and max pooling of 2, so that 2304 features become the
+    code (32, 72). Decoder: the same filters and kernels in reverse order, each with ReLU and a doubling (to the length
+    before the pooling, where that was odd), and a last convolution from 256 filters to one.
 
-    The dense layers 512 and 128 are given the code, and the row that is made anew stands in the loss. The thesis has
-    them "after reconstruction": with `after_reconstruction` they are given that row; then ten layers stand between the
-    features and the answer, and one channel. That way it errs more after the same training, and prediction needs the
-    decoder (docs/reference/attribute-models.md has the numbers).
+    The dense layers 512 and 128 take the code, and the loss includes the reconstruction. The thesis has them "after
+    reconstruction": with `after_reconstruction` they take the reconstructed row. Then ten layers and a single channel
+    lie between the features and the answer: the errors are larger after the same training, and prediction needs the
+    decoder (numbers: docs/reference/attribute-models.md).
 
     Between the layers rows are (batch, places, filters), as `RowConv` takes them.
     """
@@ -54,34 +54,34 @@ class HVNet(nn.Module):
         self.first, self.second = dense(inputs, DENSE[0]), dense(*DENSE)
 
     def forward(self, rows: Tensor) -> HVOutput:
-        """Encode, embed, rebuild. Raises MaterialError for rows of another length."""
+        """Return embeddings and reconstruction of rows (batch, length). Raises MaterialError for another shape."""
         code = self.encode(rows)
         return HVOutput(self.embed(code), self.decode(code))
 
     def embed_rows(self, rows: Tensor) -> Tensor:
-        """(batch, length) to (batch, 128), without making the features anew where that is not needed."""
+        """Return the embeddings (batch, 128) of rows (batch, length), without the reconstruction where possible."""
         return self.embed(self.encode(rows))
 
     def encode(self, rows: Tensor) -> Tensor:
-        """(batch, length) to (batch, 32, length halved five times). Raises MaterialError for rows of another length."""
+        """Return the code (batch, 32, length // 32) of rows (batch, length). Raises MaterialError for other shapes."""
         if rows.ndim != 2 or rows.shape[1] != self.length:
             raise MaterialError(f"HV-Net came to {tuple(rows.shape)}: (batch, {self.length}) is expected.")
         x = rows[:, :, None]
         for layer in self.encoder:
-            x = torch.relu(greater_of_two(layer(x)))  # the same as ReLU first
+            x = torch.relu(greater_of_two(layer(x)))  # equal to ReLU before pooling
         return x.transpose(1, 2)
 
     def decode(self, code: Tensor) -> Tensor:
-        """Rebuild features (batch, length) from the code of `encode`."""
+        """Return the reconstructed features (batch, length) of the code of `encode`."""
         result: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
         return result
 
     def stretch(self, code: Tensor) -> Tensor:
-        """Stretch the code of `encode` to (batch, 256, length)."""
+        """Return the output of the decoder before the last convolution, (batch, 256, length)."""
         x = code.transpose(1, 2)
         lengths = [self.length >> times for times in reversed(range(len(SIGHT_FILTERS)))]
         for layer, length in zip(self.decoder, lengths, strict=True):
-            # every place twice; the last one once more where an odd length was halved
+            # every place is doubled; the last one is tripled where the length before the pooling was odd
             x = torch.relu(layer(x)).repeat_interleave(2, dim=1)
             x = x if x.shape[1] == length else torch.cat([x, x[:, -1:]], dim=1)
         return x.transpose(1, 2)
@@ -92,5 +92,5 @@ class HVNet(nn.Module):
 
     def hidden(self, code: Tensor) -> Tensor:
         """Return the hidden layer (batch, 512) of the code of `encode`."""
-        given = self.decode(code) if self.after_reconstruction else code.flatten(1)
-        return torch.relu(self.first(given))
+        inputs = self.decode(code) if self.after_reconstruction else code.flatten(1)
+        return torch.relu(self.first(inputs))

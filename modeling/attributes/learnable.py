@@ -1,4 +1,4 @@
-"""What every fit begins with: enough rated textures in an order of their own, their rows, and folds inside."""
+"""Input of every fit: rated textures in a fixed order, their rows, and inner folds."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ INNER_FOLDS = 5
 
 
 def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...], Array]:
-    """Return the textures to learn from by name, whatever order they came in, and their ratings (textures, attributes).
+    """Return the training textures, sorted by name, and their ratings (textures, attributes).
 
-    Raises MaterialError for fewer than `least`, for one that was not rated, or ratings that are not finite or not one
-    for each attribute.
+    Raises MaterialError for fewer than `least`, for a texture without ratings, and for ratings that are not finite or
+    not one for each attribute.
     """
     if len(learning.train) < least:
         raise MaterialError(f"{count(len(learning.train), 'texture')} to learn from; at least {least} are needed.")
@@ -33,9 +33,9 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
 
 
 def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: int | None = None) -> FeatureRows:
-    """Return a texture's rows of these kinds side by side; `width` is how many numbers were learned from.
+    """Return a texture's rows of these kinds side by side, (rows, width); `width` is the number of learned features.
 
-    Raises MaterialError where a kind is missing, where there is no row, or where rows are of another width.
+    Raises MaterialError where a kind is missing, where there is no row, or where rows have another width.
     """
     rows = texture.rows(modality, kinds)
     if not len(rows):
@@ -50,9 +50,9 @@ def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: i
 
 
 def inner_folds(textures: Sequence[Texture], folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
-    """Yield places of textures to learn from and to test on; textures made from the same files stay on one side.
+    """Yield places of training and of test textures; textures with common files stay on one side.
 
-    Raises MaterialError where all were made from the same.
+    Raises MaterialError where all have the same files.
     """
     from sklearn.model_selection import GroupKFold
 

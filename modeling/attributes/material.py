@@ -1,6 +1,6 @@
-"""Textures as models of attributes see them: what was felt and seen, and how people rated it (thesis 3.3, 3.4).
+"""Textures as models of attributes use them: features of touch and sight, and ratings (thesis 3.3, 3.4).
 
-All textures are stored as one file that every worker reads once: fifty of them are too many to send with each job."""
+All textures are stored in one file that every worker reads once: fifty textures are too large to send with each job."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from palpate.signals.arrays import Array
 FeatureRows = NDArray[np.float32]
 Modality = Literal["touch", "sight"]
 TOUCH_KINDS = ("mfcc", "dft", "dwt", "hand")
-"""Rows of a segment: cepstral coefficients, spectrum, wavelets (of which one is taken), and the hand's statistics."""
+"""Features of a segment: cepstral coefficients, spectrum, wavelets (one of the three), and the hand's statistics."""
 SIGHT_KINDS = ("resnet", "glcm")
-"""Rows of a picture: ResNet-50's average pool, co-occurrence of grey levels."""
+"""Features of a picture: ResNet-50's average pool, co-occurrence of grey levels."""
 TOUCH, SIGHT = ("mfcc", "hand"), ("resnet", "glcm")
-"""The thesis' choice: 526 and 2304 numbers."""
+"""The thesis' features: 526 and 2304 numbers."""
 NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
 RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
-"""How a texture's notes begin that say why it lacks what others have."""
+"""Beginnings of a texture's notes on why data are missing."""
 FEW_READ = "only some of the lab's textures were read"
 QUICK_LOOK = "quick look: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
-"""What a material's notes say of a quick reading."""
+"""The material's note on a quick reading."""
 FOLDER = "material"
-"""Of the folder of finished jobs."""
+"""The folder of the stored textures, in that of finished jobs."""
 MODALITIES = ("touch", "sight", "variants")
 
 
 class MaterialError(ValueError):
-    """Textures that nothing can be learned from: the message says where, what was found and what to do."""
+    """Textures that nothing can be learned from: the message names the place, the fault and what to do."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,13 @@ class Pair:
 
     @property
     def name(self) -> str:
-        """As tables name it."""
+        """The attribute's name in tables."""
         return f"{self.low}-{self.high}"
 
 
 @dataclass(frozen=True)
 class Rated:
-    """How people rated one texture: mean and SD between them (attributes,) on 0..100, and how many they were."""
+    """Ratings of one texture: mean and SD between people, (attributes,) each on 0..100, and the number of raters."""
 
     mean: Array
     sd: Array
@@ -65,11 +65,12 @@ class Rated:
 
 @dataclass(frozen=True)
 class Texture:
-    """One texture, whole: no split divides it.
+    """One texture; no split divides it.
 
-    `touch` holds a row for each segment, `sight` one for each picture, by kind of feature; either may be empty where
-    there is no recording, or no picture. `variants` are rows of further versions of the same pictures, for training
-    alone. `made_from` are the SHA-256 of what it was made from: textures that share one are one group in any split.
+    `touch` has a row for each segment, (segments, features), and `sight` one for each picture, (pictures, features), by
+    kind of feature; either may be empty. `variants` are rows of augmented versions of the same pictures, for training
+    alone. `made_from` are the SHA-256 of its data: textures that share one are one group in any split. Raises
+    MaterialError for rows that are not finite or differ in number between kinds.
     """
 
     id: str
@@ -92,7 +93,7 @@ class Texture:
                     raise MaterialError(f"{self.id}: {kind} is {values.shape}; finite rows (n, features) are expected.")
 
     def rows(self, modality: Modality, kinds: Sequence[str]) -> FeatureRows:
-        """These kinds of features side by side: (segments, features) of touch, (pictures, features) of sight.
+        """Return these kinds of features side by side: (segments, features) of touch, (pictures, features) of sight.
 
         Raises MaterialError where a kind is missing.
         """
@@ -106,10 +107,10 @@ class Texture:
 
 @dataclass(frozen=True)
 class Material:
-    """All textures with their attributes, and what made their features.
+    """All textures with their attributes.
 
-    `weights` says which weights ResNet-50 had; `simulated` whether nothing of it was measured on a person or a
-    material.
+    `weights` names the weights of ResNet-50; `simulated` is whether any ratings, recordings or pictures are simulated.
+    Raises MaterialError for a texture that appears twice.
     """
 
     textures: tuple[Texture, ...]
@@ -126,11 +127,11 @@ class Material:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """The textures' names, in order."""
+        """The textures' ids, in order."""
         return tuple(texture.id for texture in self.textures)
 
     def rated(self) -> Material:
-        """Only what was rated. Raises MaterialError where nothing was."""
+        """Return the material with its rated textures only. Raises MaterialError where there are none."""
         rated_textures = tuple(texture for texture in self.textures if texture.rated is not None)
         if not rated_textures:
             raise MaterialError("no texture was rated: run texture_ratings, or give a table of ratings.")
@@ -138,7 +139,7 @@ class Material:
 
 
 def ratings_of(textures: Sequence[Texture]) -> Array:
-    """Return mean ratings (textures, attributes) on 0..100. Raises MaterialError where one was not rated."""
+    """Return mean ratings (textures, attributes) on 0..100. Raises MaterialError for a texture without ratings."""
     missing = [texture.id for texture in textures if texture.rated is None]
     if missing:
         raise MaterialError(f"{missing[0]} was not rated.")
@@ -158,16 +159,16 @@ def parts_of(material: Material) -> dict[str, str]:
 
 
 def digest_of(material: Material) -> str:
-    """Return the SHA-256 of everything that a method can see of the textures, whatever their order.
+    """Return the SHA-256 of all data that a method can use, whatever the textures' order.
 
-    It stands in files: in evaluations, which decide what is trained, and in the cards of models.
+    Stored in evaluations, which choose the method that is trained, and in models' cards.
     """
     text = json.dumps([sorted(parts_of(material).items()), [[p.low, p.high] for p in material.attributes]])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def save_material(material: Material, work: Path) -> str:
-    """Save the textures below the folder, unless they are there, and return their digest."""
+    """Save the textures in the folder, unless they are there, and return their digest."""
     store, key = ResultStore(work / FOLDER), digest_of(material)
     if store.load(key) is None:
         ratings = {f"{texture.id}/rated": np.stack([texture.rated.mean, texture.rated.sd])

@@ -1,4 +1,4 @@
-"""What all methods have in common: what they learn from, what a fitted one answers, how networks are shown textures."""
+"""Methods that predict attributes: their data, their predictions, and how networks are trained on rows."""
 
 from __future__ import annotations
 
@@ -17,20 +17,19 @@ BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
 ROW_SETTINGS = Settings(
     epochs=200, batch=32, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=10
 )
-"""Epochs, Adam and patience of thesis 3.5.3; batch and rate are ours (the rate is that of Adam in Keras)."""
+"""Epochs, Adam and patience of thesis 3.5.3; batch and rate are our choice (the rate is Keras' default for Adam)."""
 CONVOLVED = replace(ROW_SETTINGS, epochs=100, batch=16, learning_rate=3e-4)
-"""Of the networks that convolve. At a rate of 1e-3 the first steps switch off their dense layer: it is given thousands
-of numbers, none below 0. Half of the thesis' epochs bound the time; on made-up textures they stopped between the
-13th and the 66th."""
+"""Settings of the convolutional networks. At a rate of 1e-3 the first steps silence their dense layer, which has
+thousands of inputs, none below 0. Half of the thesis' epochs limit the time; on synthetic textures training stopped
+between the 13th and the 66th epoch."""
 
 
 @dataclass(frozen=True)
 class Learning(FitOptions):
-    """What a method may learn from in one fit.
+    """The data and options of one fit.
 
-    `train` are textures to learn from, `held` others that a network watches to stop early (empty where the method does
-    not ask for them); all rated. `touch` and `sight` name the features to be looked at. Among `settings` also
-    early_stopping.
+    `train` are textures to learn from, `held` others that a network watches to stop early (empty for a method that does
+    not); all are rated. `touch` and `sight` are the kinds of features. `settings` may also have early_stopping.
     """
 
     train: tuple[Texture, ...]
@@ -43,21 +42,23 @@ class Learning(FitOptions):
 class Fitted(Protocol):
     """A fitted method.
 
-    One that was trained in epochs also has `trained` (palpate.modeling.training.loop.Trained); one that is faster with
-    many textures at once has `predict_all`, from textures to a list of what `predict` says or raises.
+    A network also has `trained` (palpate.modeling.training.loop.Trained). A method that is faster with many textures at
+    once has `predict_all`, which returns a list with what `predict` returns or raises for each texture.
     """
 
     def predict(self, texture: Texture) -> Array:
-        """(n, attributes) on 0..100, not clipped: one row for each of its segments, pictures or pairs of them; the
-        texture's prediction is their mean. Raises MaterialError for features that it was not fitted to."""
+        """Return predictions (n, attributes) on 0..100, not clipped, a row for each segment, picture or pair of them.
+
+        The texture's prediction is their mean. Raises MaterialError for features that it was not fitted to.
+        """
 
 
 @dataclass(frozen=True)
 class Method(MethodOf[Learning, Fitted]):
-    """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`; `may_hold`: whether
-    it does so with the setting `early_stopping`.
+    """A method that predicts attributes. `sees`: its modalities; `holds_out`: whether it watches held textures;
+    `may_hold`: whether it does with the setting `early_stopping`.
 
-    `restore` gives back what `fitted.saved()` gave, from arrays and plain values; None: it cannot be saved as a file.
+    `restore` returns the fitted method from the arrays and plain values of `saved()`; None where it cannot be saved.
     """
 
     sees: frozenset[Modality] = BOTH
@@ -66,17 +67,17 @@ class Method(MethodOf[Learning, Fitted]):
     restore: Callable[[Mapping[str, NDArray[Any]], Mapping[str, Any]], Fitted] | None = None
 
     def holds(self, settings: Mapping[str, Any]) -> bool:
-        """Return whether it watches `held` under these settings."""
+        """Return whether it watches held textures with these settings."""
         return self.holds_out or (self.may_hold and bool(settings.get("early_stopping")))
 
     @property
     def in_epochs(self) -> bool:
-        """Whether it is trained in epochs, which takes long."""
+        """Whether it is trained in epochs."""
         return self.holds_out or self.may_hold
 
 
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-    """Return the prediction of each texture, or the error that refuses it; computed together where the method can."""
+    """Return the prediction (n, attributes) of each texture, or its error; all at once where the method can."""
     if (predict_all := getattr(fitted, "predict_all", None)) is not None:
         return list(predict_all(textures))
     answers: list[Array | MaterialError] = []
@@ -90,10 +91,10 @@ def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | Mat
 
 @dataclass(frozen=True)
 class RowPlan:
-    """`sees` in the order in which the network takes it; `shows`: how often an epoch shows each texture.
+    """How a network is trained on rows: its modalities in order, and how often an epoch shows each texture.
 
-    Each time it is another of its segments, or pictures and variants of them, or a pair, drawn by the seed. With
-    `steps` the touch is so many successive segments.
+    Each time the row is a random segment, picture, variant of a picture, or pair of them. With `steps` above 1 touch is
+    that many successive segments.
     """
 
     name: str

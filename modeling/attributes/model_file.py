@@ -1,4 +1,4 @@
-"""A model of attributes as a file: NAME.json, its card, and NAME.safetensors, its numbers. Neither can execute code."""
+"""A model of attributes as files: NAME.json, its card, and NAME.safetensors, its arrays. Neither can execute code."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 class ModelFileError(ValueError):
-    """A model of attributes that is not there, is damaged or newer, or cannot be saved: the message says which."""
+    """A model of attributes that is missing, damaged or newer, or cannot be saved: the message names the fault."""
 
 
 class Saveable(Protocol):
-    """A fitted method that can be saved; `Method.restore` gives it back."""
+    """A fitted method that can be saved; `Method.restore` returns it."""
 
     def predict(self, texture: Texture) -> Array:
-        """As every fitted method."""
+        """Return predictions (n, attributes), as every fitted method does."""
 
     def saved(self) -> tuple[Mapping[str, NDArray[Any]], Mapping[str, Any]]:
-        """Return its arrays, and plain values."""
+        """Return its arrays, and plain values that JSON holds."""
 
 
 class Card(Strict):
-    """What stands in the card.
+    """The card of a model.
 
-    `attributes` are pairs of adjectives, 0 and 100. `touch` and `sight` are the kinds of features that are looked at,
-    `weights` says which weights ResNet-50 had for them. `told` is the method's own. `metrics` are those of leaving one
-    texture out; `interval` holds 90 % of new ratings; `learned` are the textures whose ratings the fit was shown: those
-    that it was fitted to, and those that it only watched to stop early, which `training` names.
+    `attributes` are pairs of adjectives, for 0 and 100. `touch` and `sight` are the kinds of features, `weights` names
+    those of ResNet-50. `told` are the plain values of the method's `saved`. `metrics` are those of leaving one texture
+    out; `interval` holds 90 % of new ratings; `learned` are the textures of the fit: those that it was fitted to, and
+    those that it watched to stop early, which `training` names.
     """
 
     format: Literal["palpate-attributes/1"] = "palpate-attributes/1"
@@ -70,14 +70,14 @@ class Card(Strict):
 
     @property
     def quick(self) -> bool:
-        """Whether it was trained with --quick, on features that were made in a hurry."""
+        """Whether it was trained with --quick, on quick features."""
         configuration = self.training.get("configuration")
         return isinstance(configuration, Mapping) and bool(configuration.get("quick"))
 
 
 @dataclass(frozen=True)
 class AttributeModel:
-    """A model that was read: its card, where it lies, and the method as it was fitted."""
+    """A model that was read: its card, the card's path, and the fitted method."""
 
     card: Card
     path: Path
@@ -85,28 +85,31 @@ class AttributeModel:
 
     @property
     def attributes(self) -> tuple[Pair, ...]:
-        """What it predicts."""
+        """The attributes that it predicts."""
         return tuple(Pair(low, high) for low, high in self.card.attributes)
 
     @property
     def half_width(self) -> Array | None:
-        """Of its 90 % intervals, (attributes,) on 0..100; None where too few textures calibrated one."""
+        """Half the width of its 90 % intervals, (attributes,) on 0..100; None where there were too few textures."""
         return None if self.card.interval is None else np.array(self.card.interval.half_width)
 
     def predict(self, texture: Texture) -> Array:
-        """(n, attributes) on 0..100, not clipped; their mean counts. Raises MaterialError for other features."""
+        """Return predictions (n, attributes) on 0..100, not clipped; their mean counts.
+
+        Raises MaterialError for features that it was not fitted to.
+        """
         return self.fitted.predict(texture)
 
     def predictions(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-        """Return what `predict` says of each texture, or why it says nothing; together, which networks do faster."""
+        """Return for each texture what `predict` returns or raises; computed at once, which is faster for networks."""
         return predictions(self.fitted, textures)
 
 
 def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:
     """Write a model, read it back, and return its card's path. `card` has the fields of `Card` but format and tensors.
 
-    Until the last rename the earlier model is whole. Raises ModelFileError for numbers that are not finite, and for a
-    method that does not come back from its file, and what `replace_model` raises.
+    The earlier model stays complete until the last rename. Raises ModelFileError for numbers that are not finite and
+    for a method that cannot be restored from its file, and the errors of `replace_model`.
     """
     from safetensors.numpy import save
 
@@ -132,7 +135,7 @@ def write_model(folder: Path, fitted: Saveable, card: Mapping[str, Any], methods
 
 
 def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
-    """Return the earlier card, if it can be read and its numbers are in that file, with their copy's name."""
+    """Return the earlier card with its tensors in `copy`; None unless it can be read and names `numbers_file`."""
     try:
         earlier = read_card(path)
     except ModelFileError:
@@ -143,9 +146,10 @@ def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
 
 
 def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> AttributeModel:
-    """Read a model from its card, or the one of a lab's folder `models`.
+    """Return the model of a card, or of a folder with texture-attributes.json.
 
-    Raises ModelFileError for a file that is missing, newer, foreign, cut short or changed, or an unknown method.
+    Raises ModelFileError for a file that is missing, newer, of another format, cut short or changed, and for an unknown
+    method.
     """
     if path.is_dir():
         path = path / f"{NAME}.json"
@@ -169,7 +173,7 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
 
 
 def read_card(path: Path) -> Card:
-    """Return the card alone. Raises ModelFileError as `read_model` does for it."""
+    """Return a card. Raises ModelFileError as `read_model` does for the card."""
     try:
         content = parse(path.read_bytes())
     except OSError:
@@ -196,7 +200,7 @@ def read_card(path: Path) -> Card:
 
 
 def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Method]) -> Fitted:
-    """Return the method as it was fitted. Raises ModelFileError where that cannot be."""
+    """Return the fitted method. Raises ModelFileError where it cannot be restored."""
     if card.method not in methods:
         raise ModelFileError(f"{path}: method {card.method!r} is not known here: {', '.join(methods)}.")
     restore = methods[card.method].restore
@@ -204,7 +208,7 @@ def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Meth
         raise ModelFileError(f"{path}: method {card.method!r} cannot be saved as a file. Train another one.")
     try:
         return restore(arrays, card.told)
-    except Exception as error:  # numbers that do not fit come out of NumPy's and torch's own checks as anything
+    except Exception as error:  # NumPy and torch raise various errors for arrays that do not fit
         raise ModelFileError(
             f"{path}: {card.method} cannot be made from it ({type(error).__name__}: {error}). {AGAIN}"
         ) from None
@@ -222,5 +226,6 @@ def _loaded(content: bytes) -> dict[str, NDArray[Any]]:
 
 
 def _text(card: Card) -> bytes:
+    """Return the card's file, with a digest of its content."""
     plain = card.model_dump(mode="json")
     return json_text({**plain, "digest": digest(plain)}, indent=1).encode()

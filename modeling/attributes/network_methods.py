@@ -1,8 +1,8 @@
-"""The thesis' network, its two halves (3.5) and the baseline networks (3.6.6) as methods; torch comes with a fit.
+"""The thesis' network, its two branches (3.5) and the baseline networks (3.6.6) as methods; a fit imports torch.
 
-The thesis' networks learn from every texture that they may, to the end of their course: which of thirty epochs is best
-cannot be told from the five textures that a fold could spare (docs/reference/attribute-models.md has what it cost).
-Where `early_stopping` is asked for they watch some, as in the thesis."""
+The thesis' networks learn from all training textures for a fixed number of epochs: the five textures that a fold could
+hold out do not show which of thirty epochs is best (docs/reference/attribute-models.md). With the setting
+`early_stopping` they watch held textures, as in the thesis."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ FEELING: frozenset[Modality] = frozenset({"touch"})
 
 
 def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
-    """Train the network that looks at `sees`; see `network_training.fit_network`."""
+    """Train the network with the modalities `sees`; see `network_training.fit_network`."""
     from palpate.modeling.attributes import network_training
 
     return network_training.fit_network(learning, sees, literal)
 
 
 def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedNetwork:
-    """Return the fitted network from what its `saved` gave."""
+    """Return the fitted network from the arrays and plain values of its `saved`."""
     from palpate.modeling.attributes import network_training
 
     return network_training.restore_network(arrays, metadata)
@@ -55,14 +55,14 @@ HT_NET = _method("ht_net", "Haptic tactile network (HT-Net)", FEELING, "thesis 3
 
 
 def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
-    """Train the network of this plan on rows of features; see `row_networks.fit_rows`."""
+    """Train the network of a plan on rows of features; see `row_networks.fit_rows`."""
     from palpate.modeling.attributes import row_networks
 
     return row_networks.fit_rows(learning, plan)
 
 
 def restore_rows(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], plan: RowPlan) -> FittedRows:
-    """Return the fitted network from what its `saved` gave."""
+    """Return the fitted network from the arrays and plain values of its `saved`."""
     from palpate.modeling.attributes import row_networks
 
     return row_networks.restore_rows(plan, arrays, metadata)
@@ -76,7 +76,7 @@ def _row_method(plan: RowPlan, title: str, source: str) -> Method:
 
 
 ANN = _row_method(RowPlan("ann", ("touch", "sight"), shows=20), "Artificial neural network", "thesis 3.6.6")
-"""A plain dense network: a branch for touch, a branch for sight, fused."""
+"""A dense network: a branch for touch and a branch for sight, fused."""
 VISION_CNN = _row_method(
     RowPlan("vision_cnn", ("sight",), shows=10, settings=CONVOLVED),
     "Vision 1D-CNN",

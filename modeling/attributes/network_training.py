@@ -1,4 +1,4 @@
-"""Fitting the visuo-tactile network, or one of its halves, to textures, and asking it about one (thesis 3.5.3)."""
+"""Training of the visuo-tactile network, or one of its branches, and its predictions (thesis 3.5.3)."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ from palpate.modeling.training.sources import GeneratedRows, Given, digest_of
 from palpate.signals.arrays import Array
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
-"""The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine
-to nearly nothing, so that stopping there is no accident (22 are too few: docs/reference/attribute-models.md). Adam, and
-a patience of 10 where textures are watched, are the thesis', batch and rate ours."""
+"""The thesis has at most 200 epochs, which take ten to twenty minutes per fold. Here the rate falls along a cosine to
+nearly 0 in 30 epochs, so that the end does not depend on chance (22 are too few: docs/reference/attribute-models.md).
+Adam, and a patience of 10 where textures are watched, are the thesis'; batch and rate are our choice."""
 LITERAL_SETTINGS = replace(SETTINGS, epochs=200, learning_rate=1e-3)
-"""Thesis 3.5.3: 200 epochs at most, ended after more than 10 without a better one, Adam. The rate is Keras' own and
-stays as it is; the batch, which the thesis does not give, is ours."""
+"""Thesis 3.5.3: at most 200 epochs, ended after more than 10 without a better one, Adam. The constant rate is Keras'
+default; the batch, which the thesis does not give, is our choice."""
 QUICK_EPOCHS = 2
 SEGMENTS = 2
-"""Segments that a picture is shown with each time: HV-Net costs nine times what HT-Net does."""
+"""Segments per picture in a training row: HV-Net takes nine times as long as HT-Net."""
 HELD_PICTURES, HELD_SEGMENTS = 2, 8
-"""What is looked at of each texture that is watched."""
+"""Pictures, and segments with each, of a held texture."""
 PICTURES_AT_ONCE, SEGMENTS_AT_ONCE = 8, 64
 STEPS, PLACES = 10, 4
-"""How a segment's 40 frames are laid out: ten steps of 50 ms, four frames side by side in each."""
+"""The layout of a segment's 40 frames: ten steps of 50 ms with four frames side by side."""
 REPEATED = "hand"
-"""The features that hold for a whole segment: they stand beside every frame."""
+"""Features of a whole segment, repeated at every frame."""
 LIMIT = 6.0
-"""Standardised features are clipped to so many SDs."""
+"""The SDs to which standardised features are clipped."""
 CONSTANT = 1e-6
-"""The share of its greatest value below which a column's SD is rounding."""
+"""The share of its greatest value below which a column's SD counts as rounding."""
 NETWORK = "network."
 Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class FittedNetwork:
-    """A trained network, how it sees features and scales ratings, and how its training went."""
+    """A trained network with the standardisation of its features, the scale of its ratings, and its training."""
 
     network: VisuoTactile
     sight: Look | None
@@ -59,10 +59,10 @@ class FittedNetwork:
     trained: Trained | None = None
 
     def predict(self, texture: Texture) -> Array:
-        """(n, attributes) on 0..100, not clipped; n is the greater of its segments and pictures.
+        """Return predictions (n, attributes) on 0..100, not clipped; n is the greater number of segments or pictures.
 
-        Every segment and every picture is looked at once: segment i goes with picture i, and where one of them ends
-        before the other it begins anew. Raises MaterialError for features that it was not fitted to.
+        Segment i goes with picture i; the shorter of the two is repeated. Raises MaterialError for features that it was
+        not fitted to.
         """
         (result,) = self.predict_all([texture])
         if isinstance(result, MaterialError):
@@ -70,19 +70,19 @@ class FittedNetwork:
         return result
 
     def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
-        """Return the prediction of each texture, or the error that refuses it; together it is several times as fast."""
-        given: list[TextureTensors | MaterialError] = []
+        """Return the prediction of each texture, or its error; computed at once, which is several times as fast."""
+        inputs: list[TextureTensors | MaterialError] = []
         for texture in textures:
             try:
-                given.append(texture_tensors(texture, self.sight, self.touch))
+                inputs.append(texture_tensors(texture, self.sight, self.touch))
             except MaterialError as refusal:
-                given.append(refusal)
-        whole = [tensors for tensors in given if isinstance(tensors, TextureTensors)]
+                inputs.append(refusal)
+        usable = [tensors for tensors in inputs if isinstance(tensors, TextureTensors)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
-            scaled = iter(_answers(self.network, whole) if whole else [])
+            scaled = iter(_answers(self.network, usable) if usable else [])
         answers: list[Array | MaterialError] = []
-        for texture, tensors in zip(textures, given, strict=True):
+        for texture, tensors in zip(textures, inputs, strict=True):
             if isinstance(tensors, MaterialError):
                 answers.append(tensors)
                 continue
@@ -94,19 +94,19 @@ class FittedNetwork:
         return answers
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
+        """Return arrays (weights, standardisation, scale of the ratings) and plain values, for `restore_network`."""
         looks = [look for look in (self.sight, self.touch) if look is not None]
         literal = {"literal": True} if self.network.literal else {}
         return arrays_of(self.network, looks, self.target), {"looks": looks_metadata(looks), **literal}
 
 
 def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
-    """Train a network that looks at the learning's features of `sees`.
+    """Train a network on the features of the modalities `sees`.
 
-    An epoch shows each texture once, with one of its pictures (or of their variants) and some of its segments; others
-    every time. The last epoch is kept; where textures are held, that with the lowest RMSE on them. `literal` as for
-    `VisuoTactile`, trained at a rate that stays as it is (`LITERAL_SETTINGS`). Raises MaterialError for textures that
-    cannot be learned from, TrainingError for a training that does not converge.
+    An epoch shows each texture once, with a random picture (or variant of one) and random segments. The result has the
+    weights of the last epoch, or with held textures of the epoch with the lowest RMSE on them. `literal` is as for
+    `VisuoTactile`, with a constant rate (`LITERAL_SETTINGS`). Raises MaterialError for textures that cannot be learned
+    from, TrainingError for a loss that is not finite.
     """
     textures, ratings = textures_of(learning)
     sight = look_of(textures, "sight", learning.sight) if "sight" in sees else None
@@ -121,8 +121,8 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
     held = None
     if learning.held:
         watched = sorted(learning.held, key=lambda texture: texture.id)
-        seen = [texture_tensors(texture, sight, touch) for texture in watched]
-        held = even_rows(seen, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
+        inputs = [texture_tensors(texture, sight, touch) for texture in watched]
+        held = even_rows(inputs, target.down(ratings_of(watched)), HELD_PICTURES, HELD_SEGMENTS)
     chosen = replace(chosen, keep_last=held is None)
     steps = chosen.epochs * math.ceil(len(data) / chosen.batch)
     optimiser = adam if literal else cosine(steps)
@@ -131,9 +131,9 @@ def fit_network(learning: Learning, sees: frozenset[Modality], literal: bool = F
 
 
 def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedNetwork:
-    """Return the fitted network from what its `saved` gave; it answers to the bit as before.
+    """Return the fitted network from the arrays and plain values of its `saved`; its predictions are bit-identical.
 
-    Raises MaterialError where the arrays are not those of such a network.
+    Raises MaterialError for other arrays.
     """
     try:
         looks = {look.modality: look for look in looks_in(arrays, metadata["looks"])}
@@ -147,7 +147,7 @@ def restore_network(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, A
 
 
 def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, literal: bool = False) -> VisuoTactile:
-    """With fresh weights; on one thread, since orthogonal ones are a product of sums."""
+    """Return a network with initial weights, computed on one thread, since orthogonal ones depend on sums' order."""
     length = None if sight is None else len(sight.mean)
     channels = None if touch is None else touch.channels
     with training_state(seed, 1):
@@ -155,23 +155,23 @@ def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, 
 
 
 def _answers(network: VisuoTactile, textures: Sequence[TextureTensors]) -> list[Tensor]:
-    """Return scaled attributes (n, attributes) of each texture; pictures and segments go through their branch once."""
+    """Return scaled attributes (n, attributes) of each texture; each picture and segment is computed once."""
     branches = []
     if network.sight is not None:
-        seen = [texture.sight for texture in textures if texture.sight is not None]
-        branches.append(_through(network.sight.embed_rows, seen, PICTURES_AT_ONCE))
+        pictures = [texture.sight for texture in textures if texture.sight is not None]
+        branches.append(_embeddings(network.sight.embed_rows, pictures, PICTURES_AT_ONCE))
     if network.touch is not None:
-        felt = [texture.touch for texture in textures if texture.touch is not None]
-        branches.append(_through(network.touch, felt, SEGMENTS_AT_ONCE))
+        segments = [texture.touch for texture in textures if texture.touch is not None]
+        branches.append(_embeddings(network.touch, segments, SEGMENTS_AT_ONCE))
     answers = []
-    for parts in zip(*branches, strict=True):  # the shorter of pictures and segments begins anew where it ends
+    for parts in zip(*branches, strict=True):  # the shorter of pictures and segments is repeated
         rows = torch.arange(max(len(part) for part in parts))
         answers.append(network.head([part[rows % len(part)][:, None] for part in parts])[:, 0])
     return answers
 
 
-def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
-    """Return what a branch says of the rows of each texture, so many at once."""
+def _embeddings(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
+    """Return a branch's output for the rows of each texture, computed `at_once` rows at a time."""
     answers = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
     parts: tuple[Tensor, ...] = torch.split(answers, [len(row) for row in rows])
     return parts
@@ -179,9 +179,9 @@ def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once
 
 @dataclass(frozen=True)
 class Look:
-    """One modality's features as a network sees them: their kinds, sizes, mean (features,) and 1 / SD (features,).
+    """The standardisation of one modality's features: kinds, sizes, mean (features,) and 1 / SD (features,).
 
-    A column that is equal in all rows learned from tells nothing: its 1 / SD is 0, and it is 0 ever after.
+    The 1 / SD of a column that is constant in the training rows is 0, so the column is always 0.
     """
 
     modality: Modality
@@ -192,15 +192,15 @@ class Look:
 
     @property
     def channels(self) -> int:
-        """How many channels HT-Net is given."""
+        """The number of HT-Net's input channels."""
         return sum(_width(kind, size) for kind, size in zip(self.kinds, self.sizes, strict=True))
 
     def rows(self, texture: Texture) -> Tensor:
-        """Return a texture's rows, standardised (rows, features). Raises MaterialError where it has none of these."""
+        """Return a texture's standardised rows (n, features). Raises MaterialError where it has none of these kinds."""
         return self.down(_checked(texture.rows(self.modality, self.kinds), texture.id, self.modality), texture.id)
 
     def down(self, rows: NDArray[np.float32], name: str) -> Tensor:
-        """Return rows (n, features), standardised. Raises MaterialError for another number of features."""
+        """Return rows (n, features) standardised. Raises MaterialError for another number of features."""
         if rows.shape[1] != len(self.mean):
             text = f"{name}: {rows.shape[1]} features of {self.modality} ({', '.join(self.kinds)})"
             raise MaterialError(f"{text}; the network was fitted to {len(self.mean)}.")
@@ -209,9 +209,9 @@ class Look:
 
 
 def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str]) -> Look:
-    """Return mean and SD of these textures' rows, each texture counting as much as another.
+    """Return the standardisation by these textures' rows, with equal weight for each texture.
 
-    Raises MaterialError where one has no such rows, or rows of another length.
+    Raises MaterialError for a texture without such rows, or with rows of another length.
     """
     every = [_checked(texture.rows(modality, kinds), texture.id, modality) for texture in textures]
     if len({rows.shape[1] for rows in every}) != 1:
@@ -228,10 +228,10 @@ def look_of(textures: Sequence[Texture], modality: Modality, kinds: Sequence[str
 
 
 def arrange_frames(rows: Tensor, look: Look) -> Tensor:
-    """Lay out rows of touch (n, features) as (n, steps, channels, places), as HT-Net takes them.
+    """Return rows of touch (n, features) as (n, steps, channels, places), HT-Net's input.
 
-    The numbers of a kind are dealt out to 40 frames in their order: 520 cepstral coefficients are 13 a frame, in time;
-    of a spectrum a step is a band. Where they do not divide by 40, zeros fill up the end.
+    The numbers of a kind are divided among 40 frames in their order: 520 cepstral coefficients are 13 per frame, in
+    time; a step of a spectrum is a band. Numbers that do not divide by 40 are padded with zeros at the end.
     """
     parts, count, by_frame = torch.split(rows, list(look.sizes), dim=1), STEPS * PLACES, []
     for part, kind in zip(parts, look.kinds, strict=True):
@@ -246,28 +246,32 @@ def arrange_frames(rows: Tensor, look: Look) -> Tensor:
 
 
 def _width(kind: str, size: int) -> int:
+    """Return the number of channels of a kind with `size` numbers."""
     return size if kind == REPEATED else math.ceil(size / (STEPS * PLACES))
 
 
 @dataclass(frozen=True)
 class Target:
-    """How ratings on 0..100 are scaled: the attributes' own mean (attributes,), and one SD for all of them."""
+    """The scale of ratings on 0..100: each attribute's mean, (attributes,), and one SD for all attributes."""
 
     mean: Array
     sd: float
 
     def down(self, ratings: Array) -> Tensor:
-        """Ratings to scaled ones."""
+        """Return ratings (n, attributes) scaled."""
         return torch.from_numpy(np.asarray((ratings - self.mean) / self.sd, dtype=np.float32))
 
     def up(self, scaled: Array) -> Array:
-        """Return the way back."""
+        """Return scaled ratings (n, attributes) on 0..100."""
         result: Array = scaled * self.sd + self.mean
         return result
 
 
 def target_of(textures: Sequence[Texture]) -> Target:
-    """The scale of these textures' ratings; equal ratings are left as they are. Raises MaterialError for none."""
+    """Return the scale of these textures' ratings; the SD is 1 where all ratings are equal.
+
+    Raises MaterialError for a texture without ratings, or a rating that is not finite.
+    """
     ratings = ratings_of(textures)
     if not np.isfinite(ratings).all():
         raise MaterialError(f"{textures[int(np.argwhere(~np.isfinite(ratings))[0][0])].id}: a rating is not finite.")
@@ -278,41 +282,43 @@ def target_of(textures: Sequence[Texture]) -> Target:
 
 @dataclass(frozen=True)
 class TextureTensors:
-    """A texture as tensors: rows of pictures and of arranged segments, of those that the network looks at."""
+    """A texture as tensors: rows of pictures and arranged segments, None for a modality that the network lacks."""
 
     sight: Tensor | None
     touch: Tensor | None
 
     @property
     def given(self) -> tuple[Tensor, ...]:
-        """Those that are there, pictures first."""
+        """The tensors of the network's modalities, pictures first."""
         return tuple(look for look in (self.sight, self.touch) if look is not None)
 
 
 def texture_tensors(texture: Texture, sight: Look | None, touch: Look | None, variants: bool = False) -> TextureTensors:
-    """Return a texture as the network sees it; with `variants` the further versions of its pictures too.
+    """Return a texture's standardised tensors; with `variants` the pictures' variants too.
 
-    Raises MaterialError where it lacks what is looked at.
+    Raises MaterialError where a modality of the network is missing.
     """
-    seen = None if sight is None else sight.rows(texture)
-    if seen is not None and sight is not None and variants and all(kind in texture.variants for kind in sight.kinds):
+    pictures = None if sight is None else sight.rows(texture)
+    has_variants = sight is not None and all(kind in texture.variants for kind in sight.kinds)
+    if pictures is not None and sight is not None and variants and has_variants:
         further = np.concatenate([texture.variants[kind] for kind in sight.kinds], axis=1)
-        seen = torch.cat([seen, sight.down(further, texture.id)])
-    felt = None if touch is None else arrange_frames(touch.rows(texture), touch)
-    return TextureTensors(seen, felt)
+        pictures = torch.cat([pictures, sight.down(further, texture.id)])
+    segments = None if touch is None else arrange_frames(touch.rows(texture), touch)
+    return TextureTensors(pictures, segments)
 
 
 def random_rows(textures: Sequence[TextureTensors], targets: Tensor, segments: int) -> GeneratedRows:
-    """Return a row a texture: every time another of its pictures and other segments, drawn with replacement."""
+    """Return a row for each texture, every time with a random picture and random segments, drawn with replacement."""
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        picked = [_drawn(textures[row], segments, chance) for row in rows.tolist()]
+        picked = [_random_row(textures[row], segments, chance) for row in rows.tolist()]
         return tuple(torch.stack(tensors) for tensors in zip(*picked, strict=True)), targets[rows]
 
     return GeneratedRows(len(textures), make, f"{_digest(textures, targets)} by {segments}")
 
 
-def _drawn(texture: TextureTensors, segments: int, chance: torch.Generator) -> list[Tensor]:
+def _random_row(texture: TextureTensors, segments: int, chance: torch.Generator) -> list[Tensor]:
+    """Return a random picture (features,) and random segments (segments, ...) of a texture."""
     result = []
     if texture.sight is not None:
         result.append(texture.sight[int(torch.randint(len(texture.sight), (1,), generator=chance))])
@@ -322,7 +328,7 @@ def _drawn(texture: TextureTensors, segments: int, chance: torch.Generator) -> l
 
 
 def even_rows(textures: Sequence[TextureTensors], targets: Tensor, pictures: int, segments: int) -> GeneratedRows:
-    """To be watched: so many rows a texture, each with another picture, and segments from all over the recording."""
+    """Return `pictures` rows for each texture, with evenly spaced pictures and segments, for the held-out loss."""
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:
         picked = [_evenly(textures[row // pictures], row % pictures, pictures, segments) for row in rows.tolist()]
@@ -332,6 +338,7 @@ def even_rows(textures: Sequence[TextureTensors], targets: Tensor, pictures: int
 
 
 def _evenly(texture: TextureTensors, turn: int, turns: int, segments: int) -> list[Tensor]:
+    """Return the picture and the segments of row `turn` of `turns` rows of a texture."""
     result = []
     if texture.sight is not None:
         result.append(texture.sight[turn * len(texture.sight) // turns])
@@ -346,14 +353,14 @@ def _digest(textures: Sequence[TextureTensors], targets: Tensor) -> str:
 
 
 def _checked(rows: NDArray[np.float32], name: str, modality: Modality) -> NDArray[np.float32]:
-    """Raises MaterialError where there are none."""
+    """Return the rows. Raises MaterialError where there are none."""
     if not len(rows):
         raise MaterialError(f"{name}: not one {'segment' if modality == 'touch' else 'picture'} to look at.")
     return rows
 
 
 def arrays_of(network: nn.Module, looks: Iterable[Look], target: Target) -> dict[str, NDArray[Any]]:
-    """Weights, standardisation, and the scale of the ratings."""
+    """Return weights, standardisation, and the scale of the ratings, by name."""
     arrays = {NETWORK + name: tensor.numpy() for name, tensor in network.state_dict().items()}
     for look in looks:
         arrays |= {f"{look.modality}.mean": look.mean, f"{look.modality}.gain": look.gain}
@@ -361,12 +368,12 @@ def arrays_of(network: nn.Module, looks: Iterable[Look], target: Target) -> dict
 
 
 def looks_metadata(looks: Iterable[Look]) -> list[list[Any]]:
-    """Return what `looks_in` wants beside the arrays."""
+    """Return the plain values that `looks_in` takes beside the arrays."""
     return [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]
 
 
 def looks_in(arrays: Arrays, metadata: Iterable[tuple[Any, Iterable[str], Iterable[int]]]) -> tuple[Look, ...]:
-    """Return how features were seen. Raises KeyError where an array lacks."""
+    """Return the standardisations from arrays and plain values. Raises KeyError for a missing array."""
     return tuple(
         Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
         for modality, kinds, sizes in metadata
@@ -374,11 +381,11 @@ def looks_in(arrays: Arrays, metadata: Iterable[tuple[Any, Iterable[str], Iterab
 
 
 def target_in(arrays: Arrays) -> Target:
-    """Return the scale of the ratings. Raises KeyError where an array lacks."""
+    """Return the scale of the ratings from arrays. Raises KeyError for a missing array."""
     return Target(arrays["target.mean"], float(arrays["target.sd"][0]))
 
 
 def load_into(network: nn.Module, arrays: Arrays) -> None:
-    """Give a network its weights. Raises RuntimeError where they are another's."""
+    """Load the weights of a network from arrays. Raises RuntimeError for weights of another network."""
     own = {name.removeprefix(NETWORK): array for name, array in arrays.items() if name.startswith(NETWORK)}
     network.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})

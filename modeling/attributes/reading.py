@@ -1,4 +1,4 @@
-"""A lab's material: what its sessions recorded, photographed and rated of each texture, as models learn from it."""
+"""The material of a lab: each texture's recordings, pictures and ratings of its sessions, for models."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 CAPTURE = "texture_capture"
 MOST_WHEN_QUICK = 15
-"""Textures that are enough to try an evaluation out."""
+"""The most textures of a quick evaluation."""
 
 
 def read_material(
@@ -36,16 +36,17 @@ def read_material(
 ) -> Material:  # fmt: skip
     """Return the textures of a lab with the features of their recordings and pictures, and their mean ratings.
 
-    `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
-    `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
-    pictures. `touch` and `sight` False leave those features out. `simulated` chooses where a lab has simulated and real
-    sessions; recordings and pictures are real where it is None and there are any. Where a lab has more than `most`
-    textures, only so many are read of those that were rated, recorded and photographed (as far as any was): in turn
-    from each class, drawn by the `seed`. A texture that lacks recordings, pictures or ratings stays, with a note; so
-    does one whose recordings or pictures cannot be used. Features are kept in LAB/features unless `keep` is False. One
-    texture's recordings, or one picture, is in memory at a time in each of `workers` processes. Raises MaterialError
-    where there is nothing to learn from, on a picture that is missing or has changed, and on a file of weights that
-    cannot be used; TextureDataError on captures, DataRefused on ratings that cannot be read.
+    `weights` is a file of ResNet-50's weights, with the SHA-256 `sha256` if that is given; without a file they are
+    random. `variants` is the number of augmented versions of each picture, for training. `quick` uses 4 of 49 patches
+    of at most 3 pictures. `touch` and `sight` False leave those features out. `simulated` chooses between simulated and
+    real sessions where a lab has both; with None the real ones are used. Where a lab has more than `most` textures, a
+    sample of `most` is read from those with all data that the lab has: in turn from each class, drawn by `seed`. A
+    texture with missing or unusable recordings, pictures or ratings stays, with a note. Features are cached in
+    LAB/features unless `keep` is False. Each of `workers` processes has one texture's recordings, or one picture, in
+    memory at a time.
+
+    Raises MaterialError where there is nothing to learn from, for a picture that is missing or has changed, and for a
+    file of weights that cannot be used; TextureDataError for captures and DataRefused for ratings that cannot be read.
     """
     if not lab.is_dir():
         raise MaterialError(f"{lab}: no such lab; the folder of a lab is expected")
@@ -56,18 +57,18 @@ def read_material(
     rated = read_ratings(lab, study_ratings, simulated)
     photos = texture_pictures(lab, study_photos, simulated) if sight else ()
     captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
-    names = None if most is None else _some(most, seed, rated, photos, captured)
-    rated, photos, captured = _only(names, rated, photos, captured)
-    looked = run.seen([thin(photo.album) if quick else photo.album for photo in photos], how)
-    felt = run.felt(captured)
-    parts = Parts(rated, felt, {photo.id: photo for photo in photos}, looked, touch, sight)
+    names = None if most is None else _sample(most, seed, rated, photos, captured)
+    rated, photos, captured = _select(names, rated, photos, captured)
+    rows = run.sight_rows([thin(photo.album) if quick else photo.album for photo in photos], how)
+    felt = run.touch_rows(captured)
+    parts = Parts(rated, felt, {photo.id: photo for photo in photos}, rows, touch, sight)
     textures = join_textures(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
     weights_text = how.weights.description if any(texture.sight for texture in textures) else ""
     unseen = (f"no session of {study_photos}: {NOTHING['picture']}",) if sight and not photos else ()
     few = () if names is None else (FEW_READ,)
     notes = (*rated.notes, *unfelt, *unseen, *few, *((QUICK_LOOK,) if quick and photos else ()))
-    # The material counts as simulated where twins rated, recorded or photographed any of it.
+    # The material counts as simulated where any ratings, recordings or pictures are simulated.
     recorded = any(texture.simulated for texture in parts.felt.values())
     simulated = rated.simulated or recorded or any(photo.simulated for photo in photos)
     return Material(textures, rated.attributes, weights_text, simulated, notes)
@@ -75,16 +76,18 @@ def read_material(
 
 @dataclass(frozen=True)
 class _Run:
-    """Where features are saved, and by how many processes they are computed."""
+    """The cache of features, the number of processes that compute them, and the progress report."""
 
     folder: Path | None
     workers: int | None
     report: Report
 
-    def picture_rows(self, albums: Sequence[Album], how: Sight) -> dict[str, PictureRows]:
+    def sight_rows(self, albums: Sequence[Album], how: Sight) -> dict[str, PictureRows]:
+        """Return the features of pictures, by texture."""
         return picture_rows(albums, how, folder=self.folder, workers=self.workers, report=self.report)
 
-    def felt(self, captured: Sequence[Recorded]) -> dict[str, FeltRows]:
+    def touch_rows(self, captured: Sequence[Recorded]) -> dict[str, FeltRows]:
+        """Return the features of recordings, by texture."""
         if not captured:
             return {}
         from palpate.modeling.attributes.feeling import felt_rows
@@ -94,7 +97,7 @@ class _Run:
 
 
 def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
-    """Return what the lab's sessions captured, and why nothing was felt."""
+    """Return the textures that the lab's sessions captured, or none and a note with the reason."""
     if not ledgers_in(lab, study):
         return (), (f"no session of {study}: {NOTHING['recording']}",)
     from palpate.modeling.attributes.reading_touch import recorded
@@ -106,10 +109,10 @@ def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Reco
         return (), (f"{NOTHING['recording']}: {nothing}",)
 
 
-def _some(
+def _sample(
     most: int, seed: int, rated: RatedTextures, photos: Sequence[TexturePictures], captured: Sequence[Recorded]
 ) -> frozenset[str] | None:  # fmt: skip
-    """So many of the textures that have all that there is; None where the lab has no more, or none has all."""
+    """Return a sample of `most` textures that have all data; None where the lab has no more, or none has all."""
     parts: tuple[Sequence[TexturePictures | Recorded], ...] = (
         tuple(photo for photo in photos if photo.pictures),
         captured,
@@ -123,13 +126,13 @@ def _some(
     return frozenset(sample_textures({name: classes.get(name, "") for name in whole}, most, seed))
 
 
-def _only(
+def _select(
     names: frozenset[str] | None,
     rated: RatedTextures,
     photos: tuple[TexturePictures, ...],
     captured: tuple[Recorded, ...],
 ) -> tuple[RatedTextures, tuple[TexturePictures, ...], tuple[Recorded, ...]]:
-    """Return what there is of these textures; of all for None."""
+    """Return the data of these textures, or with None of all."""
     if names is None:
         return rated, photos, captured
     own = replace(rated, rated={name: texture for name, texture in rated.rated.items() if name in names}, incomplete={})
@@ -138,6 +141,7 @@ def _only(
 
 
 def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:
+    """Raise MaterialError unless a texture has features of touch or sight."""
     if any(texture.touch or texture.sight for texture in textures):
         return
     why = next((f"; {texture.id}: {texture.notes[0]}" for texture in textures if texture.notes), "")

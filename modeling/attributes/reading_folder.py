@@ -1,4 +1,4 @@
-"""Textures from a folder of pictures and a wide table of ratings, as other people's data come."""
+"""Textures from a folder of pictures and a wide table of ratings, the usual form of other people's data."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 SCALE = (0.0, 100.0)
 FEW_STEPS = 10.0
-"""Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
+"""The greatest rating of scales with 5, 7, 9 or 11 steps: a table without a greater one is hardly on 0 to 100."""
 TABLE = "ratings.csv"
-"""What the table is called, unless another one is named or it is the folder's only one."""
+"""The table's name, unless another one is given or it is the folder's only one."""
 RATINGS = TableFormat(
     error=MaterialError,
     delimiters=DELIMITERS,
@@ -57,13 +57,13 @@ RATERS = "raters"
 KNOWN = ("id", "label", "category", "class", RATERS)
 SD = ".sd"
 BETWEEN = re.compile(r"[\s_/–—-]+(?:to[\s_/–—-]+)?")
-"""What may stand between the two words of an attribute, beside the hyphen."""
+"""The separators that may stand between the two words of an attribute."""
 MOST_RATERS = 10**9
 
 
 @dataclass(frozen=True)
 class Line:
-    """A texture in the table: its cells by column, its place in messages, and its ratings once they are read."""
+    """A line of the table, one texture: its place for messages, its cells by column, and its parsed ratings."""
 
     place: str
     cells: Mapping[str, str]
@@ -71,17 +71,17 @@ class Line:
 
     @property
     def id(self) -> str:
-        """The texture's name."""
+        """The texture's id."""
         return self.cells["id"]
 
     @property
     def label(self) -> str:
-        """What the texture is called on pictures."""
+        """The texture's name on pictures."""
         return self.cells.get("label") or self.id
 
     @property
     def category(self) -> str:
-        """The texture's class, or nothing."""
+        """The texture's class, or ""."""
         return self.cells.get("category") or self.cells.get("class") or ""
 
 
@@ -93,49 +93,48 @@ def read_folder(
 ) -> Material:  # fmt: skip
     """Return the textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
 
-    The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the columns id and one for each
-    attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
-    letters, spaces and underscores do as well, and Smooth-Rough is turned). Without a `scale` it is 0 to 100. Beside
-    them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). Where semicolons or tabs separate its
-    cells, commas in numbers are decimal. `pairs` are the attributes, those of texture_ratings where they are not given.
-    A texture without any rating is not rated. `recordings` are what was felt of those textures elsewhere; a texture may
-    lack its recording or its pictures then, with a note. Without `sight` no picture is looked at. Pictures are files
-    that `is_picture` takes. Features are kept in LAB/features where a `lab` is given; the other options are those of
-    `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
-    stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
-    without a picture, a picture that stands twice, and where nothing can be used; TextureDataError where none of the
-    textures was recorded.
+    The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the column id and one for each
+    attribute, named by both its words, the lower end of the `scale` first (Rough-Smooth; lower case, spaces and
+    underscores are allowed, and a column Smooth-Rough is reversed). Without a `scale` it is 0 to 100. Optional columns
+    are label, category (or class), raters and SDs (Rough-Smooth.sd). Where cells are separated by semicolons or tabs, a
+    comma is a decimal point. `pairs` are the attributes, by default those of texture_ratings. A texture without any
+    rating counts as not rated. `recordings` are touch recordings of these textures; with them a texture may have no
+    recording or no picture, with a note. Without `sight` pictures are not used. Pictures are the files of `is_picture`.
+    Features are cached in LAB/features where a `lab` is given; the other options are those of `reading.read_material`.
+
+    Raises MaterialError, with the line, for an unknown, missing or duplicate column, a duplicate id, a cell that is not
+    a number or is off the scale, ratings within 0 to 10 without a `scale`, a texture without a picture, a duplicate
+    picture, and where nothing can be used; TextureDataError where none of the textures was recorded.
     """
     table, lines, columns = rated_lines(folder, table, tuple(pairs or attributes_of(None)), scale)
     how = sight_with(weights_from(weights, sha256), variants, quick)
     may_lack = recordings is not None
     albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
-    # refuse a file that two textures claim (T1_2 and T1), and the same bytes under two names
+    # refuse a file that belongs to two textures by its name (T1_2 and T1), and the same content under two names
     seen_before: dict[str, Picture] = {}
     for picture in (shot for album in albums for shot in album.pictures):
         if (other := seen_before.setdefault(picture.sha256, picture)) is not picture:
             same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
             raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
-    looks = [thin(album) if quick else album for album in albums]
-    looked = picture_rows(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
+    used = [thin(album) if quick else album for album in albums]
+    rows = picture_rows(used, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
-    made = zip(lines, albums, strict=True)
-    textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id), sight) for line, album in made)
+    pairs_of_data = zip(lines, albums, strict=True)
+    textures = tuple(_texture(line, album, rows[line.id], felt.get(line.id), sight) for line, album in pairs_of_data)
     if not any(texture.touch or texture.sight for texture in textures):
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
-    loose = _nobodys(folder, albums) if sight else ()
-    file_notes = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
-    photographed = any(album.pictures for album in albums)
-    weights_text, hurried = (how.weights.description, (QUICK_LOOK,) if quick else ()) if photographed else ("", ())
-    return Material(textures, columns.pairs, weights_text, simulated, (*file_notes, *hurried))
+    unused = _unused_pictures(folder, albums) if sight else ()
+    file_notes = (*aside, *columns.notes, *unused, f"ratings: {table.name} {picture_sha256(table)}")
+    has_pictures = any(album.pictures for album in albums)
+    weights_text, quick_note = (how.weights.description, (QUICK_LOOK,) if quick else ()) if has_pictures else ("", ())
+    return Material(textures, columns.pairs, weights_text, simulated, (*file_notes, *quick_note))
 
 
 def rated_lines(
     folder: Path, table: Path | None, pairs: tuple[Pair, ...], scale: tuple[float, float] | None
 ) -> tuple[Path, list[Line], Columns]:
-    """Return the table, the textures' lines with their ratings, and what its columns are. Raises MaterialError as
-    `read_folder` does."""
+    """Return the table's path, its lines with their ratings, and its columns. Raises MaterialError as `read_folder`."""
     low, high = scale or SCALE
     if not low < high:
         raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
@@ -157,7 +156,7 @@ def rated_lines(
         seen_before[line.id] = line.place
     lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
     if scale is None:
-        # without a scale, ratings of 1 to 7 must not be read as the lowest of 0 to 100
+        # without a scale, ratings of 1 to 7 must not count as the low end of 0 to 100
         values = [float(line.cells[rating.column]) for line in lines if line.rated for rating in columns.ratings]
         if values and max(values) <= FEW_STEPS:
             raise MaterialError(
@@ -169,7 +168,7 @@ def rated_lines(
 
 
 def table_in(folder: Path) -> Path:
-    """Return the table in a folder. Raises MaterialError where there is none, or more than one."""
+    """Return the path of the table in a folder. Raises MaterialError where there is none, or more than one."""
     if not folder.is_dir():
         raise MaterialError(f"{folder}: no such folder; one with pictures and a table of ratings is expected")
     if (folder / TABLE).is_file():
@@ -189,7 +188,7 @@ def _felt(
     workers: int | None,
     report: Report,
 ) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
-    """Return what was felt, by texture, and notes on recordings of none of them."""
+    """Return the touch features by texture, and notes on recordings of unknown textures."""
     if recordings is None:
         return {}, ()
     from palpate.modeling.attributes.feeling import felt_rows
@@ -202,26 +201,28 @@ def _felt(
     return {row.id: row for row in rows}, notes
 
 
-def _texture(line: Line, album: Album, looked: PictureRows, felt: FeltRows | None, looking: bool) -> Texture:
-    texture_notes = [*(felt.notes if felt else ()), *looked.notes, *missing_touch_notes(felt)]
-    if not album.pictures and looking:
+def _texture(line: Line, album: Album, rows: PictureRows, felt: FeltRows | None, sight: bool) -> Texture:
+    """Return a texture from its parts; `sight` is whether pictures are used."""
+    texture_notes = [*(felt.notes if felt else ()), *rows.notes, *missing_touch_notes(felt)]
+    if not album.pictures and sight:
         texture_notes.append(NOT_PHOTOGRAPHED)
     if not line.rated:
         texture_notes.append("not rated")
-    files = frozenset(picture.sha256 for picture in album.pictures) - looked.blank
+    files = frozenset(picture.sha256 for picture in album.pictures) - rows.blank
     return Texture(
-        line.id, line.label, line.category, felt.touch if felt else {}, looked.sight, looked.variants, line.rated,
+        line.id, line.label, line.category, felt.touch if felt else {}, rows.sight, rows.variants, line.rated,
         made_from=files | (felt.made_from if felt else frozenset()), notes=tuple(dict.fromkeys(texture_notes)),
     )  # fmt: skip
 
 
 def _line(row: Row, decimal: Collection[str]) -> Line:
-    """Return a texture; in the columns of `decimal` a comma is a decimal point."""
+    """Return a line of the table; in the columns of `decimal` a comma is a decimal point."""
     cells = {name: cell.replace(",", ".") if name in decimal else cell for name, cell in row.cells.items()}
     return Line(row.where, cells)
 
 
 def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
+    """Yield the pictures of a texture. Raises MaterialError where there are none, unless `may_lack`."""
     files = sorted(pictures_of(folder, line.id))
     if not files and not may_lack:
         where = f"{folder / line.id}/*.jpg or {folder}/{line.id}_01.jpg"
@@ -230,7 +231,7 @@ def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
 
 
 def pictures_of(folder: Path, name: str) -> Iterator[Path]:
-    """Pictures in the texture's own folder, and beside it those that have its name, with a number or without."""
+    """Yield the pictures in the texture's own folder, and beside it those with its name, with a number or without."""
     own = re.compile(rf"{re.escape(name)}([_-]\d+)?")
     if (folder / name).is_dir():
         yield from (path for path in (folder / name).iterdir() if is_picture(path))
@@ -239,12 +240,12 @@ def pictures_of(folder: Path, name: str) -> Iterator[Path]:
 
 
 def is_picture(path: Path) -> bool:
-    """Return whether a file is one that pictures are read from: by its ending, and not a hidden one."""
+    """Return whether a path is a file with a picture's ending that is not hidden."""
     return path.suffix.lower() in SUFFIXES and path.name[0] != "." and path.is_file()
 
 
-def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
-    """Yield a note on pictures of no texture in the table."""
+def _unused_pictures(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
+    """Yield a note where pictures belong to no texture of the table."""
     used = {picture.path for album in albums for picture in album.pictures}
     loose = [path for path in sorted(folder.rglob("*")) if is_picture(path) and path not in used]
     if loose:
@@ -253,7 +254,7 @@ def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Rating:
-    """The column of an attribute, and that of its SD ("" without one); `turned`: the pair's second word comes first."""
+    """The column of an attribute, and that of its SD ("" for none); `turned`: the column names the high end first."""
 
     pair: Pair
     column: str
@@ -269,7 +270,7 @@ class Columns:
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
-        """Their names."""
+        """The attributes."""
         return tuple(rating.pair for rating in self.ratings)
 
     @property
@@ -279,7 +280,7 @@ class Columns:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Which columns were turned."""
+        """A note for each column whose values are reversed."""
         return tuple(
             f"column {rating.column!r} turned: 0 is {rating.pair.low}, 100 {rating.pair.high}"
             for rating in self.ratings if rating.turned
@@ -287,7 +288,7 @@ class Columns:
 
 
 def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Columns:
-    """Return which attribute each column is. Raises MaterialError on an unknown, missing or twofold column."""
+    """Return the columns of the attributes. Raises MaterialError for an unknown, missing or duplicate column."""
     for name in header:
         if header.count(name) > 1:
             raise MaterialError(f"{place}: the column {name!r} appears there twice")
@@ -299,7 +300,7 @@ def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Colu
 
 
 def _meant(name: str, pairs: Sequence[Pair]) -> tuple[Pair, bool] | None:
-    """Return the pair that a column is called by, and whether its words are turned round."""
+    """Return the attribute that a column names, and whether the high end comes first; None for another name."""
     plain = _plain(name)
     for pair in pairs:
         if plain == _plain(f"{pair.low}-{pair.high}"):
@@ -310,12 +311,14 @@ def _meant(name: str, pairs: Sequence[Pair]) -> tuple[Pair, bool] | None:
 
 
 def _plain(name: str) -> str:
+    """Return a column's name in lower case, with spaces as separators."""
     return BETWEEN.sub(" ", name.strip().lower())
 
 
 def _demand_known(
     place: str, header: Sequence[str], meanings: Mapping[str, tuple[Pair, bool] | None], pairs: Sequence[Pair]
 ) -> None:
+    """Raise MaterialError for a column with an unknown name, or an SD without its mean."""
     words = {word.lower(): pair for pair in pairs for word in (pair.low, pair.high)}
     for name, meant in meanings.items():
         if meant is None and name.lower() in words:
@@ -330,6 +333,7 @@ def _demand_known(
 
 
 def _rating(place: str, pair: Pair, header: Sequence[str], meanings: Mapping[str, tuple[Pair, bool] | None]) -> Rating:
+    """Return the columns of an attribute. Raises MaterialError unless exactly one column has its means."""
     names = [name for name, meant in meanings.items() if meant is not None and meant[0] == pair]
     if len(names) != 1:
         text = f"two columns rate it: {', '.join(names)}" if names else f"found {', '.join(header)}"
@@ -339,9 +343,9 @@ def _rating(place: str, pair: Pair, header: Sequence[str], meanings: Mapping[str
 
 
 def rated_in(cells: Mapping[str, str], place: str, columns: Columns, scale: tuple[float, float]) -> Rated | None:
-    """Return what the cells of a texture say, on 0 to 100; None where all of its ratings are empty.
+    """Return the ratings in the cells of a line, on 0 to 100; None where all of them are empty.
 
-    SDs that do not stand there are NaN (not known), and so many raters 0. Raises MaterialError.
+    A missing SD is NaN, and a missing number of raters 0. Raises MaterialError for an invalid cell.
     """
     if not any(cells[rating.column] for rating in columns.ratings):
         return None

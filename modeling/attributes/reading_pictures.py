@@ -1,4 +1,4 @@
-"""Pictures that sessions of texture_photos took: which count, where their files lie, and that none has changed."""
+"""Pictures of texture_photos sessions: those that count, with their files, verified by SHA-256."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PICTURES = "pictures"
 
 @dataclass(frozen=True)
 class TexturePictures:
-    """The pictures of one texture that count, in the order of sessions, trials and lights."""
+    """One texture with its pictures that count, in the order of sessions, trials and lights."""
 
     id: str
     label: str
@@ -32,13 +32,13 @@ class TexturePictures:
 
     @property
     def album(self) -> Album:
-        """As pictures are looked at."""
+        """The pictures as an album, for `seeing.picture_rows`."""
         return Album(self.id, self.pictures)
 
 
 @dataclass(frozen=True)
 class PicturedTrial:
-    """A trial that counts: what its reply says of each picture."""
+    """A trial that counts, with its reply's description of each picture."""
 
     record: Record
     stimulus: str
@@ -47,12 +47,12 @@ class PicturedTrial:
 
 
 def texture_pictures(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[TexturePictures, ...]:
-    """Return the textures whose pictures a lab's sessions took, in the order of their first appearance.
+    """Return the textures that a lab's sessions photographed, in the order of their first appearance.
 
     Of each trial the last attempt counts that was neither repeated nor faulted; sessions of people who withdrew do not
-    count. `simulated` takes only the sessions of twins, or only real ones; None takes real ones where there are any. A
-    twin that kept no file gave no picture. Files lie in LAB/pictures, or where the session's rig put them; each is
-    read here once. Raises MaterialError on one that is missing or has changed, and on a damaged ledger.
+    count. `simulated` selects sessions of twins or real ones; with None real ones are used where there are any. A
+    picture of a twin that saved no file is left out. Files are in LAB/pictures, or in the folder of the session's rig;
+    each is read once. Raises MaterialError for a file that is missing or has changed, and for a damaged ledger.
     """
     counting, notes = real_or_simulated(list(pictured_trials(lab, study)), simulated, "pictures")
     by_texture: dict[str, list[PicturedTrial]] = {}
@@ -62,7 +62,7 @@ def texture_pictures(lab: Path, study: str = STUDY, simulated: bool | None = Non
 
 
 def pictured_trials(lab: Path, study: str) -> Iterator[PicturedTrial]:
-    """Yield every trial of a study that counts, of people who did not withdraw; a damaged ledger: MaterialError."""
+    """Yield a study's trials that count, of people who did not withdraw. Raises MaterialError for a damaged ledger."""
     try:
         for record in sessions_of(lab, study):
             simulated = by_twins(record.header)
@@ -93,7 +93,7 @@ def _pictures(lab: Path, trial: PicturedTrial) -> Iterator[Picture]:
 
 
 def folders_of(lab: Path, record: Record) -> list[Path]:
-    """Return where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
+    """Return the folders that may have a session's pictures: LAB/pictures, and those of a rig file, relative to it."""
     settings = record.header["rig"].get("settings") or {}
     named = [
         str(setting[PICTURES])
@@ -105,7 +105,7 @@ def folders_of(lab: Path, record: Record) -> list[Path]:
 
 
 def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Picture:
-    """Return the file that has this SHA-256. Raises MaterialError where none has."""
+    """Return the picture with this file name and SHA-256. Raises MaterialError where there is none in the folders."""
     there = [path for path in dict.fromkeys(folder / file for folder in folders) if path.is_file()]
     for path in there:
         if picture_sha256(path) == sha256:

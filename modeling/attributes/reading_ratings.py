@@ -1,4 +1,4 @@
-"""How people rated the textures of a lab: mean and SD between raters, on 0 to 100 (thesis 3.3.3)."""
+"""Ratings of a lab's textures: mean and SD between raters, on 0 to 100 (thesis 3.3.3)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ TOP = 100.0
 
 @dataclass(frozen=True)
 class RatedTextures:
-    """Ratings by texture. `incomplete` says of a texture which attributes nobody rated it on; it is not in `rated`.
+    """Ratings by texture. `incomplete` has a note for each texture with unrated attributes, which is not in `rated`.
 
-    `columns` are what the study's stimulus table says of each texture.
+    `columns` are each texture's columns in the study's stimulus table.
     """
 
     attributes: tuple[Pair, ...]
@@ -37,13 +37,13 @@ class RatedTextures:
 
 
 def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -> RatedTextures:
-    """Return the ratings that `palpate regenerate` would analyse: complete sessions, of nobody who withdrew.
+    """Return the ratings that `palpate regenerate` would analyse: of complete sessions of people who did not withdraw.
 
-    They are of one version of the study, all real or all simulated, without what the study's analysis plan leaves out.
-    A person who rated a texture more than once counts once, with the mean. The SD between raters (n - 1) is NaN where
-    one person rated: what nobody knows is not 0. Where a lab has no such session the attributes are the study's own,
-    and nothing is rated. Raises MaterialError where a study rates nothing, and what reading raises (DataRefused, also
-    on ratings off their scale, PlanError, StudyError, LedgerError: all ValueErrors).
+    They are of one version of the study, all real or all simulated, without the exclusions of its analysis plan. A
+    person who rated a texture more than once counts once, with the mean. The SD between raters (n - 1) of a single
+    rater is NaN. Without such a session the attributes are the study's, and nothing is rated. Raises MaterialError for
+    a study without ratings, and the errors of reading (DataRefused, also for ratings off their scale, PlanError,
+    StudyError, LedgerError: all ValueErrors).
     """
     from palpate.modeling.lab_answers import has_answers, lab_answers, left_out_lines
 
@@ -57,7 +57,7 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
 
 
 def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
-    """Return the pairs that a study rates, in its order; a shipped study needs no lab. Raises StudyError on another."""
+    """Return the attributes of a study, in its order; without a lab, of a shipped study. Raises StudyError."""
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
 
     file = SHIPPED / study / STUDY_FILE if lab is None else find(study, lab)
@@ -82,9 +82,9 @@ def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedT
 
 
 def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[str, Rated], dict[str, str]]:
-    """Return the textures that were rated on every attribute, and for the others which are missing.
+    """Return the textures that were rated on every attribute, and notes on the others.
 
-    `people` has one value a person, texture and attribute. The number of raters is that of the attribute with fewest.
+    `people` has one value per person, texture and attribute. The number of raters is that of the attribute with fewest.
     """
     values: dict[tuple[str, str], list[float]] = {}
     for row in people.itertuples(index=False):

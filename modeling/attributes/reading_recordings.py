@@ -1,6 +1,6 @@
-"""What was felt of textures as others recorded it: tables, the Haptic Texture Toolkit's files, the Cluster data set.
+"""Touch recordings of other sources: tables, the Haptic Texture Toolkit's files, the Cluster data set.
 
-Their textures are known by the files' names (oak.csv, oak.xml; cluster_0), and go with a table's ids.
+Textures have the names of the files (oak.csv, oak.xml; cluster_0), which match a table's ids.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from palpate.protocols.wording import some
 
 @dataclass(frozen=True)
 class TableFile:
-    """One texture's table, and what it does not say."""
+    """One texture's table, and the constants for its missing columns."""
 
     path: Path
     held: Held
 
     @property
     def files(self) -> dict[str, Path]:
-        """By what they hold."""
+        """The files by their content."""
         return {"table": self.path}
 
     @property
     def description(self) -> str:
-        """What is known of it beside what it holds."""
+        """The constants as text, for a digest."""
         return f"{self.held}"
 
 
@@ -44,7 +44,7 @@ Source: TypeAlias = TableFile | reading_hatt.Source | Slide
 
 @dataclass(frozen=True)
 class RecordingFiles:
-    """One texture's recordings in files, and how they are to be read: no sample in it, so that it can be a job."""
+    """One texture's files of recordings and their filtering; without samples, so that it can be sent to a job."""
 
     id: str
     label: str
@@ -54,12 +54,12 @@ class RecordingFiles:
 
     @property
     def made_from(self) -> frozenset[str]:
-        """SHA-256 of the files."""
+        """The SHA-256 of the files."""
         return frozenset(digest for source in self.sources for digest in _digests(source))
 
     @property
     def key(self) -> str:
-        """SHA-256 of all that decides what is felt, but for the program: a slide's name says what was wished for."""
+        """The SHA-256 of all that the features depend on, except the code; a slide's name has its commanded values."""
         state = hashlib.sha256(f"{self.way}".encode())
         for source in self.sources:
             name = (
@@ -73,7 +73,7 @@ class RecordingFiles:
         return state.hexdigest()
 
     def rows(self) -> FeltRows:
-        """Return its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
+        """Return the texture's features. Raises TextureDataError for an unreadable file, and as `touch_of` does."""
         try:
             return rows_from(felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way))
         except TooShort as error:
@@ -83,10 +83,10 @@ class RecordingFiles:
 
 @dataclass(frozen=True)
 class Recordings:
-    """Where recordings lie: tables, or the Toolkit's, or the Cluster data set.
+    """The paths of recordings: tables, or the Haptic Texture Toolkit, or the Cluster data set.
 
-    `held` is what tables do not say. `trim_s` is left out at both ends of each recording; None: what thesis 3.4.1 does,
-    but nothing of a slide of the Cluster data set, which a machine began and ended.
+    `held` are the constants for columns that tables do not have. `trim_s` seconds are left out at both ends of each
+    recording; None for those of thesis 3.4.1, or for 0 with the Cluster data set, whose slides a machine ran.
     """
 
     tables: tuple[Path, ...] = ()
@@ -97,13 +97,13 @@ class Recordings:
 
     @property
     def way(self) -> Filtering:
-        """How they are filtered. Raises TextureDataError for a time that is none."""
+        """The filtering of the recordings. Raises TextureDataError for an invalid `trim_s`."""
         if self.trim_s is not None:
             return filtering(self.trim_s)
         return filtering(0.0) if self.cluster is not None else filtering()
 
     def names(self) -> tuple[str, ...]:
-        """Return the textures that there are. Raises TextureDataError where there is none."""
+        """Return the names of all recorded textures. Raises TextureDataError where there is none."""
         if self.hatt is not None:
             return tuple(reading_hatt.names_in(self.hatt))
         if self.cluster is not None:
@@ -111,7 +111,7 @@ class Recordings:
         return tuple(file.stem for file in reading_tables.files_in(self.tables))
 
     def sources(self, names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
-        """The files of each of these textures, by its name; none is read. Raises TextureDataError where one lacks."""
+        """Return the files of each of these textures, unread. Raises TextureDataError for a missing file."""
         if self.hatt is not None:
             return {source.name: (source,) for source in reading_hatt.sources(self.hatt, names)}
         if self.cluster is not None:
@@ -123,10 +123,10 @@ class Recordings:
 def recording_files(
     recordings: Recordings, named: Mapping[str, tuple[str, str]], table: Path | None = None
 ) -> tuple[tuple[RecordingFiles, ...], tuple[str, ...]]:  # fmt: skip
-    """The textures that are `named` (label and category by id) and were recorded; and notes on the others' recordings.
+    """Return the recorded textures of `named` (label and category by id), and notes on recordings of others.
 
-    `table` is that of the ratings, which may lie among tables of recordings. Raises TextureDataError where there is no
-    recording, or none of a texture that is named, or where a file of one lacks.
+    `table` is the table of ratings, which may lie among tables of recordings. Raises TextureDataError where there is no
+    recording of a named texture, or a file is missing.
     """
     there = [name for name in recordings.names() if not (recordings.tables and table and name == table.stem)]
     recorded = [name for name in named if name in there]
@@ -136,13 +136,13 @@ def recording_files(
             f" {some(named)}; a texture has the name of its recording"
         )
     sources = recordings.sources(recorded)
-    filed = tuple(RecordingFiles(name, *named[name], sources[name], recordings.way) for name in recorded)
-    loose = [name for name in there if name not in named]
-    return filed, (f"recorded, but not in the table: {some(loose)}",) if loose else ()
+    files = tuple(RecordingFiles(name, *named[name], sources[name], recordings.way) for name in recorded)
+    others = [name for name in there if name not in named]
+    return files, (f"recorded, but not in the table: {some(others)}",) if others else ()
 
 
 def _digests(source: Source) -> list[str]:
-    """Return the digests of its files; one that cannot be read has none, and is refused when it is read."""
+    """Return the digests of a source's files; an unreadable file has the error instead, and is refused when read."""
     result = []
     for file in dict.fromkeys(source.files.values()):
         try:
@@ -153,6 +153,7 @@ def _digests(source: Source) -> list[str]:
 
 
 def _touched(source: Source) -> Touched:
+    """Return the signals of a source. Raises TextureDataError for an unreadable file."""
     if isinstance(source, TableFile):
         return reading_tables.touched(source.path, source.held)
     if isinstance(source, Slide):

@@ -1,7 +1,7 @@
-"""What a lab's captures feel like, one texture in memory at a time (thesis 3.4.1).
+"""Touch signals and features of a lab's captures, with one texture in memory at a time (thesis 3.4.1).
 
-A ledger of fifty textures of 60 s holds 700 MB of samples in one file. It is read once, event by event, to verify it;
-after that each texture's blocks are read from it when they are needed, here or in a job of its own.
+A ledger of fifty textures of 60 s has 700 MB of samples in one file. It is read once, event by event, to verify it;
+then each texture's samples are read when they are needed, here or in a job.
 """
 
 from __future__ import annotations
@@ -35,23 +35,26 @@ from palpate.modeling.textures.recording import TextureDataError, TooShort
 from palpate.protocols.events import event_hash
 
 APART = 0.05
-"""The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""
+"""The share by which a signal may be longer or shorter than force, since sensors start and stop at different times."""
 STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
 
 def filtering(trim_s: float = TRIM_S, remove_hum: bool = True) -> Filtering:
-    """How recordings are filtered for chapter 3: 20 to 500 Hz, 2.5 s trimmed at both ends. Raises TextureDataError."""
+    """Return the filtering of chapter 3: 20 to 500 Hz, by default 2.5 s trimmed at both ends.
+
+    Raises TextureDataError for an invalid `trim_s`.
+    """
     return Filtering(remove_hum, BAND_HZ, trim_s, f"segments of {SEGMENT_S:g} s")
 
 
 def touch_of(
     texture: str, touched: Iterable[Touched], way: Filtering | None = None
 ) -> tuple[Touch, tuple[str, ...]]:  # fmt: skip
-    """Return what was felt of one texture in its explorations, taken one at a time, and notes; `way` is `filtering()`.
+    """Return one texture's filtered explorations, read one at a time, and notes; `way` is by default `filtering()`.
 
-    Raises TextureDataError where there is none, on signals that are constant, silent, clipped, implausible, of a rate
-    that does not tell them or of one that is not theirs, where nothing as long as a segment is left after trimming, and
-    where the tool is never in contact.
+    Raises TextureDataError where there is no exploration; for signals that are constant, silent, clipped, implausible,
+    or have a rate that is too low or wrong; where less than a segment is left after trimming; and where the tool is
+    never in contact.
     """
     stretches: list[Stretch] = []
     notes: list[str] = []
@@ -78,7 +81,7 @@ def touch_of(
 
 
 def _demand_as_long(touched: Touched) -> None:
-    """Refuse a signal at another rate than stated: its frequencies or speeds would be others, and its length."""
+    """Raise TextureDataError for a signal whose duration differs from force's, since its stated rate is then wrong."""
     force, moved = touched.force, touched.position if touched.speed is None else touched.speed
     for signal in (touched.acceleration, moved):
         if (
@@ -86,7 +89,7 @@ def _demand_as_long(touched: Touched) -> None:
             or min(len(signal.times_s), len(force.times_s)) < 2
             or not (SLOWEST_HZ[signal.what] <= signal.rate_hz <= FASTEST_HZ)
         ):
-            continue  # refused as what it is, when it is filtered
+            continue  # refused with its own message when it is filtered
         if abs(signal.lasts_s - force.lasts_s) > APART * force.lasts_s:
             raise TextureDataError(
                 f"{touched.where}: {signal.what} lasts {signal.lasts_s:.4g} s at {signal.rate_hz:g} Hz, and force"
@@ -96,7 +99,7 @@ def _demand_as_long(touched: Touched) -> None:
 
 
 def _lifted(touch: Touch) -> Iterator[str]:
-    """Yield how many segments are without contact. Raises TextureDataError where all are."""
+    """Yield a note on the number of segments without contact. Raises TextureDataError where all are."""
     try:
         pressed = contact(touch)
     except FeatureError as error:
@@ -108,7 +111,7 @@ def _lifted(touch: Touch) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class TextureTouch:
-    """What was felt of one texture.
+    """The filtered touch signals of one texture.
 
     `made_from` are the SHA-256 of the samples of each capture: textures that share one are one group in any split.
     """
@@ -123,7 +126,7 @@ class TextureTouch:
 
 @dataclass(frozen=True)
 class FeltRows:
-    """One texture's features, a row for each segment, by kind."""
+    """One texture's touch features by kind, (segments, features) each."""
 
     id: str
     label: str
@@ -134,13 +137,13 @@ class FeltRows:
 
     @property
     def simulated(self) -> bool:
-        """Whether a twin recorded it."""
+        """Whether it was recorded by a simulated device."""
         return SIMULATED in self.notes
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """All captures of one texture, and how they are to be read: no sample in it, so that it can be sent to a job."""
+    """All captures of one texture, and how they are filtered; without samples, so that it can be sent to a job."""
 
     id: str
     label: str
@@ -151,17 +154,17 @@ class Recorded:
 
     @property
     def name(self) -> str:
-        """As a job is called."""
+        """The job's name in progress reports and errors."""
         return self.id
 
     @property
     def made_from(self) -> frozenset[str]:
-        """SHA-256 of the samples of each capture, whatever the session, trial and time they stand at."""
+        """The SHA-256 of the samples of each capture, which does not depend on session, trial and time."""
         return frozenset(_samples_sha256(capture) for capture in self.captures)
 
     @property
     def key(self) -> str:
-        """SHA-256 of all that decides what is felt, but for the program: known before a sample is read again."""
+        """The SHA-256 of all that the features depend on, except the code; it needs no samples."""
         digest = hashlib.sha256(f"{self.way} {self.normal}".encode())
         for capture in self.captures:
             for event in (event for act in capture.attempt.acts for event in act):
@@ -170,7 +173,7 @@ class Recorded:
         return digest.hexdigest()
 
     def rows(self) -> FeltRows:
-        """Return its features, its samples read now. Raises TextureDataError as `touch_of` does."""
+        """Read the samples and return the texture's features. Raises TextureDataError as `touch_of` does."""
         return rows_from(felt(self))
 
 
@@ -178,10 +181,10 @@ def recorded(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
     normal: tuple[float, float, float] = UP, simulated: bool | None = None,
 ) -> tuple[Recorded, ...]:  # fmt: skip
-    """The textures that a lab's sessions, or one session's file, captured: verified, their samples left where they are.
+    """Return the textures that a lab's sessions, or one session's file, captured: verified, but without their samples.
 
-    Sessions of people who withdrew are left out, and `simulated` or real ones as in `captures_by_texture`. Raises
-    TextureDataError where no capture counts, where one of `textures` was not captured, and on a damaged file.
+    Sessions of people who withdrew are left out; `simulated` is as in `captures_by_texture`. Raises TextureDataError
+    where no capture counts, where one of `textures` was not captured, and for a damaged file.
     """
     captures = captures_by_texture(lab, study, textures, simulated)
     return tuple(
@@ -191,7 +194,7 @@ def recorded(
 
 
 def felt(texture: Recorded) -> TextureTouch:
-    """Return what was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
+    """Read the samples of one texture and return its touch signals. Raises TextureDataError as `touch_of` does."""
     touched = (
         part
         for capture in texture.captures
@@ -204,9 +207,9 @@ def felt(texture: Recorded) -> TextureTouch:
 def felt_of(
     texture: str, label: str, category: str, touched: Iterable[Touched], way: Filtering | None = None
 ) -> TextureTouch:  # fmt: skip
-    """Return what was felt of one texture in recordings of another source than a lab (tables, HaTT, the Cluster data).
+    """Return the touch signals of one texture from recordings of other sources than a lab (tables, HaTT, Cluster).
 
-    They are taken one at a time. Raises TextureDataError as `touch_of` does.
+    Recordings are read one at a time. Raises TextureDataError as `touch_of` does.
     """
     made_from: set[str] = set()
 
@@ -223,23 +226,23 @@ def touches(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
     normal: tuple[float, float, float] = UP, simulated: bool | None = None,
 ) -> Iterator[TextureTouch]:  # fmt: skip
-    """Return what was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
+    """Return an iterator over the touch signals of a lab's textures, with one texture in memory at a time.
 
-    `way` is `touching.filtering(...)`: how much is trimmed, and whether hum is taken out. Raises TextureDataError as
-    `recorded` and `felt` do.
+    `way` is a `filtering(...)`: the trimmed seconds, and whether hum is removed. Raises TextureDataError as `recorded`
+    and `felt` do.
     """
     return map(felt, recorded(lab, textures, study=study, way=way, normal=normal, simulated=simulated))
 
 
 def rows_from(felt: TextureTouch) -> FeltRows:
-    """Return the features of what was felt."""
+    """Return the features of touch signals."""
     return FeltRows(
         felt.id, felt.label, felt.category, touch_features(felt.touch), felt.made_from, felt.notes
     )  # fmt: skip
 
 
 def rows_of(texture: Recorded) -> FeltRows:
-    """`Recorded.rows` as a job for `palpate.modeling.training.jobs.run_jobs`: small, whatever was recorded."""
+    """Return `texture.rows()`, as a function for `palpate.modeling.training.jobs.run_jobs`."""
     return texture.rows()
 
 

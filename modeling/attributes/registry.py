@@ -1,4 +1,4 @@
-"""Every way of predicting attributes, by name; torch and scikit-learn come with a method's first fit."""
+"""All methods that predict attributes, by name; a method's first fit imports torch or scikit-learn."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "boosting": (TOUCH, SIGHT),
     "mean": ((), ()),
 }
-"""What each looks at in Tables 3.2 and 3.3, as (touch, sight): the thesis' own features, or the closest of ours.
+"""The features of each method in Tables 3.2 and 3.3, as (touch, sight): the thesis' features, or the closest of ours.
 
-- `visuo_tactile`, `hv_net`, `ht_net`, `ann`: the thesis says so (3.4, 3.6.6).
-- `vision_cnn`: its authors' network learns from what is hardly prepared; closest of ours: what a network has learned.
+- `visuo_tactile`, `hv_net`, `ht_net`, `ann`: those of the thesis (3.4, 3.6.6).
+- `vision_cnn`: its authors' network takes nearly raw pictures; closest of ours: a trained network's features.
 - `haptic_cnn`: the thesis calls its features of pictures handcrafted (2.1.2); closest of ours: co-occurrence.
-- `tactile_cnn_lstm`: its authors give it the acceleration alone; closest of ours: its spectrum, without the hand.
+- `tactile_cnn_lstm`: its authors use the acceleration alone; closest of ours: its spectrum, without the hand.
 - `tactile_svm`: its authors learn a sparse representation of the signal; closest of ours: wavelets, without the hand.
-- `ridge`, `boosting`: all that there is, as a practitioner would.
+- `ridge`, `boosting`: all features, as in practice.
 - `mean`: none.
 """
 
 
 def method_named(name: str) -> Method:
-    """Return the method of this name. Raises MaterialError with the nearest known name."""
+    """Return the method of this name. Raises MaterialError, with the nearest name, for an unknown one."""
     if name not in METHODS:
         from palpate.protocols.did_you_mean import nearest
 

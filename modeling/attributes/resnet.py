@@ -1,7 +1,7 @@
 """ResNet-50 with torchvision's names and shapes, and its average pool as features of patches (thesis 3.4.2).
 
-He, Zhang, Ren, Sun, Deep residual learning for image recognition, 2016; as torchvision's `resnet50` the stride of a
-bottleneck stands in its 3 x 3 convolution (version 1.5), which published weights are made for.
+He, Zhang, Ren, Sun, Deep residual learning for image recognition, 2016. As in torchvision's `resnet50`, for which
+published weights were trained, the stride of a bottleneck is in its 3 x 3 convolution (version 1.5).
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from palpate.modeling.training.seeding import seeded
 
 FEATURES, CLASSES = 2048, 1000
 BLOCKS = (3, 4, 6, 3)
-"""Bottlenecks in each of the four layers."""
+"""The number of bottlenecks in each of the four layers."""
 WIDTHS = (64, 128, 256, 512)
 WIDENS = 4
-"""How many times wider a bottleneck ends than it is."""
+"""The ratio of a bottleneck's output channels to its width."""
 IMAGENET_MEAN, IMAGENET_SD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-"""Of each colour, as published weights were trained with."""
+"""Mean and SD of each colour in the training of published weights."""
 BATCH = 7
-"""Patches at a time: a row of the grid. The number is fixed, since another one may round otherwise."""
+"""Patches per batch: a row of the grid. Fixed, since another number may change the rounding."""
 
 
 class Bottleneck(nn.Module):
-    """relu(x + conv1x1(relu(conv3x3(relu(conv1x1(x)))))), each convolution normalised by its batch statistics."""
+    """A bottleneck: relu(x + conv1x1(relu(conv3x3(relu(conv1x1(x)))))), each convolution with batch normalisation."""
 
     def __init__(self, inputs: int, width: int, stride: int = 1) -> None:
         super().__init__()
@@ -47,15 +47,15 @@ class Bottleneck(nn.Module):
             self.downsample = nn.Sequential(nn.Conv2d(inputs, outputs, 1, stride, bias=False), nn.BatchNorm2d(outputs))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, inputs, rows, columns) to (batch, 4 x width, rows, columns), both halved by a stride of 2."""
+        """Return (batch, 4 x width, rows, columns) of (batch, inputs, rows, columns); a stride of 2 halves both."""
         inner = torch.relu(self.bn1(self.conv1(x)))
         inner = torch.relu(self.bn2(self.conv2(inner)))
-        kept = x if self.downsample is None else self.downsample(x)
-        return torch.relu(self.bn3(self.conv3(inner)) + kept)
+        shortcut = x if self.downsample is None else self.downsample(x)
+        return torch.relu(self.bn3(self.conv3(inner)) + shortcut)
 
 
 class ResNet50(nn.Module):
-    """25,557,032 parameters; its state has 320 entries, named as torchvision names them."""
+    """ResNet-50: 25,557,032 parameters in a state of 320 entries with torchvision's names."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -69,13 +69,13 @@ class ResNet50(nn.Module):
         self.fc = nn.Linear(FEATURES, CLASSES)
 
     def pooled(self, x: Tensor) -> Tensor:
-        """Return the average pool: (batch, 3, rows, columns) of normalised colours to (batch, 2048)."""
+        """Return the average pool (batch, 2048) of normalised colours (batch, 3, rows, columns)."""
         x = self.maxpool(torch.relu(self.bn1(self.conv1(x))))
         x = self.layer4(self.layer3(self.layer2(self.layer1(x))))
         return x.mean(dim=(2, 3))
 
     def forward(self, x: Tensor) -> Tensor:
-        """Scores of ImageNet's classes: (batch, 3, rows, columns) to (batch, 1000)."""
+        """Return the scores of ImageNet's classes (batch, 1000) for normalised colours (batch, 3, rows, columns)."""
         scores: Tensor = self.fc(self.pooled(x))
         return scores
 
@@ -87,19 +87,19 @@ def _layer(inputs: int, place: int, stride: int = 1) -> nn.Sequential:
 
 
 def random_state(seed: int) -> dict[str, Tensor]:
-    """Starting weights that the seed alone decides: He's normal of the fan out for convolutions, as torchvision.
+    """Return initial weights from a seed, as torchvision: He's normal distribution by fan-out for convolutions.
 
-    Batch normalisation is the identity (its running mean is 0, its variance 1).
+    Batch normalisation is the identity (running mean 0, variance 1).
     """
 
-    def made() -> ResNet50:
+    def initialised() -> ResNet50:
         network = ResNet50()
         for layer in network.modules():
             if isinstance(layer, nn.Conv2d):
                 nn.init.kaiming_normal_(layer.weight, mode="fan_out", nonlinearity="relu")
         return network
 
-    state: dict[str, Tensor] = seeded(made, seed).state_dict()
+    state: dict[str, Tensor] = seeded(initialised, seed).state_dict()
     return state
 
 
@@ -113,9 +113,9 @@ def load_network(state: Mapping[str, Tensor]) -> ResNet50:
 
 
 def fold_batch_norms(network: ResNet50) -> ResNet50:
-    """Fold each batch normalisation of the network into its convolution, in 64 bits, stored in 32; return the network.
+    """Fold each batch normalisation into its convolution, in place; return the network, which can no longer be trained.
 
-    Its pool is within 1e-6 of the largest number of the network's own. It can no longer be trained.
+    Computed in float64 and stored in float32. The pool changes by less than 1e-6 of its largest number.
     """
     for layer in network.modules():
         if not isinstance(layer, ResNet50 | Bottleneck):
@@ -138,14 +138,14 @@ def _fused(conv: nn.Module, norm: nn.Module) -> nn.Module:
 
 
 def colours(patches: Gray) -> Tensor:
-    """(n, rows, columns) of brightness from 0 to 1 in three equal channels, normalised as ImageNet's: (n, 3, ...)."""
+    """Return brightness (n, rows, columns) of 0 to 1 as three equal channels (n, 3, ...), normalised as ImageNet's."""
     gray = torch.from_numpy(np.ascontiguousarray(patches, dtype=np.float32))[:, None]
     mean, sd = torch.tensor(IMAGENET_MEAN)[:, None, None], torch.tensor(IMAGENET_SD)[:, None, None]
     return ((gray - mean) / sd).contiguous(memory_format=torch.channels_last)
 
 
 def pool_of_patches(network: ResNet50, patches: Gray) -> NDArray[np.float32]:
-    """(2048,): the mean over patches (n, 224, 224) of the network's average pool (thesis 3.4.2)."""
+    """Return the mean (2048,) over patches (n, 224, 224) of the network's average pool (thesis 3.4.2)."""
     total = np.zeros(FEATURES)
     with torch.inference_mode():
         for first in range(0, len(patches), BATCH):

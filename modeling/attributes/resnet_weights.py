@@ -1,4 +1,4 @@
-"""Weights of ResNet-50 from a file: identified by SHA-256, never executed, refused where they are not whole."""
+"""Weights of ResNet-50 from a file: identified by SHA-256, never executed, refused where they are incomplete."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 PUBLISHED = {"IMAGENET1K_V1": "resnet50-0676ba61.pth", "IMAGENET1K_V2": "resnet50-11ad3fa6.pth"}
-"""torchvision's files, under download.pytorch.org/models; the digits begin the SHA-256 of each."""
+"""torchvision's files at download.pytorch.org/models; their names have the first digits of their SHA-256."""
 HEADED = re.compile(r".*-([0-9a-f]{8})\.pth")
 PICKLED, PLAIN = (".pth", ".pt"), (".safetensors",)
 COUNTED = "num_batches_tracked"
-"""Ends the names of what is counted in training alone: older files lack it."""
+"""The ending of counters of the training, which older files do not have."""
 SEED = 0
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Which weights ResNet-50 is to have: those of a file that had this SHA-256, or random ones of a seed."""
+    """The weights of ResNet-50: of a file with this SHA-256, or random ones from a seed."""
 
     path: Path | None = None
     sha256: str = ""
@@ -33,18 +33,18 @@ class Weights:
 
     @property
     def description(self) -> str:
-        """For reports: which they are."""
+        """The weights' description for reports."""
         if self.path is None:
             return f"random (He normal, seed {self.seed}): no file of pretrained weights was given"
         return f"{self.path.name}, SHA-256 {self.sha256}"
 
     @property
     def key(self) -> str:
-        """What decides them, in a word."""
+        """The weights' identity for a cache key."""
         return self.sha256 or f"random {self.seed}"
 
     def state(self) -> dict[str, Tensor]:
-        """The weights, by torchvision's names. Raises MaterialError on a file that has changed or cannot be used."""
+        """Return the weights by torchvision's names. Raises MaterialError for a changed or unusable file."""
         if self.path is None:
             from palpate.modeling.attributes.resnet import random_state
 
@@ -54,7 +54,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class _Refused:
-    """Says of a file what is wrong with it."""
+    """A function from a fault of a file to its error."""
 
     path: Path
 
@@ -64,10 +64,10 @@ class _Refused:
 
 
 def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED) -> Weights:
-    """The weights in a file (.pth or .safetensors), or random ones where there is none; the file is hashed, not read.
+    """Return the weights of a file (.pth, .pt or .safetensors), which is only hashed, or without a file random ones.
 
-    `sha256` is demanded of the file where it is given; where a .pth carries eight digits of it in its name, as
-    torchvision's do, these are. Raises MaterialError where it is another, or cannot be read.
+    The file's SHA-256 must be `sha256`, if that is given, and begin with the eight digits in the name of a .pth, as in
+    torchvision's. Raises MaterialError where it is not, or the file cannot be read.
     """
     if path is None:
         return Weights(seed=seed)
@@ -85,9 +85,9 @@ def weights_from(path: Path | None, sha256: str | None = None, seed: int = SEED)
 
 
 def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
-    """Return the state of ResNet-50 in the file, all entries there, of the right shape, finite, as 32-bit floats.
+    """Return the state of ResNet-50 in a file, as float32, complete, with the right shapes, and finite.
 
-    A .pth is read with torch's `weights_only`, which makes nothing but tensors. Raises MaterialError.
+    A .pth is read with torch's `weights_only`, which creates only tensors. Raises MaterialError for any other file.
     """
     if _sha256(path) != sha256:
         raise MaterialError(f"{path}: it has changed since it was chosen; start again")
@@ -97,7 +97,7 @@ def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
     refused, is_pickled = _Refused(path), path.suffix.lower() in PICKLED
     try:
         state: Any = torch.load(path, map_location="cpu", weights_only=True) if is_pickled else load_file(path)
-    except Exception as error:  # damaged bytes come out of zip, pickle and torch as anything
+    except Exception as error:  # zip, pickle and torch raise various errors for damaged bytes
         what = "no plain weights can be read" if is_pickled else "no safetensors file, or damaged"
         why = f"{type(error).__name__}: {error}".splitlines()[0][:160]
         raise refused(f"{what} ({why})") from None
@@ -112,7 +112,7 @@ def _sha256(path: Path) -> str:
 
 
 def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tuple[str, Tensor]]:
-    """Yield each entry that the network has, checked, in its order."""
+    """Yield the network's entries in its order. Raises `refused` for missing, foreign or invalid ones."""
     import torch
 
     from palpate.modeling.attributes.resnet import ResNet50
@@ -137,16 +137,18 @@ def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tu
 def _demand_names(
     state: Mapping[Any, Any], expected: Mapping[str, Tensor], refused: Callable[[str], MaterialError]
 ) -> None:
+    """Raise `refused` for missing or foreign names."""
     needed = [name for name in expected if not name.endswith(COUNTED)]
-    lacks = [name for name in needed if name not in state]
+    missing = [name for name in needed if name not in state]
     foreign = [str(name) for name in state if name not in expected]
-    if lacks or foreign:
-        reasons = [f"{len(lacks)} of {len(needed)} tensors lack ({lacks[0]} first)"] if lacks else []
+    if missing or foreign:
+        reasons = [f"{len(missing)} of {len(needed)} tensors lack ({missing[0]} first)"] if missing else []
         reasons += [f"{len(foreign)} are no part of it ({foreign[0]} first)"] if foreign else []
         raise refused(", and ".join(reasons))
 
 
 def _sound(name: str, tensor: Tensor, refused: Callable[[str], MaterialError]) -> Tensor:
+    """Return the tensor. Raises `refused` for numbers that are not finite, and for negative variances."""
     import torch
 
     if not bool(torch.isfinite(tensor).all()):

@@ -1,7 +1,7 @@
-"""The networks that the thesis compares its own with (3.6.6), on rows of features, and their training.
+"""The baseline networks of the thesis (3.6.6), on rows of features, and their training.
 
-All take the widths of the rows that they are shown. Of the ANN all sizes are the thesis'; of the others it is known
-what kind of network they are, and the sizes are ours."""
+All take the widths of their input rows. The sizes of the ANN are the thesis'; of the others the thesis gives the kind
+of network, and the sizes are our choice."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ from palpate.signals.arrays import Array
 
 BRANCH, FUSED = (128, 256, 256, 128), (64, 64)
 VISION, HAPTIC, TACTILE = (16, 32), (16, 32, 64), (32, 64)
-"""Filters of the convolutions, each followed by ReLU and by the greatest of every four."""
+"""Filters of the convolutions, each followed by ReLU and max pooling of 4."""
 POOL = 4
 VISION_DENSE, HAPTIC_DENSE = (64,), (64, 64)
 SEGMENT, LSTM, TACTILE_DENSE = 64, 64, (32,)
 DROPOUT = 0.3
 QUICK_EPOCHS = 5
 AT_ONCE = 64
-"""Rows that a network answers at a time."""
+"""Rows per batch of a prediction."""
 
 
 class Ann(nn.Module):
-    """A branch of 128, 256, 256, 128 for touch and one for sight, fused; 64, 64; one unit for each attribute."""
+    """A dense network: branches of 128, 256, 256, 128 for touch and sight, fused; 64, 64; one unit per attribute."""
 
     def __init__(self, widths: Sequence[int], attributes: int) -> None:
         super().__init__()
@@ -56,13 +56,13 @@ class Ann(nn.Module):
         self.fused = nn.Sequential(dense(2 * BRANCH[-1], FUSED), nn.Linear(FUSED[-1], attributes))
 
     def forward(self, touch: Tensor, sight: Tensor) -> Tensor:
-        """(batch, numbers) of touch and of sight to (batch, attributes)."""
+        """Return attributes (batch, attributes) of touch and sight, (batch, features) each."""
         result: Tensor = self.fused(torch.cat([self.touch(touch), self.sight(sight)], dim=1))
         return result
 
 
 class Cnn(nn.Module):
-    """Convolutions along a row of features, dense layers, one unit for each attribute."""
+    """Convolutions along a row of features, dense layers, and one unit per attribute."""
 
     def __init__(
         self, widths: Sequence[int], attributes: int, filters: Sequence[int], kernel: int, hidden: Sequence[int]
@@ -73,13 +73,13 @@ class Cnn(nn.Module):
         self.head = nn.Sequential(nn.Dropout(DROPOUT), dense(flat, hidden), nn.Linear(hidden[-1], attributes))
 
     def forward(self, rows: Tensor) -> Tensor:
-        """(batch, numbers) to (batch, attributes)."""
+        """Return attributes (batch, attributes) of rows (batch, features)."""
         result: Tensor = self.head(self.along(rows[:, None]).flatten(1))
         return result
 
 
 class CnnLstm(nn.Module):
-    """Convolutions along each segment's row, an LSTM over successive segments, dense layers on its last state."""
+    """Convolutions along each segment's row, an LSTM over successive segments, and dense layers on its last state."""
 
     def __init__(self, widths: Sequence[int], attributes: int) -> None:
         super().__init__()
@@ -91,7 +91,7 @@ class CnnLstm(nn.Module):
         )
 
     def forward(self, rows: Tensor) -> Tensor:
-        """(batch, segments, numbers) to (batch, attributes)."""
+        """Return attributes (batch, attributes) of segments (batch, segments, features)."""
         segments = self.segment(self.along(rows.flatten(0, 1)[:, None]).flatten(1))
         _, (last, _) = self.lstm(segments.unflatten(0, rows.shape[:2]))
         result: Tensor = self.head(last[0])
@@ -99,13 +99,13 @@ class CnnLstm(nn.Module):
 
 
 def dense(width: int, sizes: Sequence[int]) -> nn.Sequential:
-    """Dense layers of these sizes, each with ReLU."""
+    """Return dense layers of these sizes, each with ReLU."""
     layers = ((nn.Linear(inputs, outputs), nn.ReLU()) for inputs, outputs in pairwise((width, *sizes)))
     return nn.Sequential(*(layer for pair in layers for layer in pair))
 
 
 def convolutions(filters: Sequence[int], kernel: int) -> nn.Sequential:
-    """Convolutions that keep the length, each with ReLU and a pooling that leaves no number out."""
+    """Return convolutions of equal length, each with ReLU and a pooling that rounds the length up."""
     layers = (
         (
             nn.Conv1d(inputs, outputs, kernel, padding=kernel // 2),
@@ -119,7 +119,7 @@ def convolutions(filters: Sequence[int], kernel: int) -> nn.Sequential:
 
 
 def pooled(length: int, times: int) -> int:
-    """Return what is left of a row after so many poolings."""
+    """Return the length of a row after `times` poolings."""
     for _ in range(times):
         length = -(-length // POOL)
     return length
@@ -135,7 +135,7 @@ NETWORKS: Mapping[str, Callable[[Sequence[int], int], nn.Module]] = {
 
 @dataclass(frozen=True)
 class FittedRows:
-    """A trained baseline: its network, what it looks at, the scale of its answers, and how the training went."""
+    """A trained baseline network with its standardisation of features, scale of ratings, and training."""
 
     plan: RowPlan
     network: nn.Module
@@ -144,8 +144,8 @@ class FittedRows:
     trained: Trained | None = None
 
     def predict(self, texture: Texture) -> Array:
-        """(n, attributes) on 0..100: a row for each picture, each segment or run of segments, or each pair of them
-        where both are taken in turn. Raises MaterialError for features that it was not fitted to."""
+        """Return predictions (n, attributes) on 0..100, a row for each of `examples`: a picture, a segment, a run of
+        segments, or a pair of picture and segment. Raises MaterialError for features that it was not fitted to."""
         stacks = stacks_of([texture], self.looks)
         places, starts = examples(stacks, self.plan.steps)
         with training_state(0, 1), torch.no_grad():
@@ -168,10 +168,10 @@ class FittedRows:
 
 
 def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
-    """Train the plan's network to answer with a texture's ratings, each texture shown as often as another.
+    """Train the plan's network to predict textures' ratings, with equally many rows of each texture.
 
     The loss is the mean square error, in SDs of the ratings. Raises MaterialError for textures that cannot be learned
-    from, TrainingError for a training that does not converge.
+    from, TrainingError for a loss that is not finite.
     """
     textures, ratings = textures_of(learning)
     kinds: dict[Modality, tuple[str, ...]] = {"touch": learning.touch, "sight": learning.sight}
@@ -188,7 +188,7 @@ def fit_rows(learning: Learning, plan: RowPlan) -> FittedRows:
 
 
 def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any]) -> FittedRows:
-    """Return the fitted method from what `FittedRows.saved` gave. Raises MaterialError for another method's."""
+    """Return the fitted network from the values of `FittedRows.saved`. Raises MaterialError for another method's."""
     if metadata["method"] != plan.name:
         raise MaterialError(f"a model of {metadata['method']!r} was given to {plan.name!r}.")
     looks, target = looks_in(arrays, metadata["looks"]), target_in(arrays)
@@ -198,7 +198,7 @@ def restore_rows(plan: RowPlan, arrays: Mapping[str, NDArray[Any]], metadata: Ma
 
 
 def stacks_of(textures: Sequence[Texture], looks: Sequence[Look], variants: bool = False) -> tuple[Stack, ...]:
-    """All textures' standardised rows, a stack for each look; with `variants` further versions of pictures too."""
+    """Return all textures' standardised rows, a stack for each modality; with `variants` pictures' variants too."""
     return tuple(stack_of([_rows(texture, look, variants) for texture in textures]) for look in looks)
 
 
@@ -216,50 +216,48 @@ def _network(plan: RowPlan, looks: Sequence[Look], attributes: int) -> nn.Module
 
 @dataclass(frozen=True)
 class Stack:
-    """`rows` (all, numbers) of all textures; `first` (textures,) is where each begins, `count` how many it has."""
+    """The rows of all textures, (rows, features); each texture's first row and number of rows, (textures,) each."""
 
     rows: Tensor
     first: Tensor
     count: Tensor
 
     def at(self, places: Tensor, starts: Tensor, steps: int) -> Tensor:
-        """(n, numbers): a row of each of these textures; or (n, steps, numbers): rows that follow each other.
-
-        A texture with fewer rows begins anew.
-        """
+        """Return rows (n, features) of textures at `places` from `starts`, (n,) each; for `steps` > 1 successive rows
+        (n, steps, features). The rows of a texture are repeated where it has fewer."""
         offsets = starts[:, None] + torch.arange(steps)
         rows = self.rows[self.first[places, None] + offsets % self.count[places, None]]
         return rows if steps > 1 else rows[:, 0]
 
 
 def stack_of(textures: Sequence[Tensor]) -> Stack:
-    """Return the textures one after the other."""
+    """Return the stack of textures' rows, (rows, features) each."""
     count = torch.tensor([len(texture) for texture in textures])
     return Stack(torch.cat(list(textures)), count.cumsum(0) - count, count)
 
 
 def random_rows(stacks: Sequence[Stack], targets: Tensor, shows: int, steps: int) -> GeneratedRows:
-    """`shows` rows of each texture an epoch, drawn anew each time and for each stack by itself."""
+    """Return `shows` random rows of each texture per epoch, drawn independently for each stack."""
     textures = len(targets)
 
     def make(rows: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
         places = rows % textures
-        shown = tuple(stack.at(places, _random_starts(stack, places, steps, chance), steps) for stack in stacks)
-        return shown, targets[places]
+        inputs = tuple(stack.at(places, _random_starts(stack, places, steps, chance), steps) for stack in stacks)
+        return inputs, targets[places]
 
     return GeneratedRows(textures * shows, make, f"{_digest(stacks, targets)} drawn {shows} x {steps}")
 
 
 def _random_starts(stack: Stack, places: Tensor, steps: int, chance: torch.Generator) -> Tensor:
-    """Return where to begin in each texture, so that the rows follow each other where there are enough."""
+    """Return a random first row in each texture, (n,), so that `steps` rows follow where there are enough."""
     share = torch.rand(len(places), generator=chance, dtype=torch.float64)
     return (share * (stack.count[places] - steps + 1).clamp(min=1)).long()
 
 
 def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
-    """Return each texture's rows in turn, or runs of `steps` that do not overlap: its place, and where to begin.
+    """Return the texture and the first row, (n,) each, of all rows, or of all runs of `steps` that do not overlap.
 
-    Of two stacks the one with fewer rows begins anew.
+    The rows of the shorter of two stacks are repeated.
     """
     most = torch.stack([(stack.count // steps).clamp(min=1) for stack in stacks]).amax(dim=0)
     places = torch.repeat_interleave(torch.arange(len(most)), most)
@@ -268,7 +266,7 @@ def examples(stacks: Sequence[Stack], steps: int) -> tuple[Tensor, Tensor]:
 
 
 def all_rows(stacks: Sequence[Stack], targets: Tensor, steps: int) -> GeneratedRows:
-    """Return all `examples` of all textures, to be watched."""
+    """Return all `examples` of all textures, for the held-out loss."""
     places, starts = examples(stacks, steps)
 
     def make(rows: Tensor, _chance: torch.Generator) -> tuple[Given, Given]:

@@ -1,4 +1,4 @@
-"""Rows of pictures: ResNet-50's average pool and co-occurrence of gray levels, saved by content (thesis 3.4.2)."""
+"""Features of pictures: ResNet-50's average pool and co-occurrence of gray levels, cached by content (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from palpate.modeling.attributes.resnet import ResNet50
 
 PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
-"""What makes these rows beside our own code; an entry of other versions is not used."""
+"""Packages that compute these features; entries of other versions are not used."""
 QUICK_GRID = 2
-"""Patches along each side, and pictures of a texture, that are looked at in a hurry."""
+"""Patches along each side of a picture in a quick run."""
 VARIANT_GRID = 3
-"""Patches along each side of a further version: a fifth of all, since training wants their noise and not their time."""
+"""Patches along each side of a variant: a fifth of all, since training needs the variants' noise, not all patches."""
 JOBS = 20
-"""So many at most: loading the network for each takes half a second."""
+"""The most jobs, since each loads the network, which takes half a second."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture in a file; `name` is for people. Its bytes must still have this SHA-256 when it is looked at."""
+    """A picture's file, its SHA-256, which is verified when the picture is read, and its name in messages."""
 
     path: Path
     sha256: str
@@ -53,9 +53,9 @@ class Album:
 
 @dataclass(frozen=True)
 class PictureRows:
-    """A texture's pictures as rows, and those of `variants` versions of each: pictures, and then versions of them.
+    """The features of a texture's pictures and of their variants, by kind, (pictures, features) each.
 
-    `blank` are the SHA-256 of pictures of one brightness: a second texture that has such a one shares nothing with it.
+    `blank` are the SHA-256 of pictures of a single brightness, which two textures may share.
     """
 
     sight: Mapping[str, FeatureRows]
@@ -66,9 +66,9 @@ class PictureRows:
 
 @dataclass(frozen=True)
 class Sight:
-    """How pictures are looked at: where, with which weights, with how many further versions of each for training.
+    """Options of pictures' features: the patches, the weights, and the number and noise of variants for training.
 
-    Of a further version 3 x 3 patches are looked at, spread over all.
+    A variant is a version with noise, of which 3 x 3 patches are used. Raises MaterialError for a negative number.
     """
 
     looking: Looking = field(default_factory=Looking)
@@ -82,12 +82,12 @@ class Sight:
             raise MaterialError(f"variants is {self.variants}: 0 or more further versions of each picture are made")
 
     def at(self, version: int) -> Looking:
-        """Return where a version of a picture is looked at; version 0 is the picture as it is."""
+        """Return the patches of a version of a picture; version 0 is the picture itself."""
         few = min(VARIANT_GRID, len(self.looking.starts))
         return replace(self.looking, grid=few) if version else self.looking
 
     def key(self, picture: Picture, version: int) -> str:
-        """Return the key of a version of a picture."""
+        """Return the cache key of a version of a picture."""
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
@@ -95,17 +95,17 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class _Look:
-    """A job: the pictures of some textures, each with the versions of it that lack."""
+class _Job:
+    """A job: pictures, each with the versions to compute."""
 
     name: str
-    wanted: tuple[tuple[Picture, tuple[int, ...]], ...]
+    missing: tuple[tuple[Picture, tuple[int, ...]], ...]
     how: Sight
     folder: Path | None
 
 
 def sight_with(weights: Weights, variants: int, quick: bool) -> Sight:
-    """Return the options for looking at pictures; `quick` looks at fewer patches of each."""
+    """Return the options of pictures' features; `quick` uses fewer patches of each picture."""
     return Sight(Looking(grid=QUICK_GRID if quick else None), weights, variants)
 
 
@@ -122,46 +122,46 @@ def picture_rows(
     albums: Sequence[Album], how: Sight, *, folder: Path | None = None, workers: int | None = None,
     report: Report = silent,
 ) -> dict[str, PictureRows]:  # fmt: skip
-    """Return the rows of each texture's pictures, by its id: what `folder` does not hold is computed and saved there.
+    """Return the features of each texture's pictures, from the cache in `folder` or computed and saved there.
 
-    One picture is in memory at a time in each of `workers` processes (None: as many as cores). A picture that shows
-    nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the
-    one it should be.
+    Each of `workers` processes (None: one per core) has one picture in memory at a time. An unusable picture is left
+    out, with a note. Raises MaterialError for a file that is missing or has changed.
     """
     versions = range(how.variants + 1)
     keys = [how.key(picture, version) for album in albums for picture in album.pictures for version in versions]
     known = {key: entry for key in keys if (entry := load_features(folder, key)) is not None}
     jobs = list(_jobs(albums, how, folder, known.keys()))
     try:
-        for computed in run_jobs(_looked, jobs, workers=workers, report=report) if jobs else ():
+        for computed in run_jobs(_compute, jobs, workers=workers, report=report) if jobs else ():
             known |= computed
     except JobError as error:
         raise MaterialError(str(error)) from None
     return {album.id: _gathered(album, how, known) for album in albums}
 
 
-def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Collection[str]) -> Iterator[_Look]:
-    """Yield what lacks, a few textures a job."""
-    lacking: dict[str, list[tuple[Picture, tuple[int, ...]]]] = {}
+def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Collection[str]) -> Iterator[_Job]:
+    """Yield jobs for the versions that are not known, with a few textures each."""
+    missing: dict[str, list[tuple[Picture, tuple[int, ...]]]] = {}
     for album in albums:
         for picture in album.pictures:
             versions = tuple(v for v in range(how.variants + 1) if how.key(picture, v) not in known)
             if versions:
-                lacking.setdefault(album.id, []).append((picture, versions))
-    names, size = list(lacking), -(-len(lacking) // JOBS)
+                missing.setdefault(album.id, []).append((picture, versions))
+    names, size = list(missing), -(-len(missing) // JOBS)
     for first in range(0, len(names), size or 1):
-        some = names[first : first + size]
-        name = some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}"
-        yield _Look(f"pictures of {name}", tuple(look for one in some for look in lacking[one]), how, folder)
+        textures = names[first : first + size]
+        name = textures[0] if len(textures) == 1 else f"{textures[0]} to {textures[-1]}"
+        pictures = tuple(entry for texture in textures for entry in missing[texture])
+        yield _Job(f"pictures of {name}", pictures, how, folder)
 
 
-def _looked(job: _Look) -> dict[str, Entry]:
-    """Return every missing version of every picture by its key; each is saved as soon as it is computed."""
+def _compute(job: _Job) -> dict[str, Entry]:
+    """Compute the versions of a job's pictures, save each at once, and return them by key."""
     from palpate.modeling.attributes.resnet import fold_batch_norms, load_network
 
     network = fold_batch_norms(load_network(job.how.weights.state()))
     result: dict[str, Entry] = {}
-    for picture, versions in job.wanted:
+    for picture, versions in job.missing:
         for version, entry in _versions(picture, versions, job.how, network):
             key = job.how.key(picture, version)
             save_features(job.folder, key, *entry)
@@ -172,6 +172,7 @@ def _looked(job: _Look) -> dict[str, Entry]:
 def _versions(
     picture: Picture, versions: Sequence[int], how: Sight, network: ResNet50
 ) -> Iterator[tuple[int, Entry]]:  # fmt: skip
+    """Yield each version of a picture with its features, or with a note where the picture is unusable."""
     from palpate.modeling.attributes.resnet import pool_of_patches
 
     try:
@@ -189,7 +190,7 @@ def _versions(
 
 
 def _bytes(picture: Picture) -> bytes:
-    """Return the file's bytes. Raises MaterialError where they are not those that are on record."""
+    """Return the file's bytes. Raises MaterialError where they cannot be read or do not have the recorded SHA-256."""
     try:
         data = picture.path.read_bytes()
     except OSError as error:
@@ -202,12 +203,14 @@ def _bytes(picture: Picture) -> bytes:
 
 
 def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> PictureRows:
+    """Return the features of an album from the computed versions by key."""
+
     def of(versions: Sequence[int]) -> dict[str, FeatureRows]:
         entries = [known[how.key(picture, version)][0] for version in versions for picture in album.pictures]
-        whole = [rows for rows in entries if rows]
-        return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
+        usable = [rows for rows in entries if rows]
+        return {kind: np.stack([rows[kind] for rows in usable]) for kind in SIGHT_KINDS} if usable else {}
 
-    looked = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
-    notes = tuple(note for _, metadata in looked for note in metadata["notes"])
-    blank = frozenset(sha256 for sha256, metadata in looked if metadata.get("blank"))
+    originals = [(picture.sha256, known[how.key(picture, 0)][1]) for picture in album.pictures]
+    notes = tuple(note for _, metadata in originals for note in metadata["notes"])
+    blank = frozenset(sha256 for sha256, metadata in originals if metadata.get("blank"))
     return PictureRows(of([0]), of(range(1, how.variants + 1)), notes, blank)

@@ -1,4 +1,4 @@
-"""What was recorded of one texture, as Figures 3.5 and 3.6 of the thesis: vibration and its spectrum, and segments."""
+"""Figures 3.5 and 3.6 of the thesis for a recorded texture: vibration with its spectrum, and segments."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 1200
-"""A line of more points than two for each of so many columns is shown by its lowest and highest in each."""
+"""Columns of a line's envelope: a longer line is drawn as its minimum and maximum in each column."""
 AXES = ("x", "y", "z")
 UNIT = "m/s²"
 Row: TypeAlias = dict[str, Any]
@@ -31,7 +31,7 @@ Row: TypeAlias = dict[str, Any]
 
 @dataclass(frozen=True)
 class Explored:
-    """One exploration of a texture: what the sensors gave, what was felt, and the second at which both begin."""
+    """One exploration of a texture: its raw signals, its filtered signals, and the second at which both begin."""
 
     label: str
     touched: Touched
@@ -43,7 +43,7 @@ class Explored:
 def draw_signals(lab: Path, texture: str, folder: Path, seconds: float) -> tuple[list[Path], tuple[str, ...]]:
     """Draw Figures 3.5 and 3.6 of a captured texture, the second one `seconds` long; return the files and notes.
 
-    Raises TextureDataError where the texture was not captured, or nothing of it can be used.
+    Raises TextureDataError where the texture was not captured, or its recording cannot be used.
     """
     explored = explored_texture(lab, texture)
     label = "" if explored.label == texture else f", {explored.label}"
@@ -121,13 +121,13 @@ def segment_rows(explored: Explored, seconds: float) -> list[Row]:
 
 
 def _starts_s(touch: Touch) -> Array:
-    """When each segment begins, in the order of `segments`: seconds since all signals were there."""
+    """Return the start of each segment, (segments,), in seconds since the first time that all signals have."""
     starts = [stretch.first + np.arange(0, len(stretch.axes) - SEGMENT + 1, SEGMENT) for stretch in touch.stretches]
     return np.asarray(np.concatenate(starts) / RATE_HZ)
 
 
 def _envelope(shows: str, times_s: Array, values: Array) -> Iterator[Row]:
-    """Yield a line's lowest and highest value in each column of the picture; every point of a short one."""
+    """Yield rows with a line's minimum and maximum in each column; for a short line, every point."""
     step = max(1, len(values) // COLUMNS)
     for at in range(0, len(values), step):
         piece = values[at : at + step]
@@ -184,7 +184,7 @@ def _segment_figure(rows: Sequence[Row], name: str) -> Figure:
 
 
 def _band(panel: Axes, rows: Sequence[Row], shows: str, colour: str, title: str, unit: str) -> None:
-    """A line by its lowest and highest in each column; open where nothing is known."""
+    """Draw a line as the band between its minimum and maximum in each column, with gaps for missing values."""
     own = [row for row in rows if row["shows"] == shows]
     times = [row["time_s"] for row in own]
     low, high = (np.array([row[end] for row in own], dtype=float) for end in ("low", "high"))

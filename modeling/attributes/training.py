@@ -1,4 +1,4 @@
-"""Training the model that a lab predicts with: none is left out, and its card says how it does on those that were."""
+"""Training of a lab's model on all textures; its card has the errors of leaving each texture out."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ METRICS = ("mae", "rmse", "within_jnd", "coverage")
 
 @dataclass(frozen=True)
 class WrittenAttributes(Written):
-    """The model of attributes that was written; `half_width` is that of its card's intervals.
+    """The model of attributes that was written, with half the width of its card's intervals, (attributes,).
 
-    `banners` have to be known before its numbers are read: what it was made from. `resnet` says which weights ResNet-50
-    had, where the method looks at its features.
+    `banners` are warnings to show before its numbers. `resnet` names the weights of ResNet-50, where the method uses
+    its features.
     """
 
     half_width: tuple[float, ...] = ()
@@ -47,9 +47,9 @@ def train_attributes(
 ) -> WrittenAttributes:  # fmt: skip
     """Fit a method to the rated textures and write it as texture-attributes into the folder.
 
-    None is left out; a method that stops early watches a tenth of them and is fitted to the others, as its card says.
-    The card's metrics and intervals are those of leaving one texture out, which is done first; what an evaluation of
-    the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
+    It is fitted to all textures; a method that stops early watches a tenth of them, which its card names. The card's
+    metrics and intervals come from leaving each texture out, which is done first; finished results of an evaluation of
+    the same textures are reused from `options.work`. Raises MaterialError where the method refuses the textures,
     ModelFileError where it cannot be saved.
     """
     from palpate.modeling.training.threads import limited
@@ -58,19 +58,18 @@ def train_attributes(
     entry = evaluation.entries[0]
     if why := evaluation.refused(entry):
         raise MaterialError(f"{method}: {why}")
-    # every texture is fitted to, or watched where the method does so
     fold = whole_fold(evaluation.material, evaluation.options.seed)
     settings, seed = evaluation.options.settings, evaluation.options.seed
-    given = learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
-    report(f"fitting {method} to {_size_of(given)}")
+    data = learning(evaluation.material, fold, evaluation.method(entry), entry, seed, settings)
+    report(f"fitting {method} to {_size_of(data)}")
     clock = evaluation.domain.clock
     start = clock()
     with limited(1):
-        fitted = evaluation.method(entry).fit(given)
+        fitted = evaluation.method(entry).fit(data)
     seconds = clock() - start
-    card = _card(evaluation, entry, given, seconds)
+    card = _card(evaluation, entry, data, seconds)
     write = partial(write_model, fitted=cast(Saveable, fitted), card=card, methods=methods)
-    files = write_trained(folder, write, history_of(fitted), last=not given.held)
+    files = write_trained(folder, write, history_of(fitted), last=not data.held)
     interval = card["interval"]
     wide = () if interval is None else tuple(interval["half_width"])
     warnings = tuple(banners(evaluation))
@@ -78,7 +77,7 @@ def train_attributes(
 
 
 def demand_no_loss(folder: Path) -> None:
-    """For a quick training. Raises ModelFileError where its model would replace one of a whole training."""
+    """Raise ModelFileError where a quick training's model would replace one that was not trained with --quick."""
     path = folder / f"{NAME}.json"
     try:
         card = read_card(path)
@@ -91,23 +90,24 @@ def demand_no_loss(folder: Path) -> None:
         )
 
 
-def _size_of(given: Learning) -> str:
-    """Return how many textures the fit sees, and what for."""
-    watched = f", {len(given.held)} more are watched to stop early" if given.held else ""
-    return f"{count(len(given.train), 'texture')}{watched}"
+def _size_of(data: Learning) -> str:
+    """Return the numbers of training and of watched textures as text."""
+    watched = f", {len(data.held)} more are watched to stop early" if data.held else ""
+    return f"{count(len(data.train), 'texture')}{watched}"
 
 
-def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, seconds: float) -> dict[str, Any]:
+def _card(evaluation: AttributeEvaluation, entry: Entry, data: Learning, seconds: float) -> dict[str, Any]:
+    """Return the fields of the model's card."""
     material = evaluation.material
     row = next(row for row in method_rows(evaluation) if row["method"] == entry.method)
     metrics = {name: float(row[name]) for name in METRICS if row[name] is not None}
     settings = {
         **evaluation.options.settings, "seed": evaluation.options.seed, "method": entry.method, "touch": entry.touch,
         "sight": entry.sight, "left_out": len(evaluation.tested),
-        "watched": tuple(texture.id for texture in given.held),
+        "watched": tuple(texture.id for texture in data.held),
     }  # fmt: skip
     interval = None
-    if len(evaluation.tested) >= needed(COVERAGE):  # from the errors of textures that were left out
+    if len(evaluation.tested) >= needed(COVERAGE):
         wide = half_widths(evaluation.predicted(entry) - evaluation.rated())
         method = f"quantile of {len(evaluation.tested)} errors, each of a texture that was left out"
         interval = Interval(method=method, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
@@ -124,12 +124,13 @@ def _card(evaluation: AttributeEvaluation, entry: Entry, given: Learning, second
         "interval": interval,
         "learned": tuple(sorted(material.ids)),
         "training": run_card({"textures": evaluation.domain.digest}, settings, metrics, seconds),
-        "notes": _notes(evaluation, entry, given),
+        "notes": _notes(evaluation, entry, data),
     }
 
 
-def _notes(evaluation: AttributeEvaluation, entry: Entry, given: Learning) -> tuple[str, ...]:
-    notes = [f"Fitted to {_size_of(given)}; the metrics are those of leaving one out."]
+def _notes(evaluation: AttributeEvaluation, entry: Entry, data: Learning) -> tuple[str, ...]:
+    """Return the notes of the model's card."""
+    notes = [f"Fitted to {_size_of(data)}; the metrics are those of leaving one out."]
     if resnet_of(evaluation.material, entry) == RANDOM:
         notes.append("ResNet-50 had random weights: the metrics and the interval come from untrained features.")
     notes += [f"Not used: {line}." for line in evaluation.unused()]

@@ -1,6 +1,6 @@
 """The visuo-tactile network (thesis 3.5): HV-Net for pictures, HT-Net for touch, and the layers that join them.
 
-Either of the two also predicts by itself."""
+It can also have one of the two branches alone."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ LAST = 32
 REBUILDING = 0.1
 """The weight of the reconstruction's mean square error, in SDs of the features, beside the RMSE of the attributes."""
 REBUILT = 0.5
-"""One picture is made anew in this share of the batches, drawn: their rows come in a drawn order, so that any of them
-stands for all, and the decoder is nearly half of what HV-Net costs."""
+"""The share of batches, drawn at random, with a reconstruction, of their first picture alone. Rows are in random order,
+so any picture represents the batch, and the decoder takes nearly half of HV-Net's time."""
 OWN = 0.5
-"""The weight of the RMSE of what each branch answers by itself, beside that of both together. Without it touch, which
-tells the training textures apart soonest, leaves the picture little to explain (docs/reference/attribute-models.md)."""
+"""The weight of the RMSE of each branch's own prediction, beside that of both together. Without it touch, which
+separates the training textures first, leaves pictures little to explain (docs/reference/attribute-models.md)."""
 OUT = 0.02
-"""The last layer begins with a tenth of the others' SD, so that the first answers lie near the mean rating."""
+"""The gain of the last layer: a tenth of the others' initial SD, so that first predictions are near the mean rating."""
 LEAST = 1e-12
-"""Added below the root, whose slope at nothing has no end."""
+"""Added under the square root, whose gradient at 0 is infinite."""
 
 
 class Answer(NamedTuple):
-    """Scaled attributes (batch, segments, attributes); how far the reconstruction is off (1,), 0 where none was made;
-    in training what each of two branches says by itself (batch, 1 or segments, attributes)."""
+    """The output of the network: scaled attributes (batch, segments, attributes); the reconstruction's mean square
+    error (1,), 0 without one; in training, each branch's own prediction (batch, 1 or segments, attributes)."""
 
     attributes: Tensor
     wrong: Tensor
@@ -43,15 +43,15 @@ class Answer(NamedTuple):
 
 
 class VisuoTactile(nn.Module):
-    """A picture and some segments of touch a row to scaled attributes, one for each segment.
+    """The visuo-tactile network: a picture and segments of touch per row to scaled attributes for each segment.
 
-    128 numbers of either branch, side by side; 128, 128 with ReLU; the greater of every two; 32 with ReLU; one linear
-    unit for each attribute. Without `sight` or without `touch` the other branch has the same head for itself.
-    Where there are both, each has a linear head of its own beside, which only training asks (deep supervision, Lee et
-    al. 2015). A picture goes through HV-Net once, whatever the number of segments that it is shown with.
+    The branches' embeddings of 128 side by side; 128, 128 with ReLU; max pooling of 2; 32 with ReLU; one linear unit
+    per attribute. Without `sight` (number of features) or `touch` (number of channels) the other branch has the same
+    head. With both, each branch also has its own linear head, for training alone (deep supervision, Lee et al. 2015).
+    A picture is computed once for all of its segments.
 
-    `literal` is the thesis to the letter: HV-Net's dense layers follow the reconstruction, no branch has a head of its
-    own, and the loss is the RMSE of the attributes alone.
+    `literal` follows the thesis to the letter: HV-Net's dense layers follow the reconstruction, branches have no heads
+    of their own, and the loss is the RMSE of the attributes alone. Raises MaterialError without either branch.
     """
 
     def __init__(self, sight: int | None, touch: int | None, attributes: int = 4, literal: bool = False) -> None:
@@ -70,10 +70,11 @@ class VisuoTactile(nn.Module):
         self.own = nn.ModuleList(dense(EMBEDDED, attributes, gain=OUT) for _ in range(heads))
 
     def forward(self, *given: Tensor) -> Answer:
-        """(batch, features) of pictures, (batch, segments, steps, channels, places) of touch: those that it looks at.
+        """Return the attributes of pictures (batch, features) and touch (batch, segments, steps, channels, places).
 
-        In evaluation mode the segments' answers are averaged and the reconstruction is not computed: what is
-        watched is the attributes alone. Raises MaterialError for other shapes.
+        The inputs are those of the network's branches. In evaluation mode the segments' predictions are averaged, and
+        the reconstruction is not computed, since the held-out loss is that of the attributes. Raises MaterialError for
+        other shapes.
         """
         sight, touch = self._split_inputs(given)
         parts, wrong = [], given[0].new_zeros(1)
@@ -90,7 +91,7 @@ class VisuoTactile(nn.Module):
         return Answer(answered, wrong, tuple(head(part) for head, part in zip(self.own, parts, strict=False)))
 
     def head(self, parts: list[Tensor]) -> Tensor:
-        """Join the branches' embeddings, (batch, 1 or segments, 128) each, into (batch, segments, attributes)."""
+        """Return attributes (batch, segments, attributes) of the branches' embeddings (batch, 1 or segments, 128)."""
         count = max(part.shape[1] for part in parts)
         x = torch.cat([part.expand(-1, count, -1) for part in parts], dim=2)
         for layer in self.joined:
@@ -100,7 +101,7 @@ class VisuoTactile(nn.Module):
         return result
 
     def _split_inputs(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
-        """Return the pictures and the segments among the inputs; None for a branch that the network does not have."""
+        """Return the pictures and segments of the inputs; None for a missing branch. Raises MaterialError."""
         expected = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
         if [tensor.ndim for tensor in given] != expected or len({len(tensor) for tensor in given}) != 1:
             shapes = ", ".join(str(tuple(tensor.shape)) for tensor in given)
@@ -113,11 +114,12 @@ class VisuoTactile(nn.Module):
 
 
 def rmse(answer: Answer, target: Tensor) -> Tensor:
-    """Return the root mean square error of scaled attributes, target (batch, attributes), with the terms of the
-    reconstruction and of what each branch says by itself."""
-    own = sum(_off(branch, target) for branch in answer.own)
-    return _off(answer.attributes, target) + OWN * own + REBUILDING * answer.wrong.mean()
+    """Return the RMSE of scaled attributes against the target (batch, attributes), plus the weighted terms of the
+    reconstruction and of each branch's own prediction."""
+    own = sum(_attribute_rmse(branch, target) for branch in answer.own)
+    return _attribute_rmse(answer.attributes, target) + OWN * own + REBUILDING * answer.wrong.mean()
 
 
-def _off(attributes: Tensor, target: Tensor) -> Tensor:
+def _attribute_rmse(attributes: Tensor, target: Tensor) -> Tensor:
+    """Return the RMSE of (batch, segments, attributes) against (batch, attributes)."""
     return torch.sqrt((attributes - target[:, None]).square().mean() + LEAST)

@@ -1,8 +1,7 @@
 """Methods that learn from whole textures: the mean of the ratings, ridge regression, gradient-boosted trees.
 
 A texture is one row: the mean of its segments and pictures, and their SD. Fifty textures of 110 segments are fifty
-samples, not 5,500: what cannot tell rows from textures is given textures. Scikit-learn grows the trees, NumPy reads
-them."""
+samples, not 5,500. Scikit-learn fits the trees, NumPy evaluates them."""
 
 from __future__ import annotations
 
@@ -22,17 +21,17 @@ from palpate.modeling.regression import PENALTIES, Standard, Trees, inner_errors
 from palpate.signals.arrays import Array
 
 LIMIT = 10.0
-"""A texture's numbers are kept within so many SDs: what is far off all that was learned from says no more than that."""
+"""The SDs to which a texture's standardised numbers are clipped."""
 SHARES = (0.0, 0.2, 0.5, 0.8, 1.0)
-"""How much of a texture's row is touch, the rest is sight: each attribute has its own."""
+"""Weights of touch in a texture's row, the rest is sight; one is chosen for each attribute."""
 TREES, DEPTH, RATE = 200, 2, 0.05
 COLUMNS = 0.1
-"""The share of the columns that a split may choose from: ten times as fast, and no worse for so many alike."""
+"""The share of columns that a split chooses from: ten times as fast, and no worse, since many columns are similar."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One modality of a texture as a row: `kinds` side by side, `widths` numbers each; the means, and then the SDs."""
+    """One modality of a texture as a row: the means of all kinds side by side, `widths` numbers each, then SDs."""
 
     modality: Modality
     kinds: tuple[str, ...]
@@ -40,72 +39,72 @@ class Part:
 
     @classmethod
     def of(cls, texture: Texture, modality: Modality, kinds: Sequence[str]) -> Self:
-        """As this texture has them. Raises MaterialError where it has not."""
+        """Return the part with the widths of a texture. Raises MaterialError for missing features."""
         return cls(modality, tuple(kinds), tuple(rows_of(texture, modality, [kind]).shape[1] for kind in kinds))
 
     @property
     def size(self) -> int:
-        """Numbers in a row of a segment or picture; a texture's row has twice as many."""
+        """The number of features of a segment or picture; a texture's row has twice as many."""
         return sum(self.widths)
 
     def rows(self, texture: Texture) -> Array:
-        """(segments or pictures, size)."""
+        """Return a texture's rows (segments or pictures, size). Raises MaterialError for other features."""
         return rows_of(texture, self.modality, self.kinds, self.size).astype(np.float64)
 
     def row(self, texture: Texture) -> Array:
-        """(2 x size,): means and SDs. An SD of one row is not known: NaN."""
+        """Return a texture's row (2 x size,), means and SDs; the SD of a single row is NaN."""
         rows = self.rows(texture)
         spread = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.full(self.size, np.nan)
         return np.concatenate([rows.mean(axis=0), spread])
 
     @property
     def blocks(self) -> tuple[slice, ...]:
-        """Where each kind's means and each kind's SDs stand in a texture's row."""
+        """The slices of each kind's means and of each kind's SDs in a texture's row."""
         ends = np.cumsum([0, *self.widths, *self.widths]).tolist()
         return tuple(slice(start, end) for start, end in pairwise(ends))
 
 
 @dataclass(frozen=True)
 class Whole:
-    """All parts of a texture in one standardised row; what is constant or not known becomes 0."""
+    """The standardised row of a texture with all parts; constant columns and missing values become 0."""
 
     parts: tuple[Part, ...]
     standard: Standard
 
     def __call__(self, texture: Texture) -> Array:
-        """(1, columns). Raises MaterialError for features that were not learned from."""
+        """Return a texture's row (1, columns). Raises MaterialError for other features."""
         return self.scaled(_row(self.parts, texture)[None])
 
     def scaled(self, rows: Array) -> Array:
-        """Standardise rows (n, columns): missing values become 0, values beyond LIMIT the limit."""
+        """Return standardised rows (n, columns), with 0 for missing values, clipped to `LIMIT`."""
         return np.clip(np.nan_to_num(self.standard(rows), nan=0.0), -LIMIT, LIMIT)
 
     def metadata(self) -> dict[str, Any]:
-        """Return what `of` makes the same from, with the arrays `gain` and `offset`."""
+        """Return the plain values that `of` takes beside `arrays`."""
         return {"parts": [[part.modality, list(part.kinds), list(part.widths)] for part in self.parts]}
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the standardisation."""
+        """Return the standardisation, (columns,) each."""
         return {"gain": self.standard.gain, "offset": self.standard.offset}
 
     @classmethod
     def of(cls, arrays: Any, metadata: Any) -> Self:
-        """Return the whole from what `metadata` and `arrays` gave."""
+        """Return the object from its `arrays` and `metadata`."""
         parts = (Part(modality, tuple(kinds), tuple(widths)) for modality, kinds, widths in metadata["parts"])
         return cls(tuple(parts), Standard(arrays["gain"], arrays["offset"]))
 
 
 def whole_of(textures: Sequence[Texture], touch: Sequence[str], sight: Sequence[str]) -> tuple[Whole, Array]:
-    """How these textures become rows, and the rows (textures, columns), standardised; a modality may be left out.
+    """Return the standardisation of these textures' rows, and the rows (textures, columns); a modality may be empty.
 
-    Raises MaterialError where there is no kind at all, where a texture lacks one, or where their sizes differ.
+    Raises MaterialError where no kind is named, a texture has no such features, or their sizes differ.
     """
     named: tuple[tuple[Modality, Sequence[str]], ...] = (("touch", touch), ("sight", sight))
     parts = tuple(Part.of(textures[0], modality, kinds) for modality, kinds in named if kinds)
     if not parts:
         raise MaterialError("no kind of feature was named: at least one of touch or sight is looked at.")
     rows = np.stack([_row(parts, texture) for texture in textures])
-    # an unknown value becomes the mean of the known ones, or 0 where there are none
+    # a missing value becomes the mean of the column, or 0 where the column has no values
     known = np.isfinite(rows)
     total = np.where(known, rows, 0.0).sum(axis=0)
     whole = Whole(parts, standard_of(np.where(known, rows, total / np.maximum(known.sum(axis=0), 1))))
@@ -118,12 +117,12 @@ def _row(parts: Sequence[Part], texture: Texture) -> Array:
 
 @dataclass(frozen=True)
 class Mean:
-    """The same for all."""
+    """The mean ratings, (attributes,) on 0..100, as the prediction for every texture."""
 
     mean: Array
 
     def predict(self, _texture: Texture) -> Array:
-        """(1, attributes) on 0..100."""
+        """Return the mean ratings (1, attributes)."""
         return self.mean[None].copy()
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -132,7 +131,7 @@ class Mean:
 
 
 def fit_mean(learning: Learning) -> Mean:
-    """Return the mean rating of each attribute, each texture counted once."""
+    """Return the mean rating of each attribute over textures. Raises MaterialError for textures without ratings."""
     _, ratings = textures_of(learning, least=1)
     return Mean(ratings.mean(axis=0))
 
@@ -154,7 +153,10 @@ MEAN = Method(
 
 @dataclass(frozen=True)
 class Ridge:
-    """y = weight z + bias over a texture's standardised row z; `share` of touch and `penalty` are those chosen."""
+    """A fitted ridge regression y = weight z + bias on a texture's standardised row z.
+
+    `weight` is (attributes, columns), the others (attributes,); `share` of touch and `penalty` are those chosen.
+    """
 
     front: Whole
     weight: Array
@@ -163,9 +165,9 @@ class Ridge:
     penalty: Array
 
     def predict(self, texture: Texture) -> Array:
-        """(segments x pictures, attributes) on 0..100: each pair's own means with the texture's SDs.
+        """Return predictions (segments x pictures, attributes) on 0..100, of each pair with the texture's SDs.
 
-        Their mean is the answer to the texture's row. Raises MaterialError for other features.
+        Their mean is the prediction for the texture's row. Raises MaterialError for other features.
         """
         whole = (self.front(texture) @ self.weight.T + self.bias)[0]
         gain = self.front.standard.gain
@@ -192,18 +194,19 @@ def restore_ridge(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any
 
 
 def fit_ridge(learning: Learning) -> Ridge:
-    """Penalty and share of touch are those of least squared error over inner folds, for each attribute.
+    """Fit a ridge regression to each attribute, with the penalty and share of touch of least error over inner folds.
 
-    Each kind's means and SDs weigh the same, however many numbers they are. Ridge regression does not notice a
-    rotation, so what is searched are the textures' places along at most as many axes as there are textures.
+    Each kind's means and SDs have the same weight, whatever their number. Ridge regression is invariant to rotation, so
+    the search uses the textures' coordinates on at most as many axes as there are textures. Raises MaterialError for
+    textures that cannot be learned from.
     """
     with one_thread():
         textures, ratings = textures_of(learning)
         front, z = whole_of(textures, learning.touch, learning.sight)
-        weighed = z * _evened(front)
+        weighted = z * _block_weights(front)
         codes = []
         for columns in _columns(front.parts):
-            left, singular, axes = np.linalg.svd(weighed[:, columns], full_matrices=False)
+            left, singular, axes = np.linalg.svd(weighted[:, columns], full_matrices=False)
             codes.append((left * singular, axes))
         shares = SHARES if len(codes) == 2 else (1.0,)
         places = [code for code, _ in codes]
@@ -221,9 +224,9 @@ def _best(
     errors: Array,
     shares: Sequence[float],
 ) -> tuple[Array, Array]:
-    """Choose by the errors (shares, penalties, attributes), then fit each attribute to all textures.
+    """Choose share and penalty by the errors (shares, penalties, attributes), then fit each attribute to all textures.
 
-    Gives the weights (attributes, columns), and share and penalty of each (attributes, 2).
+    Return the weights (attributes, columns), and share and penalty of each attribute, (attributes, 2).
     """
     weights, chosen = [], []
     for attribute in range(ratings.shape[1]):
@@ -233,14 +236,15 @@ def _best(
         best_weights = path.weights(float(PENALTIES[penalty]))[:, 0]
         parts = np.split(best_weights, np.cumsum([len(axes) for _, axes in codes])[:-1])
         rotated = zip(parts, codes, _roots(share), strict=False)
-        weights.append(np.concatenate([part @ axes * root for part, (_, axes), root in rotated]) * _evened(front))
+        own = np.concatenate([part @ axes * root for part, (_, axes), root in rotated])
+        weights.append(own * _block_weights(front))
         chosen.append((share, float(PENALTIES[penalty])))
         learning.report(f"ridge: {learning.attributes[attribute].name}: touch {share:g}, penalty {chosen[-1][1]:.3g}")
     return np.stack(weights), np.array(chosen)
 
 
-def _evened(front: Whole) -> Array:
-    """(columns,): each block of varying columns as a whole weighs 1, whether 6 numbers or 2048."""
+def _block_weights(front: Whole) -> Array:
+    """Return weights (columns,) with which each block of varying columns has a total weight of 1."""
     factors = [np.zeros(0)]
     for part, columns in zip(front.parts, _columns(front.parts), strict=True):
         gain = front.standard.gain[columns]
@@ -251,15 +255,18 @@ def _evened(front: Whole) -> Array:
 
 
 def _columns(parts: Sequence[Part]) -> list[slice]:
+    """Return the slices of the parts in a texture's row."""
     ends = np.cumsum([0, *(2 * part.size for part in parts)]).tolist()
     return [slice(start, end) for start, end in pairwise(ends)]
 
 
 def _joined(places: Sequence[Array], share: float) -> Array:
+    """Return the parts' coordinates side by side, weighted by the share of touch."""
     return np.concatenate([place * root for place, root in zip(places, _roots(share), strict=False)], axis=1)
 
 
 def _roots(share: float) -> tuple[float, float]:
+    """Return the factors of touch and sight."""
     return share**0.5, (1.0 - share) ** 0.5
 
 
@@ -274,7 +281,10 @@ RIDGE = Method(
 
 @dataclass(frozen=True)
 class Boosted:
-    """y = bias + rate times the sum of an attribute's trees; `first` is where each attribute's trees begin."""
+    """Fitted boosted trees: y = bias + rate times the sum of an attribute's trees.
+
+    `first`, (attributes + 1,), are the positions of each attribute's first tree; `bias` is (attributes,).
+    """
 
     front: Whole
     trees: Trees
@@ -282,12 +292,12 @@ class Boosted:
     bias: Array
 
     def predict(self, texture: Texture) -> Array:
-        """(1, attributes) on 0..100: the texture as a whole. Raises MaterialError for other features."""
+        """Return a prediction (1, attributes) on 0..100. Raises MaterialError for other features."""
         return self.answers(self.front(texture))
 
     def answers(self, z: Array) -> Array:
-        """(n, columns) of whole textures to (n, attributes), summed in the order that scikit-learn sums in."""
-        single = z.astype(np.float32).astype(np.float64)  # it compares in single precision
+        """Return predictions (n, attributes) of rows (n, columns), summed in scikit-learn's order."""
+        single = z.astype(np.float32).astype(np.float64)  # scikit-learn compares in single precision
         steps = RATE * self.trees.value[self.trees.leaves(single), 0]
         parts = [steps[:, start:end] for start, end in pairwise(self.first)]
         terms_of = [np.column_stack([np.full(len(z), bias), part]) for bias, part in zip(self.bias, parts, strict=True)]
@@ -307,7 +317,10 @@ def restore_boosting(arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, 
 
 
 def fit_boosting(learning: Learning) -> Boosted:
-    """Fit Friedman's gradient boosting of squared error to each attribute by itself. Raises MaterialError."""
+    """Fit Friedman's gradient boosting of squared error to each attribute by itself.
+
+    Raises MaterialError for textures that cannot be learned from.
+    """
     from sklearn.ensemble import GradientBoostingRegressor
 
     textures, ratings = textures_of(learning)
@@ -324,7 +337,7 @@ def fit_boosting(learning: Learning) -> Boosted:
 
 
 def boosted(front: Whole, grown: Sequence[Any], bias: Array) -> Boosted:
-    """scikit-learn's regressors, one for each attribute, as arrays."""
+    """Return scikit-learn's regressors, one for each attribute, as arrays."""
     trees = [[tree.tree_ for tree in forest.estimators_[:, 0]] for forest in grown]
     first = np.cumsum([0, *map(len, trees)]).astype(np.int64)
     return Boosted(front, trees_of([tree for own in trees for tree in own]), first, bias)

@@ -44,7 +44,7 @@ class Pictures:
 def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
     """Return the first usable picture of each texture that texture_photos took: unchanged, and in a trial that counts.
 
-    Sessions and trials count as in `reading_pictures.photographed`, which requires all of the pictures.
+    Sessions and trials count as in `reading_pictures.texture_pictures`, which requires all of the pictures.
     Raises MaterialError for a damaged ledger.
     """
     files: dict[str, Path] = {}
