@@ -1,4 +1,4 @@
-"""The verbs `train` and `evaluate`."""
+"""The verbs `palpate train` and `palpate evaluate`, with their commands for doors."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.modeling.commands_attributes import evaluate_attributes, train_attributes
-from palpate.modeling.commands_data import DataOptions, data_options, going_on, progress_lines, read
+from palpate.modeling.commands_data import DataOptions, data_options, exit_on_interrupt, progress_lines, read
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.options import SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import MODELS
@@ -29,7 +29,7 @@ SHOWN = (
     (("loop_fresh", "loop, people", "2"), ("loop_judge", "model", "2"), ("waveform_mae", "waveform %", "2"),
      ("corners_unplayable", "bad corners", "int"), *TIMES),
 )  # fmt: skip
-"""The columns of the two tables that are printed: their names in the rows, their headings, how they are written."""
+"""The columns of the two printed tables: name in the rows, heading, number format."""
 
 
 @click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
@@ -80,7 +80,7 @@ def train_doors(
     for way, name in named.items():
         if name is not None:
             demand_file(way, name)
-    with going_on("what is left"), progress_lines() as report:
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         data, _ = read(source)
         methods = {way: name or default_of(source.lab, data, way) for way, name in named.items()}
         work = jobs_folder(source.lab, NAME)
@@ -96,7 +96,7 @@ def train_doors(
 
 
 def _scores_text(way: Direction, metrics: Any) -> str:
-    """Return the most important scores of a model, as text."""
+    """Return the main scores of a model as text."""
     if way == "forward":
         return f"MAE {metrics['mae']:.2f}, RMSE {metrics['rmse']:.2f} of unseen stimuli (0 to 100)"
     loop = metrics.get("loop_fresh", metrics.get("loop_judge"))
@@ -149,7 +149,7 @@ def evaluate_doors(
         work=jobs_folder(source.lab, NAME),
         beside=not quick,
     )
-    with going_on("what is left"), progress_lines() as report:
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         data, individual = read(source)
         evaluation = evaluated(data, individual, options, report)
         paths = write_all(
@@ -164,7 +164,7 @@ def evaluate_doors(
 
 
 def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
-    """Return the methods by direction; None for all. Raises ModelDataError for a name that is none."""
+    """Return the methods by direction; None for all. Raises ModelDataError for an unknown name."""
     from palpate.modeling.doors.data import ModelDataError
     from palpate.modeling.doors.registry import FORWARD, INVERSE, methods_of
     from palpate.protocols.did_you_mean import nearest
@@ -177,16 +177,19 @@ def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
         way, _, name = entry.rpartition(":")
         if way not in ("", *chosen):
             raise ModelDataError(f"--methods {entry}: {way!r} is not a direction; {nearest(way, chosen)}")
-        fitting: list[Direction] = [one for one in chosen if way in ("", one) and name in methods_of(one)]
+        fitting: list[Direction] = [known for known in chosen if way in ("", known) and name in methods_of(known)]
         if not fitting:
-            known = {"forward": tuple(FORWARD), "inverse": tuple(INVERSE), "": (*FORWARD, *INVERSE)}[way]
-            raise ModelDataError(f"--methods: no method {name!r}; {nearest(name, dict.fromkeys(known))}")
-        for one in fitting:
-            chosen[one] += [name] if name not in chosen[one] else []
-    return {one: tuple(name for name in methods_of(one) if name in names) for one, names in chosen.items()}
+            methods = {"forward": tuple(FORWARD), "inverse": tuple(INVERSE), "": (*FORWARD, *INVERSE)}[way]
+            raise ModelDataError(f"--methods: no method {name!r}; {nearest(name, dict.fromkeys(methods))}")
+        for direction in fitting:
+            chosen[direction] += [name] if name not in chosen[direction] else []
+    return {
+        direction: tuple(name for name in methods_of(direction) if name in names) for direction, names in chosen.items()
+    }
 
 
 def _show(evaluation: DoorEvaluation, page: Path) -> None:
+    """Print the tables, the default methods, the targets and the report's path."""
     from rich.console import Console
     from rich.table import Table
 

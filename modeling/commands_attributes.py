@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_data import BESIDE_A_TABLE, beside_a_table, demand_folder_alone, going_on, progress_lines
+from palpate.modeling.commands_data import (
+    RECORDING_OPTIONS,
+    demand_folder_alone,
+    exit_on_interrupt,
+    progress_lines,
+    requested_recordings,
+)
 from palpate.modeling.options import EPOCHS, SEED, TO_MODELS, WORKERS, cluster_option, to_evaluated
 from palpate.protocols.extras import FEATURES, MODELS
 from palpate.protocols.progress import Report
@@ -35,7 +41,7 @@ COLUMNS = (
     ("best_less", "more", "2"), ("half_width", "± 90 %", "1"), ("features_s", "features", "s"),
     ("train_s", "train", "s"), ("answer_s", "answer", "s"),
 )  # fmt: skip
-"""What is printed of each method: its name in the rows, its heading, how it is written."""
+"""The columns of the printed table of methods: name in the rows, heading, number format."""
 OPTIONS = (
     LAB,
     click.option(
@@ -50,7 +56,7 @@ OPTIONS = (
         "--scale", type=(float, float), metavar="LOW HIGH",
         help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100; asked for if all are small]",
     ),
-    *BESIDE_A_TABLE,
+    *RECORDING_OPTIONS,
     sessions_option("real recordings and pictures, where there are any"),
     click.option(
         "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -69,12 +75,12 @@ OPTIONS = (
     WORKERS,
     cluster_option("does the trainings; features are made here"),
 )  # fmt: skip
-"""What both verbs ask."""
+"""The options of both verbs."""
 
 
 @dataclass(frozen=True)
 class AttributeRequest:
-    """Which textures the command line names, and how they are learned from."""
+    """The textures that the command line selects, and the options of learning from them."""
 
     lab: Path
     folder: Path | None
@@ -95,21 +101,21 @@ OWN = tuple(name for name in AttributeRequest.__dataclass_fields__ if name != "r
 
 
 def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the options that both verbs share; the command receives them as one `AttributeRequest`."""
+    """Return the command with the options of both verbs, which it receives as one `AttributeRequest`."""
 
     @wraps(command)
-    def with_request(**given: Any) -> None:
-        demand_folder_alone(given)
-        recordings = beside_a_table(given)
-        command(AttributeRequest(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
+    def with_request(**values: Any) -> None:
+        demand_folder_alone(values)
+        recordings = requested_recordings(values)
+        command(AttributeRequest(**{name: values.pop(name) for name in OWN}, recordings=recordings), **values)
 
     return with_options(with_request, OPTIONS)
 
 
 def material_for(request: AttributeRequest, report: Report) -> Material:
-    """Return the requested textures. Raises MaterialError, or what reading a lab raises.
+    """Return the requested textures. Raises MaterialError, or the errors of reading a lab.
 
-    Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
+    Raises JobError for an unusable cluster before the features are computed, which can take half an hour.
     """
     if request.cluster is not None:
         from palpate.modeling.training.jobs import demand_cluster
@@ -180,7 +186,7 @@ def train_attributes(
     folder = to or request.lab / "models"
     if request.quick and not replace:
         demand_no_loss(folder)
-    with going_on("what is left"):
+    with exit_on_interrupt("what is left"):
         with progress_lines() as report:
             material = material_for(request, report)
         chosen = default_of(request.lab, material) if method is None else Choice(method, "as it was asked for.")
@@ -243,7 +249,7 @@ def evaluate_attributes(
     if request.quick and folds is not None:
         raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
     options = options_for(request, chosen or None, ablations, folds)
-    with going_on("what is left"), progress_lines() as report:
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         material = material_for(request, report)
         report("timing features")
         times = feature_seconds({kind for texture in material.textures for kind in (*texture.touch, *texture.sight)})
@@ -256,6 +262,7 @@ def evaluate_attributes(
 
 
 def _show(evaluation: AttributeEvaluation, page: Path) -> None:
+    """Print the table of methods, the default method, the targets and the report's path."""
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners

@@ -1,4 +1,4 @@
-"""Which data a model is trained on or evaluated with: a lab's sessions, a table, recordings, simulated people."""
+"""Options of the data to train or evaluate with: a lab's sessions, a table, recordings, simulated people."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from palpate.modeling.textures.reading_tables import Held
 
 FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
-"""What the options are called."""
+"""The parameter names of the options."""
 FILE_OPTIONS = (
     click.option(
         "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
@@ -42,7 +42,7 @@ HELD_OPTIONS = (
     click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
     click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
 )
-BESIDE_A_TABLE = (
+RECORDING_OPTIONS = (
     *FILE_OPTIONS,
     *HELD_OPTIONS,
     click.option(
@@ -50,12 +50,12 @@ BESIDE_A_TABLE = (
         help="Left out at both ends of such a recording.  [default: 2.5; 0 of the Cluster data set]",
     ),
 )  # fmt: skip
-"""Where recordings go with a folder's table of ratings."""
+"""The options of recordings for the textures of a folder's table of ratings."""
 
 
 @dataclass(frozen=True)
 class DataOptions:
-    """The data that the command line names."""
+    """The data that the command line selects."""
 
     lab: Path
     table: Path | None
@@ -65,7 +65,7 @@ class DataOptions:
 
 
 def data_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the options that say which data are meant; the command receives them as one `DataOptions`."""
+    """Return the command with the options of its data, which it receives as one `DataOptions`."""
 
     @LAB
     @click.option(
@@ -89,7 +89,7 @@ def data_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def read(options: DataOptions) -> tuple[DoorData, Individual | None]:
-    """The data and, where there are any, the single ratings. Raises ModelDataError or what reading a lab raises."""
+    """Return the data and, if available, the individual ratings. Raises ModelDataError or errors of reading a lab."""
     if options.table is not None:
         from palpate.modeling.doors.reading_tables import read_table
 
@@ -108,7 +108,7 @@ def read(options: DataOptions) -> tuple[DoorData, Individual | None]:
 
 @contextmanager
 def progress_lines() -> Iterator[Report]:
-    """On a terminal one line that changes; elsewhere a line for each step, beside the answer."""
+    """Yield a progress report to stderr: on a terminal one line that changes, elsewhere a line for each step."""
     from rich.console import Console
     from rich.markup import escape
 
@@ -121,8 +121,8 @@ def progress_lines() -> Iterator[Report]:
 
 
 @contextmanager
-def going_on(what: str) -> Iterator[None]:
-    """Ctrl-C ends the command with a word about how to go on, and exit code 130."""
+def exit_on_interrupt(what: str) -> Iterator[None]:
+    """End the command at Ctrl-C with a message on how to continue, and exit code 130."""
     try:
         yield
     except KeyboardInterrupt:
@@ -132,25 +132,28 @@ def going_on(what: str) -> Iterator[None]:
         raise click.exceptions.Exit(130) from None
 
 
-def beside_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return all of `BESIDE_A_TABLE` on a command."""
-    return with_options(command, BESIDE_A_TABLE)
+def recording_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Return the command with `RECORDING_OPTIONS`."""
+    return with_options(command, RECORDING_OPTIONS)
 
 
-def settings_lines(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
-    """Return which of these options were given, as they are written."""
-    return [f"--{name.replace('_', '-')}" for name in names if given[name]]
+def option_names(options: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+    """Return the names of the options that have a value, as on the command line."""
+    return [f"--{name.replace('_', '-')}" for name in names if options[name]]
 
 
-def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
-    """Raise UsageError where more than one source is given."""
-    if len(lines := settings_lines(given, names)) > 1:
+def demand_one(options: Mapping[str, Any], names: Sequence[str]) -> None:
+    """Raise UsageError where more than one of the options has a value."""
+    if len(lines := option_names(options, names)) > 1:
         raise click.UsageError(f"{' and '.join(lines)}: one of them is expected, or none for the lab's own")
 
 
-def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
-    """Return what tables do not say, taken out of what was given. Raises UsageError where there is no table."""
-    rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
+def held_in(options: dict[str, Any], tables: Sequence[Path]) -> Held | None:
+    """Remove the constants for columns that tables lack from the options, and return them; None without tables.
+
+    Raises UsageError for constants without tables.
+    """
+    rate_hz, speed_mm_s, force_N = held = tuple(options.pop(name) for name in HELD)
     if any(value is not None for value in held) and not tables:
         raise click.UsageError(
             "--rate-hz, --speed-mm-s and --force-n give what is missing in tables: --tables is expected"
@@ -162,26 +165,26 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
     return Held(rate_hz, speed_mm_s, force_N)
 
 
-def demand_folder_alone(given: Mapping[str, Any]) -> None:
-    """Raise UsageError for options of a folder's table without a folder, and for a folder beside the lab's sessions."""
+def demand_folder_alone(options: Mapping[str, Any]) -> None:
+    """Raise UsageError for options of a folder's table without a folder, and for a folder together with sessions."""
     for name in ("ratings", "scale"):
-        if given[name] is not None and given["folder"] is None:
+        if options[name] is not None and options["folder"] is None:
             raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
-    if given["sessions"] is not None and given["folder"] is not None:
+    if options["sessions"] is not None and options["folder"] is not None:
         raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
 
 
-def beside_a_table(given: dict[str, Any]) -> Recordings | None:
-    """Return the recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
-    demand_one(given, FILES)
-    files = settings_lines(given, FILES)
-    if files and given["folder"] is None:
+def requested_recordings(options: dict[str, Any]) -> Recordings | None:
+    """Remove the options of recordings and return the recordings; None where none are requested. Raises UsageError."""
+    demand_one(options, FILES)
+    files = option_names(options, FILES)
+    if files and options["folder"] is None:
         text = "a folder with a table of ratings, and perhaps images, is expected"
         raise click.UsageError(f"{files[0]} goes with --folder: {text}")
-    if given["trim_s"] is not None and not files:
+    if options["trim_s"] is not None and not files:
         raise click.UsageError("--trim-s goes with --tables, --hatt or --cluster-data")
-    tables, hatt, cluster_data, trim_s = (given.pop(name) for name in (*FILES, "trim_s"))
-    held = held_in(given, tables)
+    tables, hatt, cluster_data, trim_s = (options.pop(name) for name in (*FILES, "trim_s"))
+    held = held_in(options, tables)
     if not files:
         return None
     from palpate.modeling.attributes.reading_recordings import Recordings

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_data import beside_a_table, beside_options, demand_folder_alone
+from palpate.modeling.commands_data import demand_folder_alone, recording_options, requested_recordings
 from palpate.modeling.commands_texture_set import simulate
 from palpate.modeling.options import WORKERS
 from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
@@ -50,7 +50,7 @@ def textures() -> None:
 
 
 def library_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the options that the questions share; the command receives them as one `LibraryRequest`."""
+    """Return the command with the shared options, which it receives as one `LibraryRequest`."""
 
     @wraps(command)
     def with_request(
@@ -80,7 +80,7 @@ textures.add_command(simulate)
 @click.option("--scale", type=(float, float), metavar="LOW HIGH",
               help="The ends of that table's ratings, such as 1 7 or -100 100.  "
               "[default: 0 100; asked for if all are small]")  # fmt: skip
-@beside_options
+@recording_options
 @click.option("--model", type=FILE, help="A model's card.  [default: LAB/models/texture-attributes.json, if any]")
 @click.option("--without-model", is_flag=True, help="What people rated, and nothing predicted.")
 @click.option("--weights", type=FILE, help="Weights of ResNet-50, where the model learned from features with a file.")
@@ -89,7 +89,7 @@ textures.add_command(simulate)
 @sessions_option()
 @WORKERS
 @JSON
-def index_command(as_json: bool, **given: Any) -> None:
+def index_command(as_json: bool, **values: Any) -> None:
     """Make the library of a lab: what people rated, what the model predicts, a small picture of each texture.
 
     Writes LAB/library/index.json and pictures beside it. Of a rating it keeps mean, SD between people, their number; of
@@ -98,16 +98,16 @@ def index_command(as_json: bool, **given: Any) -> None:
 
     Example: palpate textures index --lab LAB
     """
-    from palpate.modeling.commands_data import going_on, progress_lines
+    from palpate.modeling.commands_data import exit_on_interrupt, progress_lines
     from palpate.modeling.library.answer import print_index
     from palpate.modeling.library.lab import index
     from palpate.modeling.library.sources import LibraryOptions
 
-    demand_folder_alone(given)
-    recordings = beside_a_table(given)
-    only = only_simulated(given.pop("sessions"))
-    options = LibraryOptions(**given, recordings=recordings, simulated=only)
-    with going_on("what is left"), progress_lines() as report:
+    demand_folder_alone(values)
+    recordings = requested_recordings(values)
+    only = only_simulated(values.pop("sessions"))
+    options = LibraryOptions(**values, recordings=recordings, simulated=only)
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         written = index(options, report)
     if as_json:
         left_out = dict(written.indexed.left_out)
@@ -302,7 +302,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
 
 
 def _wishes(here: LabLibrary, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
-    """Return what is wished for in the words and in the values."""
+    """Return the wishes in words and in values. Raises UsageError for none, or an invalid --at."""
     from palpate.modeling.library.search import wishes_of
 
     if not wish and not at:

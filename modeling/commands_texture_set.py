@@ -1,4 +1,4 @@
-"""`palpate textures simulate`: a lab full of simulated textures."""
+"""`palpate textures simulate`: fill a lab with simulated textures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.modeling.commands_data import going_on, progress_lines
+from palpate.modeling.commands_data import exit_on_interrupt, progress_lines
 from palpate.modeling.options import SEED
 from palpate.protocols.shell_command import shell_command
 from palpate.studies.options import JSON, LAB, echo_json, names_in
@@ -47,32 +47,37 @@ def simulate(
     named = names_in(textures)
     if textures and not named:
         raise click.UsageError("--textures names none: T01,T15,T33 for instance, or leave it out for all")
-    with going_on("what is left"), progress_lines() as report:
-        made = get_simulator().make_set(lab, report, textures=named, **options)
+    with exit_on_interrupt("what is left"), progress_lines() as report:
+        sessions = get_simulator().make_set(lab, report, textures=named, **options)
     if as_json:
         names = ("study", "participant", "done", "complete", "events", "ended")
         echo_json(
-            [{"ledger": str(session.ledger), **{name: getattr(session, name) for name in names}} for session in made]
+            [
+                {"ledger": str(session.ledger), **{name: getattr(session, name) for name in names}}
+                for session in sessions
+            ]
         )
     else:
-        _show(made, lab)
-    if not all(session.complete for session in made):
-        raise click.exceptions.Exit(130 if "SIGINT" in made[-1].ended else 1)
+        _show(sessions, lab)
+    if not all(session.complete for session in sessions):
+        raise click.exceptions.Exit(130 if "SIGINT" in sessions[-1].ended else 1)
 
 
-def _show(made: Sequence[SetSession], lab: Path) -> None:
-    for study in dict.fromkeys(session.study for session in made):
-        whole = [session for session in made if session.study == study and session.complete]
+def _show(sessions: Sequence[SetSession], lab: Path) -> None:
+    """Print the sessions by study, and the commands that can follow."""
+    for study in dict.fromkeys(session.study for session in sessions):
+        whole = [session for session in sessions if session.study == study and session.complete]
         done = ", ".join(f"{sum(e.done == how for e in whole)} {how}" for how in dict.fromkeys(e.done for e in whole))
         if whole:
             click.echo(f"{study}: {len(whole)} session{'s' if len(whole) > 1 else ''} complete ({done})")
-    if made and not made[-1].complete:
+    if sessions and not sessions[-1].complete:
         click.echo(
-            f"{made[-1].study}: {made[-1].ended}. Finished parts are saved: run the same command again to continue.",
+            f"{sessions[-1].study}: {sessions[-1].ended}. Finished parts are saved: "
+            "run the same command again to continue.",
             err=True,
         )
         return
-    if {session.done for session in made} == {"kept"}:
+    if {session.done for session in sessions} == {"kept"}:
         click.echo("Everything exists already: nothing was changed.")
     click.echo("Simulated: no measurement of a material or of a person.")
     click.echo(

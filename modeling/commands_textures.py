@@ -15,7 +15,7 @@ from palpate.modeling.commands_data import (
     FILES,
     HELD_OPTIONS,
     demand_one,
-    going_on,
+    exit_on_interrupt,
     held_in,
     progress_lines,
 )
@@ -35,7 +35,7 @@ COLUMNS = (
     ("envelope", "env", "2"), ("cycle_excess", "rep", "2"), ("mae", "MAE", "3"), ("step_us", "µs", "0"),
     ("train_s", "train", "s"),
 )  # fmt: skip
-"""What is printed of each method: its name in the rows, its heading, how it is written."""
+"""The columns of the printed table of methods: name in the rows, heading, number format."""
 OPTIONS = (
     LAB,
     *FILE_OPTIONS,
@@ -53,14 +53,14 @@ OPTIONS = (
         help="Only these: ar,foten_generative.  [default of evaluate: all; of train: the best of the lab's evaluation]",
     ),
 )  # fmt: skip
-"""What both verbs ask."""
+"""The options of both verbs."""
 SOURCES = (*FILES, "simulated")
 OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster")
 
 
 @dataclass(frozen=True)
 class TextureRequest:
-    """Which recordings the command line names, and how they are evaluated or learned from."""
+    """The recordings that the command line selects, and the options of the evaluation or training."""
 
     lab: Path
     tables: tuple[Path, ...]
@@ -79,21 +79,21 @@ class TextureRequest:
 
 
 def texture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the options that both verbs share; the command receives them as one `TextureRequest`."""
+    """Return the command with the options of both verbs, which it receives as one `TextureRequest`."""
 
     @wraps(command)
-    def with_request(**given: Any) -> None:
-        own = {name: given.pop(name) for name in OWN}
+    def with_request(**values: Any) -> None:
+        own = {name: values.pop(name) for name in OWN}
         demand_one(own, SOURCES)
-        held = held_in(given, own["tables"])
-        textures, methods = (names_in(given.pop(name)) for name in ("textures", "methods"))
-        command(TextureRequest(textures=textures, methods=methods, held=held, **own), **given)
+        held = held_in(values, own["tables"])
+        textures, methods = (names_in(values.pop(name)) for name in ("textures", "methods"))
+        command(TextureRequest(textures=textures, methods=methods, held=held, **own), **values)
 
     return with_options(with_request, OPTIONS)
 
 
 def recordings_for(request: TextureRequest, simulator: TextureSimulator, report: Report) -> tuple[Recording, ...]:
-    """Return the requested recordings. Raises TextureDataError, or what reading a lab raises."""
+    """Return the requested recordings. Raises TextureDataError, or the errors of reading a lab."""
     from palpate.modeling.evaluate.outputs import jobs_folder
     from palpate.modeling.textures.evaluation.outputs import NAME
     from palpate.modeling.textures.recording import TextureDataError
@@ -118,6 +118,7 @@ def recordings_for(request: TextureRequest, simulator: TextureSimulator, report:
 
 
 def _recorded(request: TextureRequest) -> tuple[Recording, ...]:
+    """Return the recordings of the requested files, or else of the lab's sessions."""
     if request.tables:
         from palpate.modeling.textures.reading_tables import read_tables
 
@@ -172,7 +173,7 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
     from palpate.modeling.textures.training import train_textures as trained
 
     options = options_for(request, request.methods or None)
-    with going_on("what is left"), progress_lines() as report:
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(request, simulator, report)
         methods = options.methods or (default_of(request.lab, recordings),)
@@ -189,12 +190,12 @@ def train_textures(get_simulator: GetSimulator, request: TextureRequest, to: Pat
 
 
 def _scores_text(metrics: Any) -> str:
-    """Return the most important scores of a model, as text."""
+    """Return the main scores of a model as text."""
     free = "not run free"
     if "free_level" in metrics and "free_felt_dB" in metrics:
         free = f"running free: level {metrics['free_level']:.2f}, felt {metrics['free_felt_dB']:.1f} dB off"
-    one = f"one step ahead: MAE {metrics['mae']:.3f} SDs" if "mae" in metrics else ""
-    return "; ".join(part for part in (free, one) if part)
+    one_step = f"one step ahead: MAE {metrics['mae']:.3f} SDs" if "mae" in metrics else ""
+    return "; ".join(part for part in (free, one_step) if part)
 
 
 @click.command("textures")
@@ -239,7 +240,7 @@ def evaluate_textures(
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
     options = options_for(request, request.methods or None, grid)
-    with going_on("what is left"), progress_lines() as report:
+    with exit_on_interrupt("what is left"), progress_lines() as report:
         simulator = get_simulator()
         recordings = recordings_for(request, simulator, report)
         evaluation = evaluate_methods(domain_for(recordings, simulator, options), options, report)
@@ -251,6 +252,7 @@ def evaluate_textures(
 
 
 def _show(evaluation: TextureEvaluation, page: Path) -> None:
+    """Print the table of methods, the default method, the targets and the report's path."""
     from rich.console import Console
 
     from palpate.analysis.reports.terminal import methods_table, print_banners

@@ -1,1 +1,1 @@
-"""The evaluation of predicted attributes: every method without each texture once, its tables, figures and report."""
+"""The evaluation of predicted attributes by leaving each texture out once, with tables, figures and a report."""

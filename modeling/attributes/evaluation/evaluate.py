@@ -1,4 +1,4 @@
-"""An evaluation of predicted attributes: every method without each texture once, on the same folds; the default."""
+"""The evaluation of all methods on the same folds, leaving each texture out once, and the choice of the default."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from palpate.signals.arrays import Array
 
 Row = Mapping[str, Any]
 DEFAULT = PROPOSED
-"""What is trained where no evaluation of the same textures chose another one."""
+"""The method to train where no evaluation of the same textures chose another one."""
 RULE = (
     "The default is the method with the least MAE, mean over textures and attributes, of those that answered for every "
     "texture; of equals, the one that is trained faster."
@@ -34,7 +34,7 @@ QUICK_TEXTURES = 5
 def choice(rows: Sequence[Row]) -> Choice:
     """Return the default by `RULE`, from the rows of all methods (`mae`, `train_s`, and against the best `best_*`).
 
-    Where none answered for every texture it is the shipped default.
+    It is the shipped default where no method answered for every texture.
     """
     answered = [row for row in rows if row["mae"] is not None]
     if not answered:
@@ -46,6 +46,7 @@ def choice(rows: Sequence[Row]) -> Choice:
 
 
 def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return sentences that compare the thesis' network with the other methods."""
     ours = next((row for row in rows if row["method"] == PROPOSED), None)
     if ours is None:
         return ("The thesis' network was not evaluated, or did not answer for every texture.",)
@@ -61,9 +62,9 @@ def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
-    """Return whether the proposed network errs less than each of its branches, as a label and a sentence.
+    """Return a label and a sentence that compare the errors of the proposed network and of each of its branches.
 
-    None where they were not all evaluated. `rows` hold the difference from the proposed one in `ours_*`.
+    None where they were not all evaluated. The rows' `ours_*` are the differences from the proposed network.
     """
     answered = {row["method"]: row for row in rows if row["mae"] is not None}
     if not {PROPOSED, SEEING, FEELING} <= set(answered):
@@ -81,13 +82,13 @@ def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
 
 @dataclass(frozen=True, kw_only=True)
 class AttributeOptions(EvaluateOptions):
-    """What is evaluated, and how.
+    """Options of an evaluation.
 
-    `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all but
-    `ON_REQUEST`. `ablations`: Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few
-    epochs. `epochs` None: their own. `folds`: so many textures are left out, in turn from each class (None: each of
-    them); `quick` goes before it. `early_stopping`: the thesis' network and its halves watch textures too, as the
-    baselines do.
+    `work` is the folder of finished jobs and of the stored textures. `methods`: None for all but `ON_REQUEST`.
+    `ablations`: also Tables 3.4 and 3.5. `quick`: five textures are left out, and few epochs are trained. `epochs`:
+    None for each method's own. `folds`: the number of textures to leave out, in turn from each class (None: all);
+    `quick` overrides it. `early_stopping`: the thesis' network and its branches watch held textures, as the baselines
+    do.
     """
 
     work: Path
@@ -99,7 +100,7 @@ class AttributeOptions(EvaluateOptions):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Return the settings of the methods: one thread for each job, and the options of the caller."""
+        """The settings of the methods: one thread for each job, and the caller's options."""
         settings = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
         return {"threads": 1, **{name: value for name, value in settings.items() if value is not None}}
 
@@ -108,8 +109,8 @@ class AttributeOptions(EvaluateOptions):
 class AttributeEvaluation:
     """The results of all entries on all textures that were left out.
 
-    `times` are seconds of making a kind of feature for one texture, by kind, where they were taken; `left_out` are
-    textures that were not used, and why.
+    `times` are the seconds of one texture's features, by kind, where they were measured; `left_out` are the textures
+    that were not used, with the reasons.
     """
 
     material: Material
@@ -123,12 +124,12 @@ class AttributeEvaluation:
 
     @property
     def watching(self) -> bool:
-        """Whether one of the methods watches textures to stop early."""
+        """Whether one of the methods watches held textures to stop early."""
         return any(self.method(entry).holds(self.options.settings) for entry in self.entries)
 
     @property
     def tested(self) -> tuple[str, ...]:
-        """The textures that were left out once each, in the material's order."""
+        """The ids of the tested textures, in the material's order."""
         return tuple(self.domain.folds)
 
     def method(self, entry: Entry) -> Method:
@@ -136,11 +137,11 @@ class AttributeEvaluation:
         return self.domain.methods[entry.method]
 
     def of(self, table: str) -> tuple[Entry, ...]:
-        """Return the entries that stand in a table."""
+        """Return the entries of a table."""
         return tuple(entry for entry in self.entries if table in entry.tables)
 
     def main(self, method: str) -> Entry | None:
-        """Return a method with its own features."""
+        """Return the entry of a method with its own features; None where it was not evaluated."""
         return next((entry for entry in self.of(MAIN) if entry.method == method), None)
 
     def results_of(self, entry: Entry) -> list[Result[LeaveOut]]:
@@ -148,32 +149,32 @@ class AttributeEvaluation:
         return [self.results[LeaveOut(entry, test)] for test in self.tested]
 
     def refused(self, entry: Entry) -> str:
-        """Return why an entry was refused, "" where it was not: one texture is enough."""
+        """Return why an entry was refused for at least one texture; "" where it was not."""
         return next((result.refused for result in self.results_of(entry) if result.refused), "")
 
     def predicted(self, entry: Entry) -> Array:
-        """(tested, attributes) on 0..100, of an entry that was not refused."""
+        """Return the predictions (tested, attributes) on 0..100 of an entry that was not refused."""
         return np.stack([result.predicted for result in self.results_of(entry)])
 
     def rated(self) -> Array:
-        """(tested, attributes) on 0..100."""
+        """Return the mean ratings (tested, attributes) on 0..100."""
         return ratings_of(textures_named(self.material, self.tested))
 
     def unused(self) -> list[str]:
-        """Return the textures that were not used, by why: "T02, T05: it was not rated"."""
+        """Return the textures that were not used, by reason: "T02, T05: it was not rated"."""
         return by_reason(self.left_out)
 
     def groups(self) -> tuple[int, ...]:
-        """Return a number for each tested texture; those that share content have the same."""
+        """Return a group number for each tested texture; textures that share content have the same number."""
         first = [min(fold.test, *fold.apart) if fold.apart else fold.test for fold in self.domain.folds.values()]
         return tuple(sorted(set(first)).index(name) for name in first)
 
 
 def usable(material: Material) -> tuple[Material, dict[str, str]]:
-    """Return the textures that all methods can be compared on, and why the others are not used.
+    """Return the textures that all methods can be compared on, and the reasons for leaving out the others.
 
-    They were rated; and where some were recorded, so were they, and where some have pictures, so have they. Raises
-    MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
+    Usable textures are rated, and have recordings, and pictures, if any texture has. Raises MaterialError where nothing
+    was rated, and where too few textures remain, with the reasons.
     """
     rated = material.rated()
     felt, seen = modalities_of(rated.textures)
@@ -195,17 +196,17 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
 
 
 def by_reason(left_out: Mapping[str, str]) -> list[str]:
-    """Return textures that are not used, those of one reason in one line."""
+    """Return a line for each reason, with the textures that were left out for it."""
     names: dict[str, list[str]] = {}
     for name, why in left_out.items():
         names.setdefault(why, []).append(name)
-    return [f"{', '.join(some)}: {why}" for why, some in names.items()]
+    return [f"{', '.join(textures)}: {why}" for why, textures in names.items()]
 
 
 def domain_for(
     material: Material, options: AttributeOptions, methods: Mapping[str, Method], clock: Clock = time.perf_counter
 ) -> AttributeDomain:
-    """Return what all jobs share. Raises MaterialError where too few textures were rated."""
+    """Return the domain of all jobs, and store its textures. Raises MaterialError for too few usable textures."""
     rated, _ = usable(material)
     count = QUICK_TEXTURES if options.quick else options.folds
     classes = {texture.id: texture.category for texture in rated.textures}
@@ -225,7 +226,7 @@ def domain_for(
 
 
 def require_methods(names: Sequence[str], methods: Mapping[str, Method]) -> None:
-    """Raise MaterialError for a name that is no method's."""
+    """Raise MaterialError for the name of an unknown method."""
     unknown = [name for name in names if name not in methods]
     if unknown:
         from palpate.protocols.did_you_mean import nearest
@@ -237,9 +238,9 @@ def evaluate_methods(
     material: Material, options: AttributeOptions, methods: Mapping[str, Method], own: Own, report: Report = silent,
     times: Mapping[str, float] | None = None, clock: Clock = time.perf_counter,
 ) -> AttributeEvaluation:  # fmt: skip
-    """Fit every entry without each texture and predict that one.
+    """Fit every entry without each tested texture, and predict that texture; return all results.
 
-    Raises MaterialError for an unknown method or too few textures, JobBroken for what fails other than by refusing.
+    Raises MaterialError for an unknown method or too few textures, JobBroken for a job that fails by another error.
     """
     require_methods(options.methods or (), methods)
     start = clock()

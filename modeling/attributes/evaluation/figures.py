@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 UNIT = "-100 to 100"
 MOST = 8
-"""Learning curves of so many textures can be told apart."""
+"""The most textures with learning curves that can be distinguished in one figure."""
 COLOURS, SHAPES = (INK, *OKABE_ITO), ("o", "s", "D")
-"""A shape for each round of the colours."""
+"""Colours of methods, and a marker shape for each round of the colours."""
 PANELS = (("train_s", "training of a fold, s"), ("answer_s", "answer for a texture, s"))
 
 
 def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder.
+    """Draw every figure that the evaluation has data for, and write NAME.svg and NAME.png into the folder.
 
-    Figures 3.8 and 3.9 are of the best method, and of the thesis' network where that is another one.
+    Figures 3.8 and 3.9 show the best method, and the thesis' network where that is another one.
     """
     rows = method_rows(evaluation)
     answered = [row["method"] for row in rows if row["mae"] is not None]
@@ -51,7 +51,7 @@ def figures(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
 def _texture_panels(
     evaluation: AttributeEvaluation, rows: Sequence[Row], title: str, name: str, folder: Path
 ) -> DrawnFigure:
-    """Draw figure 3.8: a panel for each attribute, a place for each texture."""
+    """Draw figure 3.8: ratings and predictions of each texture, with a panel for each attribute."""
     from matplotlib.figure import Figure
 
     names, tested = names_of(evaluation), evaluation.tested
@@ -84,7 +84,7 @@ def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
 def _scatter(
     evaluation: AttributeEvaluation, rows: Sequence[Row], method: str, title: str, name: str, folder: Path
 ) -> DrawnFigure:
-    """Draw figure 3.8 as predicted against rated, with 90 % intervals."""
+    """Draw predictions against ratings, with 90 % intervals."""
     from palpate.analysis.figures.predicted import PREDICTED
 
     wide = {row["attribute"]: row["half_width"] for row in attribute_rows(evaluation) if row["method"] == method}
@@ -103,7 +103,7 @@ def _scatter(
 
 
 def _class_heatmap(evaluation: AttributeEvaluation, method: str, title: str, name: str, folder: Path) -> DrawnFigure:
-    """Draw figure 3.9: the MAE of each class, 0 to 100."""
+    """Draw figure 3.9: the MAE (0 to 100) of each class and attribute."""
     from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
 
     rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
@@ -116,7 +116,7 @@ def _class_heatmap(evaluation: AttributeEvaluation, method: str, title: str, nam
 def _planned_figure(
     kind: FigureKind, plain: dict[str, Any], rows: Sequence[Row], evaluation: AttributeEvaluation, folder: Path
 ) -> DrawnFigure:
-    """Return a figure of an analysis plan, from rows of ours."""
+    """Draw a figure kind of the analysis plans from the evaluation's rows."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import Selected
@@ -132,7 +132,7 @@ def _planned_figure(
 
 
 def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Yield the learning curves of every method that is trained in epochs, a line for each texture left out."""
+    """Yield the learning curves of each method that is trained in epochs, with a line for each tested texture."""
     from palpate.modeling.training.history import history_in
     from palpate.modeling.training.trained_files import learning_curve
 
@@ -150,7 +150,7 @@ def _curves(evaluation: AttributeEvaluation, folder: Path) -> Iterator[DrawnFigu
 
 
 def time_figures(rows: Sequence[Row], folder: Path) -> Iterator[DrawnFigure]:
-    """Yield the figure, where methods were evaluated."""
+    """Yield the figure of error against time, if methods were evaluated."""
     answered = [row for row in rows if row["mae"] is not None]
     if answered:
         with drawing("work_precision"):

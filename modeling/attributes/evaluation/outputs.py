@@ -1,4 +1,4 @@
-"""An evaluation of predicted attributes as files: tables, one JSON with every number, figures and the report."""
+"""The files of an evaluation: tables, a JSON file with every number, figures and the report."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from palpate.protocols.progress import Report, silent
 
 NAME = "attributes"
 LONG = ("learning_curves", "predictions")
-"""Tables of many rows: they stand in their CSV alone."""
+"""Tables with many rows, which are written as CSV only."""
 
 
 def tables(evaluation: AttributeEvaluation) -> dict[str, list[Row]]:
-    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return the tables of the evaluation by the names of their CSV files, without empty ones."""
     every = {
         "methods": method_rows(evaluation),
         "attributes": attribute_rows(evaluation),
@@ -78,7 +78,7 @@ def as_json(evaluation: AttributeEvaluation) -> dict[str, Any]:
 
 
 def intervals(evaluation: AttributeEvaluation) -> dict[str, dict[str, float]]:
-    """Return half widths of the 90 % intervals by method and attribute, on 0..100; empty with too few textures."""
+    """Return half widths (0..100) of the 90 % intervals by method and attribute; empty with too few textures."""
     half_widths: dict[str, dict[str, float]] = {}
     for row in attribute_rows(evaluation):
         if row["half_width"] is not None:
@@ -100,11 +100,11 @@ def write_all(
 
 
 def default_of(lab: Path, material: Material) -> Choice:
-    """Return the method that a lab's own evaluation of the very same textures chose, else the shipped default; and why.
+    """Return the method that the lab's evaluation of the same textures chose, else the shipped default; and the reason.
 
-    An evaluation that was quick, of few folds, of other epochs or another end than the methods' own, or that did not
-    ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
-    The shipped default is the network's branch of one sense where there is nothing of the other.
+    The evaluation does not count if it was quick, had few folds, other epochs or other early stopping than the methods'
+    own, or did not include the shipped default. It counts if the shipped default was refused, as for pictures alone.
+    Where the textures have one modality only, the shipped default is the network's branch for it.
     """
     felt, seen = modalities_of(material.textures)
     shipped = DEFAULT if felt == seen else FEELING if felt else SEEING
@@ -123,7 +123,7 @@ def default_of(lab: Path, material: Material) -> Choice:
 
 
 def _reasons_against(results: Mapping[str, Any], material: Material) -> list[str]:
-    """Return why an evaluation does not decide what is trained; nothing where it does."""
+    """Return the reasons why an evaluation does not choose the method; empty where it does."""
     tested, textures = len(results["tested"]), len(results["data"]["textures"])
     reasons = {
         "was quick": results["quick"],

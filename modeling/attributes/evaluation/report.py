@@ -47,7 +47,7 @@ SOURCES = (Column("title", "method"), Column("method", "name"), Column("features
 
 
 def report_html(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """Return the whole page as one text. Every name in it is escaped."""
+    """Return the report as HTML, with all names escaped."""
     chosen = choice_of(evaluation)
     every = (
         chosen.section(RULE, reached(evaluation)), methods_section(evaluation, chosen),
@@ -59,12 +59,12 @@ def report_html(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure]
 
 
 def choice_of(evaluation: AttributeEvaluation) -> Choice:
-    """Return the default method and why."""
+    """Return the default method and the reason."""
     return choice(method_rows(evaluation))
 
 
 def banners(evaluation: AttributeEvaluation) -> list[str]:
-    """Return what has to be known before any number is read."""
+    """Return the warnings to show before any number."""
     lines = [words.SIMULATED] if evaluation.material.simulated else []
     if evaluation.options.quick:
         lines.append(words.QUICK.format(count=len(evaluation.tested)))
@@ -83,7 +83,7 @@ def banners(evaluation: AttributeEvaluation) -> list[str]:
 
 
 def facts(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
-    """Return what stands at the head of the page."""
+    """Return the facts at the head of the page, as labels and texts."""
     raters = sorted({texture.rated.raters for texture in evaluation.material.textures if texture.rated is not None})
     people = " to ".join(f"{number}" if number else "not told" for number in sorted({raters[0], raters[-1]}))
     return [
@@ -96,7 +96,7 @@ def facts(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
 
 
 def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
-    """Return the targets beside what was reached."""
+    """Return the targets with the results, as labels and sentences."""
     rows = method_rows(evaluation)
     points = [("Ours", line) for line in choice(rows).of_ours]
     both = fusion(rows)
@@ -104,7 +104,7 @@ def reached(evaluation: AttributeEvaluation) -> list[tuple[str, str]]:
 
 
 def methods_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section:
-    """Return all methods side by side, Tables 3.2 and 3.3."""
+    """Return the section that compares all methods, with Tables 3.2 and 3.3."""
     rows = [
         {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}} for row in method_rows(evaluation)
     ]
@@ -142,7 +142,7 @@ def _numbered(evaluation: AttributeEvaluation, which: Which, measure: str, note:
 
 
 def features_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section | None:
-    """Tables 3.4 and 3.5; None where they were not requested."""
+    """Return the section of Tables 3.4 and 3.5; None where they were not requested."""
     if not evaluation.options.ablations:
         return None
     blocks = (
@@ -154,7 +154,7 @@ def features_section(evaluation: AttributeEvaluation, chosen: Choice) -> Section
 
 
 def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
+    """Return the section of Figures 3.8 and 3.9, the errors by attribute and class, and the intervals."""
     rows = [row for row in attribute_rows(evaluation) if row["method"] == chosen.method]
     title = rows[0]["title"] if rows else chosen.method
     classes = [{**row, "class": row["class"].replace("_", " ")} for row in class_rows(evaluation)
@@ -173,7 +173,7 @@ def textures_section(evaluation: AttributeEvaluation, pictured: Sequence[DrawnFi
 
 
 def time_section(pictured: Sequence[DrawnFigure]) -> Section | None:
-    """Error against time, and learning curves; None where nothing was drawn."""
+    """Return the section of error against time and learning curves; None where nothing was drawn."""
     blocks = tuple(figure_block(figure) for figure in pictures(pictured, "work_precision", "learning_"))
     return Section("time", "Time", blocks) if blocks else None
 

@@ -1,6 +1,6 @@
-"""An evaluation of predicted attributes as rows of plain values.
+"""The tables of an evaluation, as rows of plain values.
 
-The numbers that the thesis printed stand beside ours: they are other people's private data, never a target."""
+The thesis' printed numbers are shown for reference; they come from other people's private data and are no target."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ Row = dict[str, Any]
 PRETRAINED = "pre-trained"
 """The thesis' ResNet-50 (3.4.2)."""
 RANDOM = "random"
-"""How a material's description of ResNet-50's weights begins where nobody trained them."""
+"""The beginning of a material's description of untrained weights of ResNet-50."""
 
 
 def printed(which: Which, method: str, features: str = "") -> Mapping[str, float] | None:
-    """Return a line of Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 or 3.5 by attribute ("Rough-Smooth"), with their `mean`.
+    """Return the thesis' line of Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 or 3.5 by attribute, with their `mean`.
 
-    The thesis does not print the mean. None where it has no such line. Of "kinds", `features` are named as our entries
-    are.
+    The mean is computed here, since the thesis does not print it. None where the thesis has no such line. For "kinds",
+    `features` are named as those of our entries.
     """
     numbers: Mapping[str, Any] = printed_numbers(FILE)
     line = numbers[which]["cells"].get(method)
@@ -53,7 +53,7 @@ def number_of(which: Which) -> str:
 
 
 def names_of(evaluation: AttributeEvaluation) -> list[str]:
-    """Return the attributes, as tables name them."""
+    """Return the attributes' names in tables."""
     return [pair.name for pair in evaluation.domain.attributes]
 
 
@@ -66,13 +66,13 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
     """Return a row for each method with its own features: errors, intervals, times, and differences from others.
 
     `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network, both over
-    textures: positive means that the row's method errs more. All intervals of both columns hold together with 95 %.
+    textures; positive where the row's method has the larger error. All intervals of both hold jointly with 95 %.
     """
     main = evaluation.of(MAIN)
     scores = {entry: off for entry in main if (off := scored(evaluation, entry)) is not None}
     best = min(scores, key=lambda entry: scores[entry].mean_mae, default=None)
     ours = next((entry for entry in scores if entry.method == PROPOSED), None)
-    # pairs of methods whose difference is shown: that of the best and the thesis' network stands in both columns
+    # the compared pairs of methods; that of the best method and the thesis' network counts once
     shown = {frozenset((one, other)) for one in scores for other in (best, ours) if other not in (None, one)}
     compared = len(shown)
     rows = []
@@ -97,14 +97,14 @@ def features_of(entry: Entry) -> str:
 
 
 def resnet_of(material: Material, entry: Entry) -> str | None:
-    """Return which weights ResNet-50 had, where the entry looks at features made by it: RANDOM, or the file's name."""
+    """Return the weights of ResNet-50, RANDOM or a file's name; None where the entry has no features of it."""
     if "resnet" not in entry.sight:
         return None
     return RANDOM if material.weights.startswith(RANDOM) else material.weights.partition(",")[0] or "not told"
 
 
 def title_of(evaluation: AttributeEvaluation, entry: Entry) -> str:
-    """Return the method's title; beside it, where its numbers rest on a ResNet-50 that nobody trained, that they do."""
+    """Return the method's title, with a remark where its features come from an untrained ResNet-50."""
     title = evaluation.method(entry).title
     return f"{title}, random ResNet-50" if resnet_of(evaluation.material, entry) == RANDOM else title
 
@@ -124,9 +124,9 @@ def _differences(
 
 
 def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> Row:
-    """Return half widths of 90 % intervals (mean over the attributes), and how many ratings such intervals hold.
+    """Return the half width of 90 % intervals (mean over the attributes), and the share of ratings in such intervals.
 
-    For `coverage` each group of textures is left out of the residuals that its own intervals are taken from.
+    For `coverage` the intervals of each group of textures are computed from the residuals of the other groups.
     """
     blank: Row = {"half_width": None, "coverage": None}
     if not answered or len(evaluation.tested) < needed(COVERAGE):
@@ -140,7 +140,7 @@ def _interval(evaluation: AttributeEvaluation, entry: Entry, answered: bool) -> 
 
 
 def _times(evaluation: AttributeEvaluation, entry: Entry) -> Row:
-    """Return the seconds of all features of a method for one texture, of one training, and of one answer."""
+    """Return the seconds of a method's features for one texture, of one training, and of one prediction."""
     done = [result.numbers for result in evaluation.results_of(entry) if not result.refused]
     steps = steps_of((*entry.touch, *entry.sight))
     features = (
@@ -189,7 +189,7 @@ def class_rows(evaluation: AttributeEvaluation) -> list[Row]:
 def table_rows(evaluation: AttributeEvaluation, which: Which) -> list[Row]:
     """Return table 3.2 ("mae"), 3.3 ("rmse"), 3.4 ("same_features") or 3.5 ("kinds").
 
-    There is a row for each entry, and the thesis' below it where it printed one.
+    There is a row for each entry, followed by the thesis' row if it has one.
     """
     table = {"same_features": SAME, "kinds": KINDS}.get(which, MAIN)
     rows: list[Row] = []
@@ -244,7 +244,7 @@ def curve_rows(evaluation: AttributeEvaluation) -> list[Row]:
 
 
 def fold_rows(evaluation: AttributeEvaluation) -> list[Row]:
-    """Return the folds: the texture left out, the number to learn from, those held out to stop early, those apart."""
+    """Return the folds: the tested texture, the number of training textures, the held ones, and those apart."""
     return [
         {"test": fold.test, "known": len(fold.known), "held": " ".join(fold.held if evaluation.watching else ()),
          "apart": " ".join(fold.apart)}
