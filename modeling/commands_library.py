@@ -188,17 +188,17 @@ def nearest_command(request: LibraryRequest, texture: str, count: int, sheet: Pa
 
     here = open_library(request)
     here.demand(sheet)
-    one = require_known(find_texture(here.library, texture), request.kind)
-    neighbours = near(one, here.entries, len(here.library.attributes), request.kind)[:count]
+    entry = require_known(find_texture(here.library, texture), request.kind)
+    neighbours = near(entry, here.entries, len(here.library.attributes), request.kind)[:count]
     entries = [neighbour.entry for neighbour in neighbours]
     texts: dict[str, tuple[str, float | None]] = {
         neighbour.entry.id: (f"{distance_text(neighbour)} JND", None) for neighbour in neighbours
     }
-    files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
+    files = here.sheet(sheet, [entry, *entries], Beside(f"What feels most like {name_of(entry)}", (), texts))
     if request.as_json:
-        echo_json({**plain_near(neighbours, one, here.library, request.kind), "files": list(map(str, files))})
+        echo_json({**plain_near(neighbours, entry, here.library, request.kind), "files": list(map(str, files))})
         return
-    click.echo(f"{name_of(one)}: {description(one, here.library, request.kind)}")
+    click.echo(f"{name_of(entry)}: {description(entry, here.library, request.kind)}")
     here.show(
         entries,
         {
@@ -234,12 +234,12 @@ def show_command(request: LibraryRequest, texture: str | None, sheet: Path | Non
             return
         here.show(here.entries)
     else:
-        one = require_known(find_texture(here.library, texture), request.kind)
-        files = here.sheet(sheet, [one], Beside(name_of(one)))
+        entry = require_known(find_texture(here.library, texture), request.kind)
+        files = here.sheet(sheet, [entry], Beside(name_of(entry)))
         if request.as_json:
-            echo_json({**plain_whole(one, here.library, request.kind), "files": list(map(str, files))})
+            echo_json({**plain_whole(entry, here.library, request.kind), "files": list(map(str, files))})
             return
-        click.echo("\n".join(description_lines(one, here.library, here.entries, here.folder, request.kind)))
+        click.echo("\n".join(description_lines(entry, here.library, here.entries, here.folder, request.kind)))
     here.close(files)
 
 

@@ -111,7 +111,7 @@ def textures_named(material: Material, names: Sequence[str]) -> tuple[Texture, .
 def predict_texture(model: Fitted, texture: Texture, attributes: int) -> tuple[Array, Array, int]:
     """Return a texture's prediction and its SD over the rows, both (attributes,) on 0..100, and the number of rows.
 
-    Raises MaterialError for an answer of another shape, or one that is not finite.
+    Raises MaterialError for predictions of another shape, or not finite.
     """
     return mean_of_rows(model.predict(texture), texture, attributes)
 

@@ -69,15 +69,15 @@ class VisuoTactile(nn.Module):
         heads = branches if branches > 1 and not literal else 0
         self.own = nn.ModuleList(dense(EMBEDDED, attributes, gain=OUT) for _ in range(heads))
 
-    def forward(self, *given: Tensor) -> Answer:
+    def forward(self, *inputs: Tensor) -> Answer:
         """Return the attributes of pictures (batch, features) and touch (batch, segments, steps, channels, places).
 
         The inputs are those of the network's branches. In evaluation mode the segments' predictions are averaged, and
         the reconstruction is not computed, since the held-out loss is that of the attributes. Raises MaterialError for
         other shapes.
         """
-        sight, touch = self._split_inputs(given)
-        parts, wrong = [], given[0].new_zeros(1)
+        sight, touch = self._split_inputs(inputs)
+        parts, wrong = [], inputs[0].new_zeros(1)
         if self.sight is not None and sight is not None:
             code = self.sight.encode(sight)
             parts.append(self.sight.embed(code)[:, None])
@@ -100,15 +100,15 @@ class VisuoTactile(nn.Module):
         result: Tensor = self.out(x)
         return result
 
-    def _split_inputs(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
+    def _split_inputs(self, inputs: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
         """Return the pictures and segments of the inputs; None for a missing branch. Raises MaterialError."""
         expected = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
-        if [tensor.ndim for tensor in given] != expected or len({len(tensor) for tensor in given}) != 1:
-            shapes = ", ".join(str(tuple(tensor.shape)) for tensor in given)
+        if [tensor.ndim for tensor in inputs] != expected or len({len(tensor) for tensor in inputs}) != 1:
+            shapes = ", ".join(str(tuple(tensor.shape)) for tensor in inputs)
             raise MaterialError(
                 f"a network was given {shapes}: as many rows each, with {expected} dimensions, is expected."
             )
-        left = list(given)
+        left = list(inputs)
         sight = left.pop(0) if self.sight is not None else None
         return sight, left.pop(0) if self.touch is not None else None
 

@@ -101,13 +101,13 @@ def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch
     optimiser.step()
 
 
-def energy_distance(made: Tensor, real: Tensor) -> Tensor:
+def energy_distance(samples: Tensor, real: Tensor) -> Tensor:
     """Return the energy distance of two samples, (n, ...) each, row i of both under one condition.
 
-    2 E|made - real| - E|made - made'| - E|real - real'| over different rows (Szekely and Rizzo 2013), so two samples of
-    one distribution are 0 apart on average. A single row gives 0.
+    2 E|sample - real| - E|sample - sample'| - E|real - real'| over different rows (Szekely and Rizzo 2013), so that two
+    samples of one distribution are 0 apart on average. A single row gives 0.
     """
-    rows, others = made.flatten(1), real.flatten(1)
+    rows, others = samples.flatten(1), real.flatten(1)
     count = len(rows)
     if count < 2:
         return rows.new_zeros(())

@@ -24,7 +24,7 @@ from palpate.modeling.training.run_card import versions
 from palpate.modeling.training.threads import limited
 from palpate.protocols.progress import Clock, Pace, Report, lasting, silent
 
-Given = TypeVar("Given")
+Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 ATTEMPTS = 3
 LONGEST = 80
@@ -37,12 +37,12 @@ TRIM, MMAP = 256 << 20, 32 << 20
 
 @dataclass(frozen=True)
 class Job:
-    """A call `call(given)`, with its position in the list of jobs, its name and its number of threads."""
+    """A call `call(argument)`, with its position in the list of jobs, its name and its number of threads."""
 
     index: int
     name: str
     call: Callable[[Any], Any]
-    given: Any
+    argument: Any
     threads: int
 
 
@@ -56,8 +56,8 @@ class Failed:
 
 
 def run_jobs(
-    call: Callable[[Given], Result],
-    jobs: Sequence[Given],
+    call: Callable[[Argument], Result],
+    jobs: Sequence[Argument],
     *,
     workers: int | None = None,
     cluster: str | None = None,
@@ -154,7 +154,7 @@ def run_safely(job: Job) -> Any:
     """Run the job in this process; return its result, or `Failed` for an error."""
     try:
         with limited(job.threads):
-            return job.call(job.given)
+            return job.call(job.argument)
     except Exception as error:
         words = f"{type(error).__name__}: {error}"
         refused = isinstance(error, ValueError)
@@ -170,10 +170,10 @@ def unwrap(job: Job, outcome: Any) -> Any:
     raise JobBroken(f"{job.name}: {outcome.words}\n{outcome.trace}")
 
 
-def _job_name(index: int, given: Any) -> str:
+def _job_name(index: int, job: Any) -> str:
     """Return the number of the job with its `name`, or with the beginning of its repr."""
-    name = getattr(given, "name", None)
-    text = name if isinstance(name, str) else repr(given)
+    name = getattr(job, "name", None)
+    text = name if isinstance(name, str) else repr(job)
     return f"job {index + 1} ({text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'})"
 
 

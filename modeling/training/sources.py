@@ -48,8 +48,8 @@ class Pairs:
             raise TrainingError(
                 f"inputs and targets have shapes {shapes}: expected one row each, and at least one row."
             )
-        for what, given in (("input", self.inputs), ("target", self.targets)):
-            for tensor in _tensors(given):
+        for what, tensors in (("input", self.inputs), ("target", self.targets)):
+            for tensor in _tensors(tensors):
                 if not bool(torch.isfinite(tensor).all()):
                     finite = torch.isfinite(tensor.reshape(len(tensor), -1)).all(dim=1)
                     row = int(finite.logical_not().nonzero()[0])
@@ -115,13 +115,13 @@ def _float32(what: str, values: ArrayLike) -> Tensor:
     return torch.from_numpy(single)
 
 
-def _tensors(*given: Given) -> Iterator[Tensor]:
-    for tensors in given:
+def _tensors(*groups: Given) -> Iterator[Tensor]:
+    for tensors in groups:
         yield from (tensors if isinstance(tensors, tuple) else (tensors,))
 
 
-def _rows(given: Given, rows: Tensor) -> Given:
-    return tuple(tensor[rows] for tensor in given) if isinstance(given, tuple) else given[rows]
+def _rows(tensors: Given, rows: Tensor) -> Given:
+    return tuple(tensor[rows] for tensor in tensors) if isinstance(tensors, tuple) else tensors[rows]
 
 
 def answer_of(network: Callable[..., Any], inputs: Given) -> Any:

@@ -85,13 +85,13 @@ def refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> N
         raise TrainingError(f"epoch {epoch}, batch {batch}: a gradient is not finite.", epoch, batch)
 
 
-def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray[np.float64]:
+def answers_of(network: nn.Module, inputs: NDArray[Any], at_once: int) -> NDArray[np.float64]:
     """Return a network's answers to rows, as float64, without dropout and on one thread, so that sums repeat exactly.
 
     `at_once` rows are computed together. Values outside float32 lead to answers that are not finite.
     """
     with np.errstate(over="ignore"):
-        rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
+        rows = torch.from_numpy(np.ascontiguousarray(inputs, dtype=np.float32))
     with training_state(0, 1), torch.no_grad():
         network.eval()
         raw = torch.cat([network(part) for part in torch.split(rows, at_once)])

@@ -177,11 +177,11 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
     was rated, and where too few textures remain, with the reasons.
     """
     rated = material.rated()
-    felt, seen = modalities_of(rated.textures)
+    has_touch, has_sight = modalities_of(rated.textures)
     left_out = {texture.id: "it was not rated" for texture in material.textures if texture.rated is None}
     for texture in rated.textures:
-        missing = [what for what, needed, own in (("recording", felt, texture.touch), ("picture", seen, texture.sight))
-                 if needed and not has_rows(own)]  # fmt: skip
+        parts = (("recording", has_touch, texture.touch), ("picture", has_sight, texture.sight))
+        missing = [what for what, needed, own in parts if needed and not has_rows(own)]
         if missing:
             why = [note for what in missing for note in reasons_of(texture, what)]
             why_not = f"no {' and no '.join(missing)} of it can be used"

@@ -106,8 +106,8 @@ def default_of(lab: Path, material: Material) -> Choice:
     own, or did not include the shipped default. It counts if the shipped default was refused, as for pictures alone.
     Where the textures have one modality only, the shipped default is the network's branch for it.
     """
-    felt, seen = modalities_of(material.textures)
-    shipped = DEFAULT if felt == seen else FEELING if felt else SEEING
+    has_touch, has_sight = modalities_of(material.textures)
+    shipped = DEFAULT if has_touch == has_sight else FEELING if has_touch else SEEING
     results = read_results(evaluation_folder(lab, NAME))
     if not results:
         return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")

@@ -73,8 +73,8 @@ def method_rows(evaluation: AttributeEvaluation) -> list[Row]:
     best = min(scores, key=lambda entry: scores[entry].mean_mae, default=None)
     ours = next((entry for entry in scores if entry.method == PROPOSED), None)
     # the compared pairs of methods; that of the best method and the thesis' network counts once
-    shown = {frozenset((one, other)) for one in scores for other in (best, ours) if other not in (None, one)}
-    compared = len(shown)
+    pairs = {frozenset((entry, other)) for entry in scores for other in (best, ours) if other not in (None, entry)}
+    compared = len(pairs)
     rows = []
     for entry in main:
         own = scores.get(entry)
