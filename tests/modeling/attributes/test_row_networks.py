@@ -81,7 +81,7 @@ def test_the_lstm_hears_the_order_of_segments():
 
 def test_no_number_is_left_out_by_pooling():
     assert [pooled(length, 1) for length in (1, 4, 5, 16, 17)] == [1, 1, 2, 4, 5]
-    along = sizes.convolved((2,), 3).eval()
+    along = sizes.convolutions((2,), 3).eval()
     torch.nn.init.ones_(along[0].weight)
     one = torch.zeros(1, 1, 9)
     other = one.clone()
