@@ -23,7 +23,7 @@ from palpate.analysis.plans.answers import StatisticSettings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
-from palpate.devices.author.designs import Design, Kept
+from palpate.devices.author.designs import Design, StoredWork
 from palpate.devices.device import FAULTS
 from palpate.devices.kinds import KINDS
 from palpate.devices.rig import file as rig_file
@@ -242,7 +242,7 @@ def of_analysis_plans() -> Words:
 def of_models_on_disk() -> Words:
     """Return the keys of the cards of models, of designs, of a library and of a map for importing."""
     return of_models(
-        card=Card, attributes=model_file.Card, design=Design, authoring=Kept, library=Library, map=map_file.ColumnMap
+        card=Card, attributes=model_file.Card, design=Design, authoring=StoredWork, library=Library, map=map_file.ColumnMap
     )
 
 
