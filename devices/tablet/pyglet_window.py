@@ -59,9 +59,8 @@ class PygletTablet:
                     " own pen driver has none), under X11 a Wacom-like device; on macOS pyglet 1.5 has no tablets. On"
                     " Linux use the driver `evdev`."
                 )
-            if not self.window:
-                self.own = import_module("pyglet.window").Window(width=480, height=320, caption="Palpate: the tablet")
-            self.canvas = tablets[0].open(self.window or self.own)
+            window = self.window or self._own_window()
+            self.canvas = tablets[0].open(window)
         except DeviceError:
             raise
         except Exception as problem:  # pyglet raises what the platform's library raises
@@ -130,3 +129,7 @@ class PygletTablet:
         self.dropped += len(self.waiting) == KEPT
         self.waiting.append(Report(elapsed_s(), x_mm, y_mm, pressure, pressure > 0, away))
         self.came.set()
+
+    def _own_window(self) -> Any:
+        self.own = import_module("pyglet.window").Window(width=480, height=320, caption="Palpate: the tablet")
+        return self.own
