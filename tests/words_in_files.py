@@ -242,7 +242,12 @@ def of_analysis_plans() -> Words:
 def of_models_on_disk() -> Words:
     """Return the keys of the cards of models, of designs, of a library and of a map for importing."""
     return of_models(
-        card=Card, attributes=model_file.Card, design=Design, authoring=StoredWork, library=Library, map=map_file.ColumnMap
+        card=Card,
+        attributes=model_file.Card,
+        design=Design,
+        authoring=StoredWork,
+        library=Library,
+        map=map_file.ColumnMap,
     )
 
 
