@@ -427,4 +427,4 @@ def _texts(value: Any) -> bool:
     """Whether the value is a list of at most so many texts of a sensible length."""
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > MOST_WORDS:
         return False
-    return all(isinstance(each, str) and 0 < len(each.strip()) <= LONGEST_WORD for each in value)
+    return all(isinstance(word, str) and 0 < len(word.strip()) <= LONGEST_WORD for word in value)

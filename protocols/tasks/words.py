@@ -13,7 +13,7 @@ def _list_of(study: Study, who: ParticipantRow, seed: int, session: int) -> Word
     """The order of the list may be the participant's own, session by session."""
     if study.adjectives is None:
         return None
-    words = [each.word for each in study.adjectives.words]
+    words = [adjective.word for adjective in study.adjectives.words]
     if study.adjectives.order == "random":
         again = (session,) if session > 1 and study.over_sessions == "next_row" else ()
         words = list(shuffled(words, "words", study.study, seed, who.participant, *again))

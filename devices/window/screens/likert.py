@@ -132,11 +132,11 @@ def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list
         raise WindowError(f"the statements do not fit on a screen of {page.metrics}; shorten them")
     rows, number = [], 0
     for sheet in dealt(sets_at_size, chosen[0]):
-        boxes = stacked(page, room, width, [each.height for each in sheet])
+        boxes = stacked(page, room, width, [statement.height for statement in sheet])
         rows.append(
             [
-                _row(page, questionnaire, each.text, box, number + n, pitch)
-                for n, (each, box) in enumerate(zip(sheet, boxes, strict=True))
+                _row(page, questionnaire, statement.text, box, number + n, pitch)
+                for n, (statement, box) in enumerate(zip(sheet, boxes, strict=True))
             ]
         )
         number += len(sheet)

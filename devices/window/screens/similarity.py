@@ -86,7 +86,7 @@ class SimilarityScreen(SliderScreen):
         return [*felt, *super().missing()]
 
     def complain(self, missing: Sequence[Missing], /, key: str = "please_answer") -> None:
-        first = [each for each in missing if each[0].startswith(SIDE)]
+        first = [place for place in missing if place[0].startswith(SIDE)]
         super().complain(first or missing, "please_visit" if first else key)
 
     def chosen(self, name: str) -> None:

@@ -154,7 +154,7 @@ def _attempt(page: Page, sheets: list[list[str]], room: Box, size: int, columns:
         cells_of_sheets = [_word(page, word, size, space) for word in sheet]
         if None in cells_of_sheets:
             return None
-        laid.append([each for each in cells_of_sheets if each is not None])
+        laid.append([cell for cell in cells_of_sheets if cell is not None])
     return _cells(page, laid, room, columns, width, height)
 
 

@@ -63,5 +63,5 @@ def test_help_needs_nothing_heavy_and_shows_examples():
     code, out, _ = run_command("export", "--help")
     assert code == 0 and "palpate export door_ratings --lab LAB --to shared/doors --bids" in out
     heavy = "pandas", "numpy", "sqlalchemy", "scipy", "pyarrow"
-    script = f"import sys, palpate.analysis.exporting.commands; sys.exit(any(each in sys.modules for each in {heavy}))"
+    script = f"import sys, palpate.analysis.exporting.commands; sys.exit(any(name in sys.modules for name in {heavy}))"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
