@@ -1,4 +1,4 @@
-"""DoorFault drills on the simulated door machine in full swing: how soon it is safe, in plant time."""
+"""Fault drills on the simulated door machine in full swing: how soon it is safe, in plant time."""
 
 from __future__ import annotations
 

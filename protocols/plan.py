@@ -148,7 +148,9 @@ def compile_plan(
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
     task = TASKS[study.task]
     form = None if task.form is None else task.form(study, who, seed, session)
-    gathered = _in_sets if task.block_form is not None else lambda felt: ((block, (each,)) for block, each in felt)
+    gathered = (
+        _in_sets if task.block_form is not None else lambda felt: ((block, (stimulus,)) for block, stimulus in felt)
+    )
     by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
     practised = [] if study.practice is None else [by_id[name] for name in study.practice.stimuli]
     practice = list(gathered(("practice", stimulus) for stimulus in practised))

@@ -35,7 +35,7 @@ class TableRefused(DataRefused):
 
 
 @dataclass(frozen=True)
-class Record:
+class SheetRow:
     """The cells of one record and the 1-based line of the file on which it begins."""
 
     line: int
@@ -49,7 +49,7 @@ class Sheet:
     name: str
     sha256: str
     header: tuple[str, ...]
-    rows: tuple[Record, ...]
+    rows: tuple[SheetRow, ...]
     empty_rows: int
     delimiter: str
     encoding: str
@@ -106,7 +106,7 @@ def read_sheet(
     return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
 
 
-def _refuse_ragged(rows: Sequence[Record], header: Sequence[str], delimiter: str, name: str) -> None:
+def _refuse_ragged(rows: Sequence[SheetRow], header: Sequence[str], delimiter: str, name: str) -> None:
     """Raise TableRefused where a row has more or fewer cells than the header, with the likeliest reason."""
     if ragged := [row for row in rows if len(row.cells) != len(header)]:
         examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
@@ -186,12 +186,12 @@ def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
     return max(DELIMITERS, key=score)
 
 
-def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[Record]:
+def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[SheetRow]:
     """Yield the records that are not blank lines; `skipped` lines stood before the text."""
     try:
         for record in split_records(io.StringIO(text, newline=""), delimiter, strict=True):
             if record.cells:
-                yield Record(record.first + skipped, tuple(cell.strip() if trim else cell for cell in record.cells))
+                yield SheetRow(record.first + skipped, tuple(cell.strip() if trim else cell for cell in record.cells))
     except RecordError as error:
         raise TableRefused(
             f"{name}: line {error.first + skipped}: {error}: is a quote not closed, or the delimiter another one?"

@@ -8,7 +8,7 @@ import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from palpate.analysis.importing.dialects import MOST_SHOWN, Record, Sheet, TableRefused
+from palpate.analysis.importing.dialects import MOST_SHOWN, Sheet, SheetRow, TableRefused
 from palpate.analysis.importing.map_file import ColumnMap, Source
 from palpate.analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from palpate.analysis.ratings.dataset import Exclusion
@@ -181,7 +181,7 @@ class Line:
     """A row of a sheet, its cells by the names of their columns."""
 
     sheet: Sheet
-    row: Record
+    row: SheetRow
     places: Mapping[str, int]
 
     @property

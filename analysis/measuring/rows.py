@@ -56,7 +56,7 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Measurement:
     try:
         return _measure(case, clock)
     except Exception as problem:
-        return _row(case, _Measurement(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
+        return _row(case, _Timed(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
 
 
 def run_bench(
@@ -85,7 +85,7 @@ def _measure(case: Case, clock: Clock) -> Measurement:
         seconds = case.seconds(answer)
         if not (math.isfinite(seconds) and seconds >= 0):
             raise ValueError(f"a time of {seconds} s; a number of at least 0 is expected")
-        return _row(case, _Measurement(error, outcome, float(seconds), 1, peak_MB))
+        return _row(case, _Timed(error, outcome, float(seconds), 1, peak_MB))
     answer, warm_up_s = _time_call(case.run, clock)
     if warm_up_s > SLOW_S:
         (answer, traced_s), peak_MB = _trace_memory(lambda: _time_call(case.run, clock))
@@ -97,12 +97,12 @@ def _measure(case: Case, clock: Clock) -> Measurement:
             times.append(run_s)
         _, peak_MB = _trace_memory(case.run)
     error, outcome = _classify_error(case.error(answer))
-    measurement = _Measurement(error, outcome, statistics.median(times), len(times), peak_MB)
+    measurement = _Timed(error, outcome, statistics.median(times), len(times), peak_MB)
     return _row(case, measurement)
 
 
 @dataclass(frozen=True)
-class _Measurement:
+class _Timed:
     """What measuring adds to a case."""
 
     error: float | None
@@ -113,7 +113,7 @@ class _Measurement:
     note: str = ""
 
 
-def _row(case: Case, measurement: _Measurement) -> Measurement:
+def _row(case: Case, measurement: _Timed) -> Measurement:
     named = (case.area, case.case, case.method, case.input, case.n, case.error_kind)
     return Measurement(*named, **asdict(measurement))
 

@@ -124,7 +124,7 @@ def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str
     families: dict[str, set[str]] = {}
     for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
         families.setdefault(one, set()).add(group)
-    if torn := [f"{level!r} in {' and '.join(sorted(families[level]))}" for level in order if len(families[level]) > 1]:
+    if torn := [f"{label!r} in {' and '.join(sorted(families[label]))}" for label in order if len(families[label]) > 1]:
         raise DataRefused(
             f"column {family!r}: {listed(torn, len(torn))}; a trend needs one {family} for each {level}:"
             " correct the stimulus table or name another column"

@@ -35,13 +35,13 @@ class Change(Generic[W]):
 class LiveDoor(Generic[W]):
     """The profile that follows the wishes; see palpate.devices.door.link.showing.Changes.
 
-    `wish` gives what is set now, `force_N` makes a door of it, `playing` is what the door plays already.
+    `wish` gives what is set now, `force_N` makes a door of it, `initial_wish` is what the door plays already.
     `missed` counts the ticks of 50 ms that passed while something else kept the program.
     """
 
     wish: Callable[[], W]
     force_N: Callable[[W], tuple[float, ...]]
-    playing: W
+    initial_wish: W
     stopped: Callable[[], bool] | None = None
     """Whether the participant is done; None where the door is done once it was brought back."""
     count_ns: Callable[[], int] = time.perf_counter_ns
@@ -62,7 +62,7 @@ class LiveDoor(Generic[W]):
         self.ticks, self.missed = self.ticks + 1, self.missed + late
         self._due_ns += (late + 1) * PERIOD_NS
         wish = self.wish()
-        if wish == (self.playing if self._last is None else self._last):
+        if wish == (self.initial_wish if self._last is None else self._last):
             return None
         started_ns = self.count_ns()
         force_N = self.force_N(wish)

@@ -103,9 +103,9 @@ class Pushed:
         while self._ticks < due:
             t_s = self._ticks / RATE_HZ
             while self._waiting and self._waiting[0].t_s <= t_s:
-                sound = self.refused.check(self._waiting.popleft(), now_s)
-                if sound is not None:
-                    self._stylus.report(sound)
+                accepted = self.refused.check(self._waiting.popleft(), now_s)
+                if accepted is not None:
+                    self._stylus.report(accepted)
             self.felt = self._stylus.step(t_s)
             self._ticks += 1
         return self.felt
@@ -185,7 +185,7 @@ def _filtered(
         t_s = sample / RATE_HZ
         while waiting and not waiting[-1].t_s > t_s:
             with suppress(DeviceFault):  # it counts them
-                if (sound := guard.check(waiting.pop(), t_s)) is not None:
-                    stylus.report(sound)
+                if (accepted := guard.check(waiting.pop(), t_s)) is not None:
+                    stylus.report(accepted)
         felt.append(stylus.step(t_s))
     return felt, guard.refused

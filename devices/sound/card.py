@@ -35,7 +35,7 @@ class Card:
     device: str | int | None
     rate_hz: float
     channels: int = 1
-    latency: str | float = "low"
+    requested_latency: str | float = "low"
     library: Callable[[], Any] = portaudio
     clock_s: Callable[[], float] = time.monotonic
     latency_s: float = 0.0
@@ -69,7 +69,7 @@ class Card:
         try:
             self._stream = sound.OutputStream(
                 samplerate=self.rate_hz, device=self.device, channels=self.channels, dtype="float32",
-                latency=self.latency, callback=self._wanted, finished_callback=self._finished,
+                latency=self.requested_latency, callback=self._wanted, finished_callback=self._finished,
             )  # fmt: skip
             self.latency_s = float(self._stream.latency)
             self._stream.start()

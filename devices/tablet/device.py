@@ -273,8 +273,8 @@ class Tablet:
         while True:
             batch = self.source.pull(min(timeout_s, STEP_S))
             now_s = passed_s()
-            sound = (self.guard.check(report, now_s) for report in batch.reports)
-            self.waiting.extend(report for report in sound if report is not None)
+            accepted = (self.guard.check(report, now_s) for report in batch.reports)
+            self.waiting.extend(report for report in accepted if report is not None)
             self.came += len(batch.reports)
             if batch.dropped:
                 self.dropped += batch.dropped

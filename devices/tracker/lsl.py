@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.devices.device import DeviceError, DeviceFault, NowNs
 from palpate.devices.source import Elapsed
-from palpate.devices.tracker.samples import Batch, Marker, Opened
+from palpate.devices.tracker.samples import Batch, MarkerSample, Opened
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
 
@@ -205,7 +205,7 @@ class Map:
     seen: int | None = None
     seen_above: float = 0.0
 
-    def row(self, sample: Sequence[float]) -> Marker:
+    def row(self, sample: Sequence[float]) -> MarkerSample:
         """Return the sample in mm; a quality that is not a number counts as not seen."""
         x, y, z = (self.scale * float(sample[place]) for place in self.places)
         quality = math.inf if self.seen is None else float(sample[self.seen])

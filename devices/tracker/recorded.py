@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from palpate.devices.device import DeviceError, DeviceFault, NowNs
 from palpate.devices.source import Elapsed, TimedSource
-from palpate.devices.tracker.samples import Batch, Marker, Opened, awaited
+from palpate.devices.tracker.samples import Batch, MarkerSample, Opened, awaited
 from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
 from palpate.protocols.wording import count, some
 
@@ -55,7 +55,7 @@ class Track:
     """Samples of one marker: rising times in s, and rows in mm."""
 
     times_s: Sequence[float]
-    rows: Sequence[Marker]
+    rows: Sequence[MarkerSample]
     facts: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -69,7 +69,7 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
         DeviceError: naming file and line.
     """
     times_s: Sequence[float]
-    rows: Iterable[Marker]
+    rows: Iterable[MarkerSample]
     table = read_table(path, (), RECORDING)
     if is_motive(table):
         export = read_motive(table, marker)
@@ -146,7 +146,7 @@ class Played(TimedSource):
         return Batch(times[first : self.given], track.rows[first : self.given])
 
 
-def _plain(table: Table) -> tuple[Sequence[float], Iterable[Marker]]:
+def _plain(table: Table) -> tuple[Sequence[float], Iterable[MarkerSample]]:
     table.demand(COLUMNS)
     table.places |= {name: table.header.index(name) for name in table.header}  # the first of two of one name
     seen_column = ("seen",) if "seen" in table.header else ()
@@ -174,7 +174,7 @@ class Export:
     """One marker's samples, in `unit`."""
 
     times_s: list[float]
-    rows: list[Marker]
+    rows: list[MarkerSample]
     unit: str
     facts: Mapping[str, str]
 

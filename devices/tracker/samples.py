@@ -17,7 +17,7 @@ from typing import ClassVar, Protocol
 from palpate.devices.device import NowNs
 from palpate.devices.source import Source
 
-Marker = tuple[float, float, float, bool]
+MarkerSample = tuple[float, float, float, bool]
 """Where the marker is said to be in mm, and whether the tracker itself says that it saw it."""
 NAN = math.nan
 HIDDEN = {
@@ -44,7 +44,7 @@ class Batch:
     """
 
     times_s: Sequence[float] = ()
-    rows: Sequence[Marker] = ()
+    rows: Sequence[MarkerSample] = ()
     reset: bool = False
     away: int = 0
 
@@ -88,7 +88,7 @@ class OcclusionDetector:
     counts: Counter[str] = field(default_factory=Counter)
     before: tuple[float, float, float] | None = None
 
-    def see(self, row: Marker) -> tuple[float, float, float, float]:
+    def see(self, row: MarkerSample) -> tuple[float, float, float, float]:
         """Return x, y, z in mm and 1, or NaN three times and 0."""
         why, place = "", row[:3]
         if not row[3]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from palpate.devices.device import DeviceFault, NowNs
 from palpate.devices.noise import gaussians
 from palpate.devices.source import Elapsed, TimedSource
-from palpate.devices.tracker.samples import Batch, Marker, Opened, awaited
+from palpate.devices.tracker.samples import Batch, MarkerSample, Opened, awaited
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -42,7 +42,7 @@ class Twin(TimedSource):
     silent_after_s: float | None
     clock: str = "tracker"
     scene: Scene | None = None
-    rows: Iterator[Marker] = field(default_factory=lambda: iter(()))
+    rows: Iterator[MarkerSample] = field(default_factory=lambda: iter(()))
     given: int = 0
 
     def open(self) -> Opened:
@@ -86,7 +86,7 @@ class Twin(TimedSource):
         """Samples in a second of true time: the twin's own clock is fast by `drift_ppm`."""
         return self.rate_hz * (1 + 1e-6 * self.drift_ppm)
 
-    def _rows(self) -> Iterator[Marker]:
+    def _rows(self) -> Iterator[MarkerSample]:
         """Yield rows without end. The noise is keyed by the first piece that is seen, not by the number of starts."""
         key = "rest"
         truth: Iterator[tuple[float, float, float]] = iter(lambda: REST_MM, None)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from PIL import Image
 
 Mask = NDArray[np.uint8]
-Rows = NDArray[np.float32]
+PixelRows = NDArray[np.float32]
 PER_COLUMN = 4
 """Places of the profile that are looked at for each column of pixels."""
 PIECES = 8
@@ -86,7 +86,7 @@ def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...
     return tuple(pieces)
 
 
-def _course(force_N: Array, axes: Axes) -> Rows:
+def _course(force_N: Array, axes: Axes) -> PixelRows:
     """Return, by column, the line's row in the middle, its lean there (1: flat), its lowest and its highest row."""
     rows = _rows(force_N, axes)
     middle = rows[:, PER_COLUMN // 2]
@@ -98,7 +98,7 @@ def _course(force_N: Array, axes: Axes) -> Rows:
     return np.stack([middle, lean, low, high])
 
 
-def _cover(course: Rows, height: int, thick_px: float) -> tuple[int, Mask]:
+def _cover(course: PixelRows, height: int, thick_px: float) -> tuple[int, Mask]:
     """Return the first row and the mask of a line's columns."""
     middle, lean, lowest, highest = course
     half = np.float32(thick_px / 2 + 0.5)
@@ -121,7 +121,7 @@ def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
     return np.asarray(255.0 * cover, dtype=np.uint8)
 
 
-def _rows(force_N: Array, axes: Axes) -> Rows:
+def _rows(force_N: Array, axes: Axes) -> PixelRows:
     """Return the row of the profile at some places of every column, from the top of the box."""
     width = axes.box.width
     columns = np.arange(width * PER_COLUMN) / PER_COLUMN - 0.5

@@ -16,7 +16,7 @@ from palpate.protocols.extras import installed_version
 FOLDER = "features"
 """The name of the folder in a lab."""
 Entry: TypeAlias = tuple[Mapping[str, FeatureRows], Mapping[str, Any]]
-"""FeatureRows (n, features) by kind, and their metadata as JSON holds them."""
+"""Rows (n, features) by kind, and their metadata as JSON holds them."""
 
 
 def feature_key(decides: Mapping[str, object], code: Sequence[str], packages: Sequence[str]) -> str:

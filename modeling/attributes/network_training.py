@@ -25,7 +25,7 @@ from palpate.signals.arrays import Array
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
 """The thesis has at most 200 epochs, which take ten to twenty minutes per fold. Here the rate falls along a cosine to
-nearly 0 in 30 epochs, so that the end does not depend on chance (22 are too few: docs/reference/attribute-models.md).
+nearly 0 in 30 epochs, so that ending there is not arbitrary (22 are too few: docs/reference/attribute-models.md).
 Adam, and a patience of 10 where textures are watched, are the thesis'; batch and rate are our choice."""
 LITERAL_SETTINGS = replace(SETTINGS, epochs=200, learning_rate=1e-3)
 """Thesis 3.5.3: at most 200 epochs, ended after more than 10 without a better one, Adam. The constant rate is Keras'

@@ -119,8 +119,10 @@ def read_folder(
     used = [thin(album) if quick else album for album in albums]
     rows = picture_rows(used, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
     felt, aside = _felt(lines, recordings, table, lab, workers, report)
-    pairs_of_data = zip(lines, albums, strict=True)
-    textures = tuple(_texture(line, album, rows[line.id], felt.get(line.id), sight) for line, album in pairs_of_data)
+    textures = tuple(
+        _texture(line, album, rows[line.id], felt.get(line.id), sight)
+        for line, album in zip(lines, albums, strict=True)
+    )
     if not any(texture.touch or texture.sight for texture in textures):
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")

@@ -105,7 +105,7 @@ def dense(width: int, sizes: Sequence[int]) -> nn.Sequential:
 
 
 def convolutions(filters: Sequence[int], kernel: int) -> nn.Sequential:
-    """Return convolutions of equal length, each with ReLU and a pooling that rounds the length up."""
+    """Return convolutions that keep the length of the row, each with ReLU and a pooling that rounds the length up."""
     layers = (
         (
             nn.Conv1d(inputs, outputs, kernel, padding=kernel // 2),

@@ -43,7 +43,7 @@ DENSE_SETTINGS = Settings(
 
 
 @dataclass(frozen=True)
-class FeltThrough:
+class FittedForward:
     """A trained network from forces in newtons to ratings on 0..100, and how its training went."""
 
     network: nn.Sequential
@@ -58,7 +58,7 @@ class FeltThrough:
         return exported_network(self.network)
 
 
-def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings: Settings) -> FeltThrough:
+def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings: Settings) -> FittedForward:
     """Train a network (batch, 621) to (batch, attributes), both centred, by the Huber loss of equation 5.4.
 
     The first layer centres newtons, the last one brings its answers to 0..100, where the loss is taken. The thesis'
@@ -73,7 +73,7 @@ def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings:
     )
     watched = None if held is None else _pairs(held)
     trained = train(network, _pairs(rows), watched, huber, chosen, report=learning.report)
-    return FeltThrough(network, trained)
+    return FittedForward(network, trained)
 
 
 def huber(answer: Tensor, target: Tensor) -> Tensor:

@@ -17,7 +17,7 @@ from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
 from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.forward_network import FeltThrough
+from palpate.modeling.doors.forward_network import FittedForward
 from palpate.modeling.doors.linear import Components, components_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import TrainingRows, checked_wishes, on_one_thread, rows_of
@@ -145,7 +145,7 @@ def fit(learning: Learning) -> Searching:
 
     Raises ModelDataError for data that cannot be learned from or without a forward network.
     """
-    if not isinstance(learning.forward, FeltThrough):
+    if not isinstance(learning.forward, FittedForward):
         raise ModelDataError("search: needs the gradient of a trained forward network: none was given.")
     rows: TrainingRows = rows_of(learning, least=2)
     codes = codes_of(rows.force_N)

@@ -10,7 +10,7 @@ from torch import nn
 from torch.nn.functional import mse_loss
 
 from palpate.modeling.doors.data import TOP, ModelDataError, Scaling
-from palpate.modeling.doors.forward_network import FeltThrough
+from palpate.modeling.doors.forward_network import FittedForward
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.networks import (
     ATTRIBUTES,
@@ -40,7 +40,7 @@ QUICK_EPOCHS = 2
 
 
 @dataclass(frozen=True)
-class FittedNetwork:
+class FittedInverse:
     """A trained network from ratings on 0..100 to forces on 0..100, the way to newtons, and how its training went."""
 
     network: nn.Sequential
@@ -59,7 +59,7 @@ class FittedNetwork:
         return exported_network(self.network, newtons, PLAYABLE)
 
 
-def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedNetwork:
+def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedInverse:
     """Train the encoder and the last dense layer; the decoder is the trained forward network's and stays as it is.
 
     Ratings are centred by the first layer, the last one brings forces to 0..100, where the squared error is taken. The
@@ -68,7 +68,7 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedNetwork:
     training that does not converge.
     """
     forward = learning.forward
-    if not (isinstance(forward, FeltThrough) and isinstance(forward.network[1], ForceToPerception)):
+    if not (isinstance(forward, FittedForward) and isinstance(forward.network[1], ForceToPerception)):
         raise ModelDataError("the inverse network builds on the decoder of a trained forward network: none was given.")
     rows, held = training_rows(learning)
     if (attributes := rows.rating.shape[1]) != ATTRIBUTES:
@@ -80,14 +80,14 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedNetwork:
     _hand_over(network, forward, rows)
     watched = None if held is None else _pairs(held, learning.scaling)
     trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, chosen, report=learning.report)
-    return FittedNetwork(network, learning.scaling, trained)
+    return FittedInverse(network, learning.scaling, trained)
 
 
-def _inner(forward: FeltThrough) -> ForceToPerception:
+def _inner(forward: FittedForward) -> ForceToPerception:
     return cast(ForceToPerception, forward.network[1])
 
 
-def _hand_over(network: nn.Sequential, forward: FeltThrough, rows: TrainingRows) -> None:
+def _hand_over(network: nn.Sequential, forward: FittedForward, rows: TrainingRows) -> None:
     """Start with latents of the mean and the SD that the forward network's encoder gives for the training profiles.
 
     The frozen decoder was trained on these. With torch's own start the latents vary twenty times less, and the network

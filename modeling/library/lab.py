@@ -118,9 +118,9 @@ def thumbnail(content: bytes, where: str) -> bytes:
             image = image.convert("RGB")
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         raise NoPicture(f"{where}: this picture cannot be read ({error}).") from None
-    content_out = BytesIO()
-    _middle(image).save(content_out, "JPEG", quality=QUALITY, optimize=True)
-    return content_out.getvalue()
+    buffer = BytesIO()
+    _middle(image).save(buffer, "JPEG", quality=QUALITY, optimize=True)
+    return buffer.getvalue()
 
 
 def _middle(image: Image) -> Image:

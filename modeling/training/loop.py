@@ -82,8 +82,8 @@ def train(
     """
     parameters = trainable(network)
     with training_state(settings.seed, settings.threads):
-        checked = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
-        state = State(network, checked, copied(network), [])
+        optimiser_used = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
+        state = State(network, optimiser_used, copied(network), [])
         run = _Run(state, data, held, loss, settings, train_one, report, clock)
         try:
             return run.to_the_end(run.identity() if settings.checkpoint else {})

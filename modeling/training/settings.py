@@ -13,7 +13,7 @@ from typing import Any
 from palpate.modeling.training.refusals import TrainingError
 
 _NOT_OF_THE_RESULT = ("epochs", "checkpoint", "every_epochs", "stop_patience")
-"""Settings that change neither the numbers of an epoch nor their order: the end of a training, and its checkpoints."""
+"""Settings that do not change the numbers of an epoch: the end of a training, and its checkpoints."""
 THRESHOLD = 1e-4
 """The share by which a loss must fall to end a plateau, as in torch's ReduceLROnPlateau."""
 

@@ -249,7 +249,7 @@ def runtime_of(record: Mapping[str, Any]) -> str:
 
 
 def playing_counts(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return for how long the current model sounded, and how often it was restarted, dead or paused."""
+    """Return the current model's steps that sounded, held a sensor's value, were dead or muted, and its restarts."""
     voice = record.get("voice") or {}
     return {name: voice.get(name, 0) for name in MET}
 

@@ -62,8 +62,9 @@ Tree = dict[str, bytes | None]
 HEAD = """\
 # What a command does when the machine fails
 
-Written by `python -m tests.faults.matrix`; a test runs most of it again, with a third of the interrupts, and compares;
-commands that compute long are tested with three of the faults. Every command that writes is run in a lab with data,
+Written by `python -m tests.faults.matrix`; a test runs part of it again, with a third of the interrupts, and compares:
+commands that write to a database with all faults but the write error, others with four of the seven columns, and those
+that compute long with three. Every command that writes is run in a lab with data,
 and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output
 error", every sync answers "input/output error", every opening to write and every renaming answers "read-only file
 system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a file system in memory with

@@ -21,7 +21,7 @@ def read(lab, **options):
     return read_material(lab, **{"quick": True, "variants": 0, "workers": 1, **options})
 
 
-def texture_pictures(lab, *textures, lights=1):
+def write_pictures(lab, *textures, lights=1):
     session = photos(lab)
     for trial, texture in enumerate(textures, start=1):
         session.shoot(trial, texture, [taken(lab, texture, light) for light in range(1, lights + 1)])
@@ -32,7 +32,7 @@ def texture_pictures(lab, *textures, lights=1):
 def lab(tmp_path):
     """T01 has everything; T02 no picture, T03 no recording, T04 only ratings."""
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
-    texture_pictures(tmp_path, "T01", "T03")
+    write_pictures(tmp_path, "T01", "T03")
     rated_by(tmp_path, ("P001", "P002"), ("T01", "T02", "T03", "T04"))
     return tmp_path
 
@@ -122,7 +122,7 @@ def test_recordings_of_twins_or_of_a_rig_are_taken_and_never_both(tmp_path):
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}])
-    texture_pictures(tmp_path, "T01")
+    write_pictures(tmp_path, "T01")
     registry = open_registry(tmp_path)
     enter(registry, "P001")
     withdraw(registry, "P001", "asked to")
@@ -154,7 +154,7 @@ def test_half_a_recording_that_the_tracker_did_not_see_is_noted_for_its_texture(
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
-    texture_pictures(tmp_path, "T01")
+    write_pictures(tmp_path, "T01")
     session = photos(tmp_path, "E002")
     session.shoot(1, "T02", [taken(tmp_path, "T02", 1, side=10 + 6)])
     session.write("E002")
@@ -186,7 +186,7 @@ def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_three_of_many_pictures_in_a_quick_look_and_all_group_the_texture(tmp_path):
-    texture_pictures(tmp_path, "T01", lights=5)
+    write_pictures(tmp_path, "T01", lights=5)
     (texture,) = read(tmp_path).textures
     assert texture.sight["resnet"].shape == (3, 2048) and len(texture.made_from) == 5
 

@@ -34,8 +34,8 @@ def lab(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def picture_rows(lab):
-    """The textures with features of both modalities_of, with a quick look at pictures; cached in the lab."""
+def material(lab):
+    """The textures with features of both modalities, with a quick look at pictures; cached in the lab."""
     return read_material(lab, quick=True, variants=0, workers=1)
 
 

@@ -31,7 +31,7 @@ def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_pa
     fates = Counter(fate(lab, plan, whole) for lab in labs)
     assert sum(fates.values()) == 2 * kills
     assert fates["in the middle"] >= (20 if full_run else 3), fates  # about two thirds are expected, on a quiet machine
-    assert fates["before it began"] >= 1 or not full_run, fates
+    assert fates["before it began"] >= 2 or not full_run, fates
 
 
 def fate(lab: Path, plan: Plan, whole: list[tuple[object, ...]]) -> str:
