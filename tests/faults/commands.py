@@ -79,11 +79,8 @@ MODELS = {
 }
 """The same, after their trainings: finished results are cached, so each goes on from there and writes."""
 DRIVEN = {**WRITES, **TEXTURES, **MODELS}
-DATABASES = tuple(
-    name
-    for name in WRITES
-    if name.split()[0] in {"init", "participants", "run", "record", "resume", "collect", "import"}
-)
+TO_DATABASES = {"init", "participants", "run", "record", "resume", "collect", "import"}
+DATABASES = tuple(name for name in WRITES if name.split()[0] in TO_DATABASES)
 """Those that write to a database, not only by the one writer of files."""
 SAME_WRITER = ("train textures", "train attributes", "evaluate doors", "evaluate attributes")
 """They write with the functions of `train doors` and `evaluate textures`: driven only when the page is written."""

@@ -49,8 +49,8 @@ VALIDATION = "the validation part"
 ONE_STEP = (
     "The next sample is predicted from true ones: no error can build up. MAE is in standard deviations of the training "
     "part's acceleration (the thesis does not say in which unit its own is; the tables also have m/s²), GFC is "
-    "equation 4.11 over the raw DFT amplitudes of the whole test part. All methods predict the same samples: the first 40 "
-    "of each stretch are no one's."
+    "equation 4.11 over the raw DFT amplitudes of the whole test part. All methods predict the same samples: the first "
+    "40 of each stretch are no one's."
 )
 BLIND = (
     "One step ahead hides whether a model lives: nearly all of the next sample follows from the last ones, so methods "
