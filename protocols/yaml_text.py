@@ -55,8 +55,6 @@ def load(text: bytes, name: str) -> Document:
         in_brackets = "expected ',' or" in (error.problem or "")
         hint = "; close it, or quote a text that holds ? or : or , within it" if in_brackets else ""
         raise YamlError(f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}{hint}") from None
-    except RecursionError:
-        raise YamlError(f"{name}: nested deeper than {DEEPEST} levels") from None
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -67,12 +65,21 @@ class _PlainLoader(yaml.SafeLoader):
         for first in {letter for _, _, firsts in _CORE for letter in firsts}
     }
 
+    depth = 0
+
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         event = self.peek_event()  # type: ignore[no-untyped-call]
         if getattr(event, "anchor", None) is not None:
             problem = "anchors and aliases (& and *) are not read here; write the value out"
             raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
-        return super().compose_node(parent, index)
+        if self.depth > DEEPEST:
+            problem = f"nested deeper than {DEEPEST} levels"
+            raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
+        self.depth += 1
+        try:
+            return super().compose_node(parent, index)
+        finally:
+            self.depth -= 1
 
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         digits = str(self.construct_scalar(node))
@@ -97,8 +104,6 @@ def _decoded(text: bytes, name: str) -> str:
 
 def _survey(node: yaml.Node, path: Path, lines: dict[Path, int], name: str) -> None:
     line = lines[path] = node.start_mark.line + 1
-    if len(path) > DEEPEST:
-        raise YamlError(f"{name}: line {line}: nested deeper than {DEEPEST} levels")
     if node.tag not in _ALLOWED:
         raise YamlError(f"{name}: line {line}: the tag {node.tag} is not read here; write plain values")
     if isinstance(node, yaml.SequenceNode):
