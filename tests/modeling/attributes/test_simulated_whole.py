@@ -55,22 +55,22 @@ def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_
     assert written.metrics["mae"] == rows["ridge"]["mae"]
 
 
-def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
-    assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
+def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(material, tmp_path):
+    assert material.simulated and sorted(material.ids) == list(TEXTURES)
     assert all(
         texture.touch["dwt"].shape == (3, 24) and texture.sight["resnet"].shape == (1, 2048)
-        for texture in seen.textures
+        for texture in material.textures
     )
     options = AttributeOptions(work=tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
-    rows = rows_of(evaluate_methods(seen, options, METHODS, FELT_AND_SEEN))
+    rows = rows_of(evaluate_methods(material, options, METHODS, FELT_AND_SEEN))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
 
 
 @pytest.fixture(scope="module")
-def indexed(lab, seen, tmp_path_factory):
+def indexed(lab, material, tmp_path_factory):
     """The lab with a model of both senses and a library."""
     options = AttributeOptions(work=tmp_path_factory.mktemp("work"), quick=True, workers=1)
-    train_attributes(seen, "ridge", options, lab / "models", METHODS, FELT_AND_SEEN)
+    train_attributes(material, "ridge", options, lab / "models", METHODS, FELT_AND_SEEN)
     counts = in_words("index", "--lab", str(lab), "--workers", "1")
     assert {counts[count] for count in ("textures", "rated", "predicted", "pictures")} == {len(TEXTURES)}
     return lab
@@ -87,7 +87,7 @@ def in_words(*words):
     [("very rough", 0, min), ("bumpy, not sticky", 1, max), ("very soft", 3, max)],
     ids=["rough", "bumpy", "soft"],
 )
-def test_what_people_feel_most_is_found_by_what_the_model_predicts(seen, indexed, wish, attribute, most):
-    options = most(seen.textures, key=lambda texture: texture.rated.mean[attribute]).id
+def test_what_people_feel_most_is_found_by_what_the_model_predicts(material, indexed, wish, attribute, most):
+    options = most(material.textures, key=lambda texture: texture.rated.mean[attribute]).id
     for source in ("--predicted", "--rated-only"):
         assert in_words("find", wish, "--lab", str(indexed), source)["found"][0]["id"] == options
