@@ -157,7 +157,7 @@ def commonest_delimiter(line: str, delimiters: str = DELIMITERS) -> str:
     return max(delimiters, key=line.count)
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Row:
     """A row of a table: its line in the file and its cells by the names of their columns."""
 
@@ -222,13 +222,15 @@ class Table:
 
     def rows(self) -> Iterator[Row]:
         """Read the rows as texts. Raises the format's error on one with too few or too many cells."""
+        header, count = self.header, len(self.header)
         width, strip = self.layout.width, self.layout.strip
         for cells in self.records():
-            if len(cells) != len(self.header) and width is not None:
-                raise self._refusal(width, line=self._reader.line_num, cells=len(cells))
+            if len(cells) != count:
+                if width is not None:
+                    raise self._refusal(width, line=self._reader.line_num, cells=len(cells))
+                cells.extend([""] * (count - len(cells)))
             texts = [cell.strip() for cell in cells] if strip else cells
-            named = zip(self.header, itertools.chain(texts, itertools.repeat("")), strict=False)
-            yield Row(self, self._reader.line_num, dict(named))
+            yield Row(self, self._reader.line_num, dict(zip(header, texts, strict=False)))
 
     def numbers(self, columns: Sequence[str], *, gaps: bool = False, finite: bool = True) -> dict[str, array[float]]:
         """Read the rows as numbers, a column each.

@@ -52,7 +52,7 @@ def read_profile(path: Path | str, layout: ProfileFormat = PROFILE, sha256: str 
         )
     forces = []
     for index, row in enumerate(table.rows()):
-        angle, force = (row.number(name) for name in HEADER)
+        angle, force = row.number("angle_deg"), row.number("force_N")
         if index >= POINTS or abs(angle - grid_angle_deg(index)) > 1e-6:
             expected = f"{grid_angle_deg(index):.1f}" if index < POINTS else "the end of the file"
             raise layout.error(f"{row.where}: angle {angle:g} found, {expected} expected{layout.end}")
