@@ -19,7 +19,7 @@ from palpate.devices.door.link.simulator import DoorSimulator
 from palpate.devices.door.live import LiveDoor
 from palpate.devices.door.making import Maker
 from palpate.devices.window.app import WindowApp, WindowOptions, app_page, calibration_at_hand, opened_shell
-from palpate.devices.window.presenter_window import Scene
+from palpate.devices.window.scenes import Scene
 
 LOCK = ".author.lock"
 Then = Callable[[str], None]

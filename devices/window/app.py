@@ -15,7 +15,7 @@ from palpate.devices.window.calibration import Calibration, read_calibration, st
 from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Box, Metrics
 from palpate.devices.window.hangul import needed
-from palpate.devices.window.presenter_window import Stage
+from palpate.devices.window.scenes import Stage
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base
 from palpate.devices.window.screens.elements import Label

@@ -78,7 +78,7 @@ def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines
 
     from palpate.devices.window.build import screen_for
     from palpate.devices.window.fonts import find_fonts
-    from palpate.devices.window.presenter_window import Scene
+    from palpate.devices.window.scenes import Scene
     from palpate.devices.window.screen import Page
     from palpate.devices.window.texts import load_texts
     from palpate.protocols.events import Confirm

@@ -24,7 +24,7 @@ from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.reports import Report
 from palpate.devices.window.app import NEVER, WindowApp, WindowOptions, app_page, calibration_at_hand, opened_shell
 from palpate.devices.window.calibration import Calibration
-from palpate.devices.window.presenter_window import Scene
+from palpate.devices.window.scenes import Scene
 from palpate.signals.textures.sounds import RenderError, Sounds
 
 if TYPE_CHECKING:
