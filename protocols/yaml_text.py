@@ -76,10 +76,9 @@ class _PlainLoader(yaml.SafeLoader):
             problem = f"nested deeper than {DEEPEST} levels"
             raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
         self.depth += 1
-        try:
-            return super().compose_node(parent, index)
-        finally:
-            self.depth -= 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
 
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         digits = str(self.construct_scalar(node))

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Volts = NDArray[np.float64]
 """Readings of shape (n, channels)."""
+POLL_S = 0.005
+"""A read waits for about so much, so that it is not woken for every sample."""
 Terminals = Literal["default", "diff", "rse", "nrse"]
 _RANGE = re.compile(r"^(?:(?P<device>[^/,\s]+)/)?(?P<line>[A-Za-z_]+)(?P<first>\d+)(?::(?:[A-Za-z_]+)?(?P<last>\d+))?$")
 

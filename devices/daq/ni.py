@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
+from palpate.devices.daq.acquire import POLL_S, Pace, Taken, Volts, Wiring
 from palpate.devices.device import DeviceError, DeviceFault
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
-POLL_S = 0.005
-"""A read waits for about so much, so that it is not woken for every sample."""
 RATE_TOLERANCE = 1e-4
 """How far the real rate may lie from the one asked for. A card divides its clock, so few rates are met exactly; what is
 let pass here is as small as the drift of two clocks, which the record shows anyway."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
+from palpate.devices.daq.acquire import POLL_S, Pace, Taken, Volts, Wiring
 from palpate.devices.device import DeviceError
 from palpate.devices.noise import QUANTILES
 from palpate.protocols.canonical import canonical
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 BITS = 16
 """Of the converter, as in the card of thesis 4.3.1 (USB-6351)."""
-POLL_S = 0.005
 PIECE = 512
 """Samples per block of noise."""
 NOISE = np.array(QUANTILES)

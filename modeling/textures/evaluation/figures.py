@@ -12,7 +12,7 @@ import numpy as np
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures.domain import Fit, Play
-from palpate.modeling.textures.drive import Drive
+from palpate.modeling.textures.drive import Drive, sounds
 from palpate.modeling.textures.evaluation import words
 from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.evaluation.tables import (
@@ -30,7 +30,6 @@ from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
-from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -317,7 +316,7 @@ def _waves(shown: Line) -> Figure:
 
 def _steady_start(drive: Drive) -> int:
     """Return the middle of the longest stretch in which the hand moves, with room for the drawn samples."""
-    moving = np.r_[False, (drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N), False]
+    moving = np.r_[False, sounds(drive.speed, drive.force), False]
     edges = np.flatnonzero(np.diff(moving.astype(int)))
     stretches = list(zip(edges[::2], edges[1::2], strict=True))
     if not stretches:

@@ -12,14 +12,13 @@ import numpy as np
 
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.textures.domain import Fit, Play
-from palpate.modeling.textures.drive import Drive
+from palpate.modeling.textures.drive import Drive, sounds
 from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.free_run import beyond
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
-from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 PRINTED = "thesis"
@@ -126,7 +125,7 @@ def warm_up_rows(evaluation: TextureEvaluation) -> list[Row]:
 
 def start_of(drive: Drive) -> int:
     """Return the first sample at which the hand touches and moves: a model that is silent at rest begins there."""
-    return int(np.argmax((drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N)))
+    return int(np.argmax(sounds(drive.speed, drive.force)))
 
 
 def warm_up(drive: Drive, generated: Array) -> tuple[float | None, float | None]:
