@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.signals.models.card import Activation
-from palpate.signals.models.form import At, Built, Form, SavedValues, Values
+from palpate.signals.models.form import At, Built, Form, KeptValues, Values
 
 SLOPE = 0.2
 """Of a leaky relu below zero."""
@@ -28,7 +28,7 @@ def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 -
         return _gelu(), after
     function = FUNCTIONS[step.function]
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return function(x, x if form.owned else None)
 
     return run, after
@@ -43,20 +43,20 @@ def soft(x: Values, axis: int) -> Values:
     return x
 
 
-def _softmax(form: Form) -> Callable[[Values, SavedValues], Values]:
+def _softmax(form: Form) -> Callable[[Values, KeptValues], Values]:
     axis = 1 if form.length_first or len(form.shape) == 1 else 2
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return soft(x if form.owned else x.copy(), axis)
 
     return run
 
 
-def _gelu() -> Callable[[Values, SavedValues], Values]:
+def _gelu() -> Callable[[Values, KeptValues], Values]:
     """Return x times the normal distribution function; by erfc, which keeps its digits far below zero."""
     from scipy.special import erfc
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         y: Values = erfc(x * -ROOT_HALF)
         y *= x
         y *= 0.5

@@ -15,7 +15,7 @@ from palpate.signals.models import card_steps as signal_steps
 from palpate.signals.models.card import Conv, Dense, DoorFeatures, Mean, Playable, Residual, Step, Upsample
 from palpate.signals.models.card_steps import Attention, Norm
 from palpate.signals.models.errors import ModelFileError, ModelInputError
-from palpate.signals.models.form import LARGEST, At, Built, Form, Run, SavedValues, Values
+from palpate.signals.models.form import LARGEST, At, Built, Form, KeptValues, Run, Values
 
 __all__ = ["Form", "Run", "built"]
 
@@ -42,7 +42,7 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
         runs.append(run)
         place += together
 
-    def run_all(x: Values, kept: SavedValues) -> Values:
+    def run_all(x: Values, kept: KeptValues) -> Values:
         for run in runs:
             x = run(x, kept)
         return x
@@ -82,7 +82,7 @@ def _residual(step: Residual, form: Form, at: At) -> Built:
     if out.shape != form.shape:
         raise at.refuse(f"its steps turn shape {form.shape} into {out.shape}; the same shape is expected")
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         y = inner(x, kept)
         if out.length_first != form.length_first:
             y = y.swapaxes(1, 2)
@@ -103,7 +103,7 @@ def _mean(step: Mean, form: Form, at: At) -> Built:
     if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
         raise at.refuse(f"its members give shapes {sorted(shapes)}; one and the same list of numbers is expected")
 
-    def mean(x: Values, kept: SavedValues) -> Values:
+    def mean(x: Values, kept: KeptValues) -> Values:
         return np.asarray(sum(run(x, kept).astype(np.float64) for run, _ in members) / len(members))
 
     return mean, Form(shapes.pop(), owned=True)
@@ -120,7 +120,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
     if not step.names:
         raise at.refuse("it names no features; at least one is expected")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         try:
             return features(x, step.names)
         except DoorDataError as error:
@@ -135,7 +135,7 @@ def playable(step: Playable, form: Form, at: At) -> Built:
 
     _require_profile(form, at)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         rows = [bounded(row, step.force_N, step.slope_N_deg) for row in x.astype(np.float64, copy=False)]
         return np.where(np.isfinite(x), np.stack(rows), np.nan)
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from palpate.signals.models.errors import ModelFileError
 
 Values: TypeAlias = NDArray[Any]
-SavedValues: TypeAlias = dict[str, Values]
+KeptValues: TypeAlias = dict[str, Values]
 """What was kept on the way through one run; every run has its own."""
-Run: TypeAlias = Callable[[Values, SavedValues], Values]
+Run: TypeAlias = Callable[[Values, KeptValues], Values]
 """One or more steps at work: (n, *shape) to (n, *next shape)."""
 
 LARGEST = 2**22
@@ -55,7 +55,7 @@ class At:
         """Return a place within this one."""
         return replace(self, where=f"{self.where}, {where}" if self.where else where)
 
-    def form_of_saved(self, name: str) -> Form:
+    def form_of_kept(self, name: str) -> Form:
         """Return the form of a value that a step before this one has kept. Raises ModelFileError."""
         if name not in self.kept:
             raise self.refuse(f"no step before it has stored {name!r}")

@@ -16,8 +16,8 @@ from palpate.signals.models.form import (
     At,
     Built,
     Form,
+    KeptValues,
     Run,
-    SavedValues,
     Values,
     flattened,
     missing_where_not_finite,
@@ -28,7 +28,7 @@ def affine(step: Affine, form: Form, at: At) -> Built:
     """Return y = gain * x + offset."""
     gain, offset = _factor(step.gain, form, at), _factor(step.offset, form, at)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return np.asarray(gain * x + offset)
 
     return run, replace(form, owned=True)
@@ -44,7 +44,7 @@ def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
         weight = weight.reshape(len(weight), *form.shape).swapaxes(1, 2)
     matrix = np.ascontiguousarray(weight.reshape(len(weight), -1)).T
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         y: Values = x.reshape(len(x), -1).astype(matrix.dtype, copy=False) @ matrix
         y += bias
         return y
@@ -65,7 +65,7 @@ def conv(step: Conv, form: Form, at: At) -> Built:
     if width == 1 and not step.pad:
         return by_place(matrix, bias, form), Form((filters, length), length_first=True, owned=True)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         padded = np.zeros((len(x), length + 2 * step.pad, channels), dtype=matrix.dtype)
         padded[:, step.pad : step.pad + length] = x if form.length_first else x.swapaxes(1, 2)
         sample, row, item = padded.strides
@@ -81,7 +81,7 @@ def by_place(matrix: Values, bias: Values, form: Form) -> Run:
     """Return x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
     length = form.shape[1]
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         y: Values = rows_of(x, form).astype(matrix.dtype, copy=False) @ matrix
         y += bias
         return y.reshape(-1, length, len(bias))
@@ -101,7 +101,7 @@ def max_pool(step: MaxPool, form: Form, at: At) -> Built:
     if pooled < 1:
         raise at.refuse(f"a length of {length} has no {step.size} neighbours")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         covered = (x if form.length_first else x.swapaxes(1, 2))[:, : pooled * step.size]
         most = np.maximum(covered[:, 0 :: step.size], covered[:, 1 :: step.size])
         for place in range(2, step.size):
@@ -115,7 +115,7 @@ def upsample(step: Upsample, form: Form, at: At) -> Built:
     """Return every element `times` times."""
     channels, length = require_sides(step, form, at)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return np.repeat(x, step.times, axis=1 if form.length_first else 2)
 
     return run, Form((channels, length * step.times), form.length_first, owned=True)
@@ -127,7 +127,7 @@ def reshape(step: Reshape, form: Form, at: At) -> Built:
         raise at.refuse(f"{form.size} numbers of shape {form.shape} do not fit shape {step.shape}")
     flat = flattened(form)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return flat(x).reshape(len(x), *step.shape)
 
     return run, Form(step.shape, owned=form.owned)
@@ -138,7 +138,7 @@ def clip(step: Clip, form: Form, at: At) -> Built:
     if step.low > step.high:
         raise at.refuse(f"low {step.low:g} is above high {step.high:g}")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return np.where(np.isfinite(x), np.clip(x, step.low, step.high), np.nan)
 
     return run, replace(form, owned=True)
@@ -183,7 +183,7 @@ def kernel(step: Kernel, form: Form, at: At) -> Built:
     if not np.isfinite(narrow):
         raise at.refuse(f"a length of {step.length:g} is too short to compute with")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         given = flat(x).astype(points.dtype, copy=False)
         near = step.variance * np.exp(narrow * _squared_distances(given, points))
         return missing_where_not_finite(given, near @ weights)
@@ -197,7 +197,7 @@ def nearest(step: Nearest, form: Form, at: At) -> Built:
     values = at.reals(step.values, len(points), None)
     flat = flattened(form)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         given = flat(x).astype(points.dtype, copy=False)
         return missing_where_not_finite(given, values[_squared_distances(given, points).argmin(axis=1)])
 
@@ -224,7 +224,7 @@ def forest(step: Forest, form: Form, at: At) -> Built:
         raise at.refuse(f"{len(roots)} trees of {value.shape[1]} numbers; at most {LARGEST} together are run")
     flat = flattened(form)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         given = flat(x).astype(threshold.dtype, copy=False)
         rows = np.arange(len(given))[:, None]
         node = np.broadcast_to(roots, (len(given), len(roots)))

@@ -12,7 +12,7 @@ from palpate.signals.linear_prediction import predictor_of
 from palpate.signals.models.activations import soft
 from palpate.signals.models.card import Conv
 from palpate.signals.models.card_steps import Attention, Autoregression, Lstm, Norm
-from palpate.signals.models.form import LARGEST, At, Built, Form, Run, SavedValues, Values
+from palpate.signals.models.form import LARGEST, At, Built, Form, KeptValues, Run, Values
 from palpate.signals.models.layers import rows_of, sides
 from palpate.signals.models.triangles import Triangles
 
@@ -22,7 +22,7 @@ def norm(step: Norm, form: Form, at: At) -> Built:
     weight, bias = _factors(step, form, at)
     standard = _standard(step, form, weight.dtype.type)
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         y = standard(x, kept)
         y *= weight
         y += bias
@@ -46,7 +46,7 @@ def norm_before(
     standard, between = _standard(step, form, weight.dtype.type), replace(form, length_first=True, owned=True)
     then, out = make(other, between, replace(at, tensors={**at.tensors, **changed}))
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         return then(standard(x, kept), kept)
 
     return run, out
@@ -58,7 +58,7 @@ def _standard(step: Norm, form: Form, kind: Callable[[float], Any]) -> Run:
     share, least = np.full(size, kind(1 / size)), kind(size * step.tiny)
     root, turned = kind(size**0.5), len(form.shape) == 2 and not form.length_first
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         given = (x.swapaxes(1, 2) if turned else x).astype(share.dtype, copy=False)
         y: Values = given - (given @ share)[..., None]
         squares = np.vecdot(y, y)
@@ -114,7 +114,7 @@ def attention(step: Attention, form: Form, at: At) -> Built:
     future = np.triu(np.ones((length, keys), dtype=bool), 1).T if step.causal else None
     chosen = length if step.sparse is None else min(step.sparse, length)
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         queries, known, values = _projected(x, form, kept.get(step.memory or ""), memory, heads)
         scores = known @ queries.swapaxes(2, 3)  # (n, heads, keys, queries): sums over keys run along whole rows
         lazy = None if chosen == length else _lazy(scores, chosen)
@@ -137,7 +137,7 @@ def attention(step: Attention, form: Form, at: At) -> Built:
 
 def _memory(step: Attention, form: Form, at: At) -> Form:
     """Return the form of what keys and values come from."""
-    memory = at.form_of_saved(step.memory or "")
+    memory = at.form_of_kept(step.memory or "")
     if len(memory.shape) != 2 or memory.shape[0] != form.shape[0]:
         raise at.refuse(f"{step.memory!r} has shape {memory.shape}; ({form.shape[0]}, any) is expected")
     if step.causal and memory.shape[1] != form.shape[1]:
@@ -196,7 +196,7 @@ def lstm(step: Lstm, form: Form, at: At) -> Built:
     matrix, state, bias = (np.ascontiguousarray(values[gates].T * half) for values in (weight, state, bias))
     order = range(length - 1, -1, -1) if step.reverse else range(length)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         drive = rows_of(x, form).astype(matrix.dtype, copy=False) @ matrix
         drive += bias
         # (length, n, gates), so that each place is one block
@@ -245,7 +245,7 @@ def autoregression(step: Autoregression, form: Form, at: At) -> Built:
     among = Triangles(points, rows.astype(np.int64))
     per, predictor = np.array(step.per), predictor_of(order)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         signals = (x.swapaxes(1, 2) if form.length_first else x).astype(np.float64, copy=False)
         corners, shares = among.corners(signals[:, 1:, -1] / per)
         mixed = np.matmul(shares[:, None], frequencies[corners])[:, 0]

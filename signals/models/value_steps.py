@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.signals.models.card_steps import Add, Cartesian, Join, Keep, Part, Polar, Recall, Turn
-from palpate.signals.models.form import LARGEST, At, Built, Form, SavedValues, Values
+from palpate.signals.models.form import LARGEST, At, Built, Form, KeptValues, Values
 from palpate.signals.models.layers import sides
 
 
@@ -18,7 +18,7 @@ def keep(step: Keep, form: Form, at: At) -> Built:
     lent = replace(form, owned=False)
     at.kept[step.kept] = lent
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         kept[step.kept] = x
         return x
 
@@ -27,9 +27,9 @@ def keep(step: Keep, form: Form, at: At) -> Built:
 
 def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what came before is left
     """Return what was kept."""
-    lent = at.form_of_saved(step.kept)
+    lent = at.form_of_kept(step.kept)
 
-    def run(_x: Values, kept: SavedValues) -> Values:
+    def run(_x: Values, kept: KeptValues) -> Values:
         return kept[step.kept]
 
     return run, lent
@@ -37,12 +37,12 @@ def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what ca
 
 def add(step: Add, form: Form, at: At) -> Built:
     """Add what was kept."""
-    other = at.form_of_saved(step.kept)
+    other = at.form_of_kept(step.kept)
     if other.shape != form.shape:
         raise at.refuse(f"shape {form.shape} comes to it and {step.kept!r} has {other.shape}; one shape is expected")
     turned = other.length_first != form.length_first
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         y = kept[step.kept]
         if turned:
             y = y.swapaxes(1, 2)
@@ -55,7 +55,7 @@ def add(step: Add, form: Form, at: At) -> Built:
 
 def join(step: Join, form: Form, at: At) -> Built:
     """Return the value, and those that were kept below it."""
-    forms = [at.form_of_saved(name) for name in step.kept]
+    forms = [at.form_of_kept(name) for name in step.kept]
     for name, other in zip(step.kept, forms, strict=True):
         if other.shape[1:] != form.shape[1:]:
             raise at.refuse(f"shape {form.shape} comes to it and {name!r} has {other.shape}; they do not fit together")
@@ -65,7 +65,7 @@ def join(step: Join, form: Form, at: At) -> Built:
     turns = [(name, other.length_first != form.length_first) for name, other in zip(step.kept, forms, strict=True)]
     axis = _channel_axis(form)
 
-    def run(x: Values, kept: SavedValues) -> Values:
+    def run(x: Values, kept: KeptValues) -> Values:
         others = [kept[name].swapaxes(1, 2) if turned else kept[name] for name, turned in turns]
         return np.concatenate((x, *others), axis=axis)
 
@@ -85,7 +85,7 @@ def part(step: Part, form: Form, at: At) -> Built:
     count = step.stop - step.start
     shape = (form.shape[0], count) if step.along == "length" else (count, *form.shape[1:])
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return x[taken]
 
     return run, replace(form, shape=shape)
@@ -95,7 +95,7 @@ def turn(step: Turn, form: Form, at: At) -> Built:  # noqa: ARG001 - a step that
     """Turn channels into places; nothing is moved, it is only read the other way."""
     channels, length = sides(form, at)
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         return x
 
     return run, replace(form, shape=(length, channels), length_first=not form.length_first)
@@ -105,7 +105,7 @@ def polar(step: Polar, form: Form, at: At) -> Built:  # noqa: ARG001
     """Return the magnitude and phase."""
     require_two(form, at, "real and imaginary parts")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         real, imaginary = _two(x, form)
         return np.stack((np.hypot(real, imaginary), np.arctan2(imaginary, real)), axis=1)
 
@@ -116,7 +116,7 @@ def cartesian(step: Cartesian, form: Form, at: At) -> Built:  # noqa: ARG001
     """Build the conversion to real and imaginary part."""
     require_two(form, at, "magnitudes and phases")
 
-    def run(x: Values, _saved: SavedValues) -> Values:
+    def run(x: Values, _kept: KeptValues) -> Values:
         magnitude, phase = _two(x, form)
         return np.stack((magnitude * np.cos(phase), magnitude * np.sin(phase)), axis=1)
 

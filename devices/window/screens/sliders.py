@@ -407,7 +407,7 @@ def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float
     fixed: list[Element] = [Card(name, card, radius=rounding(widths.page))]
     if texts.explanation is not None:
         place = Box(card.left + unit(3), top, widths.explanation_px, texts.explanation.height)
-        fixed.append(Label(f"{name} told", place, name, texts.explanation, QUIET, "centre"))
+        fixed.append(Label(f"{name} explanation", place, name, texts.explanation, QUIET, "centre"))
         top = place.bottom
     bottom -= texts.labels_px
     height = min(bottom - top, widths.page.metrics.target(BAND) + spare // 3)
