@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.modeling.textures.metrics import CYCLE, cycle
 from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, TextureDataError, pieces_of
 from palpate.modeling.textures.simulator import TextureSimulator
 from palpate.modeling.textures.windows import Stretches, samples_of
 from palpate.signals.arrays import Array
-from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
+from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S, sounds
 
 LEAST_S = 2.0
 """A shorter test part does not determine level and spectrum: the whole recording's hand is taken then."""
@@ -110,11 +109,6 @@ def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
         if (repeats := cycle(stretch)) is not None:
             return repeats, min(CYCLE, len(stretch))
     return None, CYCLE
-
-
-def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
-    """Return where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
-    return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
 
 
 def _checked_exploration(texture: str, signals: Array) -> Array:

@@ -17,12 +17,12 @@ from scipy.linalg import solve_toeplitz
 from scipy.optimize import least_squares
 from torch import Tensor, nn
 
-from palpate.modeling.textures.drive import sounds
 from palpate.modeling.textures.metrics import SMOOTHED, density, felt_distance, level_ratio, third_octaves
 from palpate.modeling.textures.recording import RATE_HZ, Parts, Recording, Scale
 from palpate.modeling.textures.windows import Stretches
 from palpate.modeling.training.seeding import training_state
 from palpate.signals.arrays import Array
+from palpate.signals.textures.gate import sounds
 from palpate.signals.vibration_threshold import BANDS_HZ, threshold_m_s2
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6

@@ -6,12 +6,24 @@ The thresholds are those of thesis 4.5.3, with a smooth begin and stop; values t
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from palpate.signals.arrays import Array
 
 SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
 """What moves slower or presses less is no touch (thesis 4.5.3)."""
 RAMP = 8
 """Milliseconds from silence to full, and back, along a raised cosine."""
 GAINS = tuple(0.5 - 0.5 * math.cos(math.pi * step / RAMP) for step in range(RAMP + 1))
+
+
+def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
+    """Return where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
+    return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
 
 
 class Gate:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.signals.arrays import Array
-from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S
+from palpate.signals.textures.gate import sounds
 from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.studies.sessions.rig import RigError
 from palpate.studies.stimuli.renderings import MET, SEED, Alike, Rendered, model_metadata
@@ -81,7 +81,7 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
     if not all(np.isfinite(signal).all() for signal in (real, played, hand)):
         raise RigError("a texture is compared with a value that is not a number")
     # the starts of frames in which the hand touches and moves throughout
-    moves = (hand[0] > SLOWEST_MM_S) & (hand[1] > FAINTEST_N)
+    moves = sounds(*hand)
     starts = np.arange(0, max(0, len(moves) - FRAME + 1), HOP)
     frames = np.array([start for start in starts if moves[start : start + FRAME].all()], dtype=np.intp)
     if len(frames) < FEWEST:

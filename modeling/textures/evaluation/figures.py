@@ -12,7 +12,7 @@ import numpy as np
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes
 from palpate.analysis.reports.figures import DrawnFigure, drawn_figure
 from palpate.modeling.textures.domain import Fit, Play
-from palpate.modeling.textures.drive import Drive, sounds
+from palpate.modeling.textures.drive import Drive
 from palpate.modeling.textures.evaluation import words
 from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.evaluation.tables import (
@@ -30,6 +30,7 @@ from palpate.modeling.textures.recording import RATE_HZ
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
+from palpate.signals.textures.gate import sounds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

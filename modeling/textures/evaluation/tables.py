@@ -12,13 +12,14 @@ import numpy as np
 
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.textures.domain import Fit, Play
-from palpate.modeling.textures.drive import Drive, sounds
+from palpate.modeling.textures.drive import Drive
 from palpate.modeling.textures.evaluation.evaluate import TextureEvaluation
 from palpate.modeling.textures.free_run import beyond
 from palpate.modeling.textures.metrics import mean_of
 from palpate.modeling.textures.registry import THESIS
 from palpate.modeling.training.history import history_in
 from palpate.signals.arrays import Array
+from palpate.signals.textures.gate import sounds
 
 FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 PRINTED = "thesis"
