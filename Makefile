@@ -1,7 +1,6 @@
 # `make demo` and `make test`: each does all its own set-up in .venv. For people without make: README.md, "Without make".
 PYTHON ?= $(shell command -v python3.11 || command -v python3.12 || command -v python3)
 BIN := .venv/bin
-LOCK := -c constraints.txt
 # What `make test` installs. `make test EXTRAS=test,models` adds torch, and with it the tests that need it;
 # what a run left out, and how to run it, stands in its last lines.
 EXTRAS ?= test
@@ -14,6 +13,10 @@ SOURCES := pyproject.toml setup.py $(wildcard palpate/*.py) $(shell find $(ROOMS
 timed = @echo '$(2)'; began=$$(date +%s); $(2) && echo "$(1): $$(($$(date +%s) - began)) s"
 CHECKS := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports
 PYTEST := $(BIN)/python -m pytest --dist worksteal --durations=30 --durations-min=3
+
+# A module is compiled when it is first imported, and kept: to compile all of every package takes half of pip's time.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-all check clean
 
@@ -38,12 +41,12 @@ check: .venv/.$(EXTRAS)
 	$(PYTHON) -m venv .venv
 
 .venv/.demo: .venv/bin/python $(SOURCES) constraints.txt
-	$(call timed,pip,$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) .)
+	$(call timed,pip,$(PIP) .)
 	rm -rf build && find .venv -maxdepth 1 -type f -name '.*' -delete
 	touch $@
 
 .venv/.%: .venv/bin/python pyproject.toml constraints.txt $(KERNEL)
-	$(call timed,pip,$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e ".[$*]")
+	$(call timed,pip,$(PIP) -e ".[$*]")
 	rm -rf build .venv/.demo
 	touch $@
 
