@@ -32,6 +32,7 @@ from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.sessions.session import resume
 from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.simulation.rig import simulated
+from tests.commands_for_tests import run_command
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
 from tests.studies.simulation.small_textures import write
 
@@ -147,13 +148,15 @@ def test_a_killed_session_of_a_real_participant_goes_on_at_the_twins_of_the_rig_
     assert "aborted: the session is over" in ended.stdout and read(ledger).status == "aborted", ended
 
 
-def collected(lab):
-    """Bring the lab's database up to date as a user would: collect, and the command that a refusal names."""
-    done = run("palpate", "collect", "--lab", lab)
-    if done.returncode:
-        [rebuild] = re.findall(r"palpate collect .*--rebuild.*", done.stderr)
-        done = run(*shlex.split(rebuild))
-    assert done.returncode == 0, done.stderr
+@pytest.fixture(scope="module")
+def collected(tmp_path_factory):
+    """The database of a copy, brought up to date as a user would: collect, and the command that a refusal names."""
+    lab = shutil.copytree(LAB, tmp_path_factory.mktemp("collected") / "lab")
+    code, _, error = run_command("collect", "--lab", lab)
+    if code:
+        [rebuild] = re.findall(r"palpate (collect .*--rebuild.*)", error)
+        code, _, error = run_command(*shlex.split(rebuild))
+    assert code == 0, error
     return lab / "lab.sqlite"
 
 
@@ -163,17 +166,17 @@ def ratings(database, columns="*"):
         return ", ".join(column[0] for column in rows.description), rows.fetchall()
 
 
-def test_the_collected_database_is_updated_or_rebuilt_with_the_same_ratings(lab, tmp_path):
+def test_the_collected_database_is_updated_or_rebuilt_with_the_same_ratings(lab, collected):
     columns, before = ratings(lab / "lab.sqlite")
     assert len(before) == 1971
-    assert ratings(collected(shutil.copytree(lab, tmp_path / "lab")), columns) == (columns, before)
+    assert ratings(collected, columns) == (columns, before)
 
 
-def test_a_participant_who_withdrew_stays_withdrawn(lab, tmp_path, run_palpate):
+def test_a_participant_who_withdrew_stays_withdrawn(lab, collected, run_palpate):
     assert re.search("P004 +withdrawn", run_palpate("participants", "list", "--lab", lab))
     second = ("run", "texture_ratings", "--participant", "P004", "--simulate", "--session", "2", "--lab", lab)
     assert "withdr" in run_palpate(*second, status=2)
-    with closing(sqlite3.connect(collected(shutil.copytree(lab, tmp_path / "lab")))) as connection:
+    with closing(sqlite3.connect(collected)) as connection:
         rows = connection.execute("SELECT DISTINCT status FROM sessions WHERE participant = 'P004'").fetchall()
     assert rows == [("withdrawn",)]
 
@@ -206,7 +209,9 @@ def test_every_model_answers_as_it_did(lab):
         assert now == pytest.approx(ANSWERS[model], rel=1e-3, abs=1e-4), model
 
 
-def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_accepted_on_record(lab, tmp_path):
+def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_accepted_on_record(
+    lab, tmp_path, run_palpate
+):
     """Of the rest of a session that was killed, and of the next participant."""
     lab = shutil.copytree(lab, tmp_path / "lab")
     sessions, card = lab / "sessions", lab / "models" / "texture-cardboard-hapinf.json"
@@ -228,23 +233,21 @@ def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_acce
         table.writerows({"id": stimulus["id"], **stimulus["columns"]} for stimulus in then["stimuli"])
     accepted = {"models_changed": {card.stem: {"before": before, "now": now}}}
     for command in (["resume", str(killed)], ["run", *study]):
-        refused = run("palpate", *command)
-        assert refused.returncode == 2 and "Traceback" not in refused.stderr
-        assert f"{card.stem} was {before[:12]} in {killed.name} and is {now[:12]}" in refused.stderr, refused
-        assert run("palpate", *command, "--accept-change").returncode == 0
+        refused = run_palpate(*command, status=2)
+        assert f"{card.stem} was {before[:12]} in {killed.name} and is {now[:12]}" in refused
+        run_palpate(*command, "--accept-change")
     assert accepted.items() <= read(killed).sittings[-2].value["accepted_change"].items()
     ledger = sessions / "texture_similarity_P007_s1.sqlite"
     assert accepted.items() <= read(ledger).header["accepted_change"].items()
-    assert _status(["run", *(word.replace("P007", "P008") for word in study)]) == 0
+    run_palpate("run", *(word.replace("P007", "P008") for word in study))
 
 
-def test_what_is_regenerated_names_the_versions_of_models_that_are_mixed(lab, tmp_path):
+def test_what_is_regenerated_names_the_versions_of_models_that_are_mixed(lab, tmp_path, run_palpate):
     """P001 felt the shipped models of then, P003 those of the lab."""
     command = ["regenerate", "texture_similarity", "--no-figures", "--lab", lab, "--to", tmp_path / "out"]
-    done = run("palpate", *command)
-    assert done.returncode == 0, done.stderr
+    out = run_palpate(*command)
     versions = json.loads((tmp_path / "out" / STATISTICS).read_text())["versions"]
     assert len(versions) == 48 and {version["note"] for version in versions} == {"1 session"}
-    assert "MIXED VERSIONS" in done.stdout
+    assert "MIXED VERSIONS" in out
     for version in versions:
-        assert f"  {version['name']} {version['sha256'][:12]}: 1 session" in done.stdout
+        assert f"  {version['name']} {version['sha256'][:12]}: 1 session" in out

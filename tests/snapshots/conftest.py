@@ -2,7 +2,18 @@
 
 import pytest
 
-from tests.snapshots.texts import WIDTH
+from tests.commands_for_tests import run_command
+from tests.snapshots.texts import WIDTH, make_lab
+
+
+@pytest.fixture(scope="session")
+def rebuilt(tmp_path_factory):
+    """The database of the frozen lab as it is rebuilt today, to be copied into a copy of the lab."""
+    folder = tmp_path_factory.mktemp("rebuilt")
+    make_lab(folder)
+    code, _, error = run_command("collect", "--rebuild", "--lab", folder / "LAB")
+    assert code == 0, error
+    return folder / "LAB" / "lab.sqlite"
 
 
 @pytest.fixture(autouse=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.participants.row_assignment import allocate
@@ -23,11 +25,13 @@ GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
 """Where a study has a group that checks the rig, a short session is one of that."""
 
 
+@cache
 def read_shipped(name: str) -> StudyFiles:
     """A shipped study with its folder."""
     return read_study(SHIPPED / name / "study.yaml")
 
 
+@cache
 def plan_for(name: str, participant: str = "P001", seed: int = 1) -> Plan:
     """One participant's plan, with a lab's consent text and questions."""
     study = read_shipped(name).study
