@@ -16,6 +16,8 @@ from tests.protocols.random_sessions import ABORT, FAULT, HEADER, Chance, go_on,
 from tests.protocols.worlds_for_tests import MemoryLog
 
 SEEDS = (1, 2, 3)
+FIRST_EVENTS = 160
+"""Of a longer session, whose later trials go as the first ones."""
 LAST_IN_A_REVISION = (11, 20)
 """Seeds of sessions in which the last trial is wished again while the present one is being revised."""
 OK, TRY, BACK = {}, {"go": "try"}, Reply({"go": "back"})
@@ -181,7 +183,7 @@ def demand_what_the_runner_does_next(plan, state, events):
 @pytest.mark.parametrize("task", PARTS)
 def test_after_every_event_the_state_is_what_the_runner_goes_on_from(task, seed):
     plan = plan_for(task, seed, **(REFERENCES if task == "matching" else {}))
-    events = rough_session(plan, seed)
+    events = rough_session(plan, seed)[:FIRST_EVENTS]
     state = SessionState()
     for cut, event in enumerate(events, start=1):
         state.apply(event)

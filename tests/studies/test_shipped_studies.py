@@ -26,6 +26,8 @@ from tests.studies.labs import stopping
 from tests.studies.shipped import TEN, plan_for, read_shipped
 from tests.studies.simulation.matching_raters import expected, off_what_is_felt, table_rows
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 THESIS_MEANS = {
     "Correctness": 5.44, "Differentiability": 5.94, "Realism": 5.13, "Ease_of_use": 5.63, "Learnability": 4.81,
 }  # fmt: skip

@@ -48,6 +48,8 @@ from tests.studies.live.rig_rooms import (
     run_live,
 )
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 
 @pytest.fixture
 def lab(tmp_path):

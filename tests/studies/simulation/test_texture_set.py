@@ -49,6 +49,8 @@ from palpate.studies.simulation.texture_simulator import SimulatedTextures
 from palpate.studies.simulation.twins import ToolTwin
 from palpate.studies.stimuli.scenes import WHOLE, Strokes
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 SMALL = {"textures": ("T46", "T15"), "seconds": 6.0, "pictures": 1, "raters": 2}
 ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "texture_ratings P002")
 
