@@ -374,6 +374,8 @@ def materials() -> Mapping[str, Any]:
     }  # fmt: skip
 
 
+ONCE = {("mixed_model", "profile")}
+"""Settings that are dear and do the same in every case: they are set in the first one only."""
 SLOW = ("mixed_model", "mds", "procrustes", "psychometric")
 BY_DATA = {
     ("adjective_pairs", "new_words"), ("cronbach_alpha", "missing"), ("mds", "ties"), ("procrustes", "items"),
@@ -436,7 +438,8 @@ def tried(
     effects, others = [], {}
     for name in model.model_fields:
         value = OWN.get((kind, name), OTHER.get(name))
-        if name in ("name", key) or base.get(name, model.model_fields[name].default) == value:
+        again = (kind, name) in ONCE and case is not (REQUESTS | FIGURE_CASES)[kind][0]
+        if again or name in ("name", key) or base.get(name, model.model_fields[name].default) == value:
             continue
         try:
             others[name] = model.model_validate({**base, "name": f"with_{name}", name: value})
@@ -444,6 +447,8 @@ def tried(
             effects.append((name, "refused"))
     for gap in (False, True):
         names = [name for name in others if gap == (gaps or name == "missing")]
+        if not names:
+            continue
         before, *after = outcomes([model.model_validate(base), *(others[name] for name in names)], gap)
         for name, outcome in zip(names, after, strict=True):
             idle = name in {setting.name for setting in idle_settings(others[name], of)}
