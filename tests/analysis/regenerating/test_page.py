@@ -1,9 +1,6 @@
 """The report is one file that says all, reads nothing from outside, and holds no name as markup."""
 
-import os
 import re
-import subprocess
-import sys
 from html.parser import HTMLParser
 
 import pytest
@@ -93,22 +90,6 @@ def test_each_column_says_what_it_is(page, read):
     assert "partial eta squared" in meanings
     assert "What the columns are" in read.text and "partial_eta_squared" in read.text
     assert ">η²p</th>" in page
-
-
-def test_the_same_bytes_again(page, small):
-    assert page_of(small) == page
-
-
-def test_the_same_bytes_in_another_process(page, tmp_path):
-    code = (
-        "import sys; from pathlib import Path; from tests.analysis.regenerating.small_lab import *;"
-        "sys.stdout.buffer.write(page_of(small_study(Path(sys.argv[1]))).encode())"
-    )
-    environment = {**os.environ, "PYTHONHASHSEED": "4711"}
-    other = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], env=environment, capture_output=True, check=True
-    ).stdout.decode()
-    assert other == page
 
 
 def test_rows_in_another_order_give_the_same_page(page, tmp_path, monkeypatch):

@@ -29,13 +29,31 @@ figures:
 """
 
 
-@pytest.fixture
-def lab(tmp_path):
-    folder = tmp_path / "lab"
+def make_lab(folder):
     shutil.copytree(HERE / "sessions", folder / "sessions")
     shutil.copytree(HERE / "doors_small", folder / "studies" / "doors_small")
     (folder / "studies" / "doors_small" / "analysis.yaml").write_text(PLAN)
     return folder
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return make_lab(tmp_path / "lab")
+
+
+@pytest.fixture(scope="module")
+def done_lab(tmp_path_factory):
+    """A lab whose plan was regenerated with figures: to be read only."""
+    folder = make_lab(tmp_path_factory.mktemp("regenerated") / "lab")
+    done = run(folder)
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+@pytest.fixture
+def copied_lab(done_lab, tmp_path):
+    """A copy of it, to be changed."""
+    return Path(shutil.copytree(done_lab, tmp_path / "lab"))
 
 
 def change(lab, before, after):
@@ -63,10 +81,8 @@ def contents(folder):
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_everything_is_written_and_every_number_says_what_it_is(lab):
-    done = run(lab)
-    assert done.exit_code == 0, done.output
-    files = contents(lab / "regenerated" / "doors_small")
+def test_everything_is_written_and_every_number_says_what_it_is(done_lab):
+    lab, files = done_lab, contents(done_lab / "regenerated" / "doors_small")
     for name in (
         *("statistics.json", "report.html", "tables.docx", "tables.tex", "tests/variants.csv", "tables/ratings.csv"),
         *("tables/trials.csv", "tables/exclusions.csv", "figures/means.svg", "figures/means.png", "figures/means.csv"),
@@ -88,18 +104,16 @@ def expected_f(attribute, source):
     return json.loads((HERE / "expected" / "statistics.json").read_text())[attribute][source]["F"]
 
 
-def test_twice_gives_the_same_bytes_also_in_another_process(lab, tmp_path):
-    assert run(lab).exit_code == 0
-    first = contents(lab / "regenerated" / "doors_small")
+def test_another_process_writes_the_same_bytes(done_lab, tmp_path):
     code = "import sys; from palpate.analysis.regenerating.commands import regenerate; regenerate(sys.argv[1:])"
     to = str(tmp_path / "again")
-    command = [sys.executable, "-c", code, "doors_small", "--lab", str(lab), "--to", to, "--no-crosscheck"]
+    command = [sys.executable, "-c", code, "doors_small", "--lab", str(done_lab), "--to", to, "--no-crosscheck"]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, "PYTHONHASHSEED": "7"})
-    assert contents(tmp_path / "again") == first
+    assert contents(tmp_path / "again") == contents(done_lab / "regenerated" / "doors_small")
 
 
-def test_check_says_equal_or_names_what_differs(lab):
-    assert run(lab, "--no-figures").exit_code == 0
+def test_check_says_equal_or_names_what_differs(copied_lab):
+    lab = copied_lab
     assert run(lab, "--check").exit_code == 0
     table = lab / "regenerated" / "doors_small" / "tables" / "ratings.csv"
     table.write_text(table.read_text().replace("-5.0", "-5.5", 1))
@@ -109,15 +123,15 @@ def test_check_says_equal_or_names_what_differs(lab):
 
 
 @pytest.mark.long
-def test_a_test_that_left_the_plan_leaves_no_table_behind(lab):
-    run(lab, "--no-figures")
+def test_a_test_that_left_the_plan_leaves_no_table_behind(copied_lab):
+    lab = copied_lab
     change(lab, "  - {name: pairs, test: pairs, factor: variant, correction: holm}\n", "")
     run(lab, "--no-figures")
     assert "tests/pairs.csv" not in contents(lab / "regenerated" / "doors_small")
 
 
-def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
-    run(lab, "--no-figures")
+def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(copied_lab):
+    lab = copied_lab
     file = lab / "regenerated" / "seconds.json"
     known = dict.fromkeys(json.loads(file.read_text()), 1234.0)
     file.write_text(json.dumps(known))
@@ -128,8 +142,8 @@ def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
 
 
 @pytest.mark.long
-def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
-    run(lab, "--no-figures")
+def test_other_draws_are_another_question_with_a_time_of_its_own(copied_lab):
+    lab = copied_lab
     file = lab / "regenerated" / "seconds.json"
     file.write_text(json.dumps(dict.fromkeys(json.loads(file.read_text()), 1234.0)))
     change(lab, "study: doors_small", "study: doors_small\ndraws: 500")
@@ -138,8 +152,8 @@ def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
 
 
 @pytest.mark.long
-def test_without_figures_no_older_report_stays_behind(lab):
-    run(lab)
+def test_without_figures_no_older_report_stays_behind(copied_lab):
+    lab = copied_lab
     mine = lab / "regenerated" / "doors_small" / "figures" / "mine.svg"
     mine.write_text("drawn by hand")
     run(lab, "--no-figures")
@@ -157,8 +171,8 @@ def test_a_folder_of_ones_own_is_not_written_over(lab, tmp_path):
 
 
 @pytest.mark.long
-def test_check_tells_a_report_that_is_gone(lab):
-    run(lab)
+def test_check_tells_a_report_that_is_gone(copied_lab):
+    lab = copied_lab
     (lab / "regenerated" / "doors_small" / "report.html").unlink()
     done = run(lab, "--check")
     assert done.exit_code == 1 and "report.html: the file: committed listed, found not there" in done.output
