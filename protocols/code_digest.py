@@ -81,7 +81,7 @@ def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str,
     path = _source(importer)
     package = [*importer.split("."), *([""] if path.stem == "__init__" else [])]
     imported: list[str] = []
-    for node in _executed(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in _executed(ast.parse(path.read_text(encoding="utf-8")), registries):
         match node:
             case ast.Import(names=names):
                 imported += [name.name for name in names if _top(name.name) in own]
@@ -99,13 +99,16 @@ def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str,
     return tuple(dict.fromkeys(imported))
 
 
-def _executed(node: ast.AST) -> Iterator[ast.AST]:
-    """Walk a tree, but not what is under `if TYPE_CHECKING:`."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
-            continue
-        yield child
-        yield from _executed(child)
+def _executed(tree: ast.AST, expressions: bool) -> Iterator[ast.AST]:
+    """Walk a tree, but not what is under `if TYPE_CHECKING:`; without `expressions` only what may hold statements."""
+    todo = [tree]
+    while todo:
+        for child in ast.iter_child_nodes(todo.pop()):
+            if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+                continue
+            if expressions or not isinstance(child, ast.expr):
+                yield child
+                todo.append(child)
 
 
 def _top(module: str) -> str:

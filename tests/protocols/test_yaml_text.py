@@ -67,5 +67,5 @@ def test_a_byte_order_mark_is_no_part_of_the_text():
 
 @pytest.mark.untraced
 def test_many_keys_are_read_in_one_pass():
-    text = "".join(f"k{i}: {i}\n" for i in range(15_000)).encode()
-    assert len(load(text, "f.yaml").data) == 15_000
+    text = "".join(f"k{i}: {i}\n" for i in range(4_000)).encode()
+    assert len(load(text, "f.yaml").data) == 4_000

@@ -25,7 +25,7 @@ BUSY = (
     (9.0, "go on"), *[(10.0, "confirm")] * 6,
 )  # fmt: skip
 """What the experimenter does: eight asides among the confirmations."""
-KILLS = 12
+KILLS = 9
 
 
 def begin(lab: Path) -> None:

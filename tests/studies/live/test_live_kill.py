@@ -49,10 +49,16 @@ def test_a_killed_live_session_keeps_every_aside_and_goes_on(tmp_path):
     assert len(cut_at) > 2, "the kills fell on different places"
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The record of a busy session that nothing disturbs."""
+    lab = tmp_path_factory.mktemp("whole")
+    begin(lab)
+    return read(ledger(lab))
+
+
 @pytest.mark.parametrize("events", range(2, 30))
-def test_a_live_session_cut_at_any_event_goes_on(tmp_path, events):
-    begin(tmp_path / "whole")
-    whole = read(ledger(tmp_path / "whole"))
+def test_a_live_session_cut_at_any_event_goes_on(tmp_path, whole, events):
     path, at = ledger(tmp_path), {"at": "2026-01-01T00:00:00+00:00"}
     create(path, whole.header, at)
     cut = open_for_append(path, at)
