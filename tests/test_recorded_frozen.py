@@ -193,7 +193,7 @@ def without(added, name, text):
     return out.getvalue()
 
 
-@pytest.mark.parametrize("name", ["texture_ratings", "sponges"])
+@pytest.mark.parametrize("name", [pytest.param("texture_ratings", marks=pytest.mark.long), "sponges"])
 def test_what_is_regenerated_is_what_was_regenerated_then(lab, name):
     """Of a sample with a second session, one who withdrew and one who was interrupted; and of an imported table."""
     texts = file_texts(regenerate(DataRequest(name, lab)), {})

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from functools import cache
 
 import pytest
 
@@ -12,8 +13,10 @@ from palpate.analysis.regenerating.regeneration import regenerate
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
-from tests.recorded.make_many import EXPECTED, MANY, PEOPLE, texts_of
+from tests.recorded import make_many
+from tests.recorded.make_many import EXPECTED, MANY, PEOPLE
 
+texts_of = cache(make_many.texts_of)
 LEDGERS = sorted((MANY / "sessions").glob("*.sqlite"))
 
 

@@ -51,7 +51,7 @@ WRITES = {
     "monitor": "monitor --once monitor.html",
     "render": "render cloth --hand simulated --seconds 1 --out played.npz",
     "predict": "predict door-force --wish Damped=30 --to door.csv",
-    "window screens": "window screens --out screens",
+    "window screens": "window screens --out screens --size 1280x720",
     "record": "record texture_capture --participant P003 --group pilot --simulate",
     "resume": "resume killed/sessions/door_lexicon_P002_s1.sqlite --accept-change",
     "rig calibrate": "rig calibrate vibration --rig twins.yaml --yes --seconds 0.2 --write",
@@ -137,7 +137,7 @@ def make_lab(folder: Path) -> None:
     for path in (RECORDED / "frozen" / "imported").iterdir():
         shutil.copy(path, folder / path.name)
     shutil.copy(RECORDED / "doors_small" / "profiles" / "BC3_g0.csv", folder / "profile.csv")
-    shutil.copytree(ROOT / "studies" / "door_ratings", folder / "drawn")
+    shutil.copytree(RECORDED / "doors_small", folder / "drawn")
     call("import", str(folder / "sponges.yaml"), str(folder / "sponges.csv"), "--lab", str(lab))
     call("collect", "--lab", str(lab))
     (folder / "killed" / "sessions").mkdir(parents=True)

@@ -31,7 +31,7 @@ from tests.studies.sessions.test_kill import timeless
 pytestmark = pytest.mark.needs("seccomp")
 PLAN = nursery.the_plan({"1": {"car": ["BC3"]}, "2": {"car": ["K3"]}})
 RIG = nursery.the_rig()
-SESSION_CUTS, PEOPLE_CUTS, FILE_CUTS = {False: 20, True: 200}, {False: 10, True: 100}, {False: 150, True: 300}
+SESSION_CUTS, PEOPLE_CUTS, FILE_CUTS = {False: 20, True: 80}, {False: 10, True: 40}, {False: 100, True: 200}
 """By whether it is the full run; those of a session in each of two tests."""
 OVER = "over"
 
