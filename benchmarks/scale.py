@@ -30,9 +30,10 @@ from palpate.studies.workers import available_cores
 SIZES = (20, 200, 2000)
 MOST_REGENERATED = 500
 MEASURED = """
-import resource, sys, palpate
+import resource, sys
+from palpate.command_line import main
 try:
-    palpate.main(sys.argv[1:])
+    main(sys.argv[1:])
 except SystemExit as end:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(peak if sys.platform == "darwin" else 1024 * peak)

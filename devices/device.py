@@ -76,6 +76,7 @@ def faults_as_errors() -> Iterator[None]:
 class Signal:
     """One stream of samples: channels that are sampled together by one clock.
 
+    `units` has the unit of each channel, as the ledger records it (`palpate.protocols.events.Samples`).
     `clock` names what the samples are timed by: `host`, or a device whose own clock may drift against the host's.
     `calibration` says what turned raw readings into these units (maker's number, date, digest); None where nothing did.
     """

@@ -1,6 +1,7 @@
 """The kinds of devices: what a rig file may say of each, how it is made, and how it is calibrated.
 
-A kind is described once, as `KIND` in the module of its device. Naming a kind imports nothing; only the modules of
+A kind is described once, as `KIND` in the module of its device: a module of `devices/instruments/`, or one that the
+table below names. Naming a kind imports nothing; only the modules of
 those that a rig names are imported.
 """
 

@@ -1,4 +1,4 @@
-"""A figure to reach, declared: what to run and how wrong its result is. Measuring is the front door's business."""
+"""A figure to reach, declared: what to run and how wrong its result is. `palpate bench` measures it."""
 
 from __future__ import annotations
 

@@ -157,6 +157,7 @@ Request = Present | Ask | Sense | Rest | Instruct | Confirm
 class Samples:
     """A block of samples of one stream: `data` holds rows of channels, little-endian float32.
 
+    `units` has the unit of each channel.
     Where things were noted as they happened, rate_hz is 0 and a channel holds the time. `first` is the number of the
     first sample in its stream; `clock` names what the samples were timed by.
     """

@@ -1,4 +1,7 @@
-"""Where each task is described: names alone, so that reading a study file imports none of them."""
+"""Where each task is described: names alone, so that reading a study file imports none of them.
+
+So a session imports the one task that its study names; what a rating session imports is held by tests/test_palpate.py.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Counterbalancing designs as rows of item numbers 0..n-1."""
+"""Counterbalancing designs as rows of item numbers 0..n-1; random orders are drawn by `plan.ordered`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Filters without delay for what a tool felt on a texture, and for the hand that moved it (thesis 4.3.3).
 
-They stand with the studies because both simulated surfaces here and the models' data in `modeling` use them.
+Simulated surfaces of `devices` and the data of models in `modeling` are filtered alike.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""What the import contracts in pyproject.toml do not say: everything has its place, and no module is in a cycle."""
+"""What the import contracts in pyproject.toml do not say: everything has its place, and no module is in a cycle.
+
+What a command imports when it runs is in tests/test_palpate.py.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The front door: fast, thin, and polite."""
+"""The front door: fast, thin and polite; which heavy packages a command and a rating session import."""
 
 import subprocess
 import sys

@@ -17,6 +17,8 @@ from palpate.modeling.files.model_files import Exported, write_model
 from palpate.signals.models.card import Card
 
 NOTE = "judged in single precision, shipped in half"
+WRITTEN_ANEW = {"format", "name", "steps", "weights", "notes"}
+"""The fields of a card that are not copied as they are."""
 
 
 def halve(card: Path, folder: Path) -> Path:
@@ -30,12 +32,9 @@ def halve(card: Path, folder: Path) -> Path:
         for name, tensor in load_file(card.with_name(known.weights.file)).items()
     }
     changed = any(tensor.dtype == np.float16 for tensor in tensors.values())
-    return write_model(
-        folder, known.name, Exported(known.steps, tensors), title=known.title, method=known.method, takes=known.takes,
-        gives=known.gives, interval=known.interval, texture=known.texture, metrics=known.metrics,
-        measured_on=known.measured_on, missed=known.missed,
-        training=known.training, notes=(*known.notes, *((NOTE,) if changed else ())),
-    )  # fmt: skip
+    notes = (*known.notes, *((NOTE,) if changed else ()))
+    described = {name: getattr(known, name) for name in Card.model_fields.keys() - WRITTEN_ANEW}
+    return write_model(folder, known.name, Exported(known.steps, tensors), **described, notes=notes)
 
 
 def main(source: Path, folder: Path) -> None:

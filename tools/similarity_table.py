@@ -115,6 +115,8 @@ def write_weights(rows: list[Mapping[str, str]]) -> None:
     """Write the latents' line of study.yaml."""
     file, inner = FOLDER / "study.yaml", ", ".join(f"{name}: {value:.2f}" for name, value in weights(rows).items())
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    if sum(line.startswith(LATENT) for line in lines) != 1:
+        raise ValueError(f"{file}: one line that begins with {LATENT!r} is expected")
     changed = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
     write_text(file, "".join(changed))
 

@@ -1,4 +1,5 @@
-"""Repeated-measures ANOVA with any number of factors within participants, and one-way ANOVA between groups.
+"""Repeated-measures ANOVA with any number of factors within participants, and one-way ANOVA between groups;
+the corrections of Greenhouse and Geisser and of Huynh and Feldt for a lack of sphericity.
 
 Every sum of squares is that of differences: the table is differenced against its first level (and participant), so
 that an offset of 1e12 costs no digit, and only then summed, centred and squared. docs/reference/statistics.md has

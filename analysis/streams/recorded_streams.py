@@ -196,7 +196,7 @@ def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
 
 
 def counting_attempts(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
-    """Return the attempt that counts of each trial that has one: the last that is usable."""
+    """Return of each trial the last attempt that is valid (`protocols.session_state`) and holds streams."""
     return {attempt.trial: attempt for attempt in attempts if attempt.usable}
 
 

@@ -115,7 +115,7 @@ class Domain(ABC, Generic[JobT]):
             shutil.rmtree(folder, ignore_errors=True)
 
     def load(self, job: JobT) -> Result[JobT] | None:
-        """Return the saved result of an equal job; None where there is none that is whole."""
+        """Return the saved result of an equal job (same data, settings and code); None where none is whole."""
         if self.work is None or (stored := ResultStore(self.work).load(self.key(job))) is None:
             return None
         metadata, files = stored.metadata, tuple(self.work / name for name in stored.metadata["files"])

@@ -1,4 +1,8 @@
-"""Results on disk, by a key of all that they depend on: arrays as .npz and metadata as .json, never pickled."""
+"""Results on disk, by a key of all that they depend on: arrays as .npz and metadata as .json, never pickled.
+
+A stored result is never marked stale: `content_key` changes with the inputs, the settings and the code, and what lies
+under another key is not found.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The tasks: what a study file says of each, what is asked, and how a trial goes. A new one is a module here."""
+"""The tasks: what a study file says of each, what is asked, and how a trial goes. A new one is a module here.
+
+A module that is named like its task, with `TASK` and `FORM`, is found by itself, and its form's screen is the module of
+the same name in `devices/window/screens/`; a task that shares a form has a line in `palpate.protocols.known_tasks`.
+"""
 
 from __future__ import annotations
 

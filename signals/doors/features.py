@@ -1,4 +1,7 @@
-"""Features of a door profile: peaks, valleys, cycles, the plateau, and the numbers of the stimulus table."""
+"""Features of a door profile: peaks, valleys, cycles, the plateau, and the numbers of the stimulus table.
+
+What models learn from is in `model_features`.
+"""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.signals.arrays import Array
-from palpate.signals.linear_prediction import predictor_of
+from palpate.signals.linear_prediction import expanded, frequencies_of, predictor_of, stable_within
 from palpate.signals.models.card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
 from palpate.signals.models.card_steps import Autoregression, Join, Keep, Part, Recall
 from palpate.signals.models.errors import ModelFileError, reading
@@ -79,7 +79,7 @@ def read_hatt(path: Path | str) -> Model:
     damping[0] = RADIUS ** np.arange(window, 0, -1)
     tensors: Numbers = {
         "damping": damping, "points": points.points / PER,
-        "frequencies": np.array([_frequencies(filter_) for filter_ in points.filters]),
+        "frequencies": np.array([frequencies_of(expanded(filter_, RADIUS)) for filter_ in points.filters]),
         "variance": points.variance, "triangles": points.triangles,
     }  # fmt: skip
     return Model(_card(path, hatt, points, content, window), {**tensors, "start": _start(tensors, window)})
@@ -97,7 +97,7 @@ def _converted(hatt: Hatt) -> _Points:
             raise ModelFileError("ARlsf and MAlsf of a model lie too near the edge of what is stable to be converted.")
     # All poles are drawn inside RADIUS: where one is not, its filter is damped again and again.
     damped = filters.copy()
-    while (out := ~_stable(damped / RADIUS ** np.arange(damped.shape[1]))).any():
+    while (out := ~stable_within(damped, RADIUS)).any():
         damped[out] *= DAMP ** np.arange(damped.shape[1])
     return _Points(fine.points, damped, error * fine.variance, fine.triangles)
 
@@ -154,30 +154,6 @@ def _without_average(hatt: Hatt) -> tuple[Array, Array]:
         filters[:, : order + 1] += reflection[:, None] * filters[:, order::-1]
         error *= 1 - reflection**2
     return filters, error
-
-
-def _stable(filters: Array) -> NDArray[np.bool_]:
-    """Return (k,): whether all poles lie within 1: all reflection coefficients do (Schur and Cohn)."""
-    left, stable = filters, np.ones(len(filters), dtype=bool)
-    for place in range(filters.shape[1] - 1, 0, -1):
-        last = left[:, place : place + 1]
-        stable &= np.abs(last[:, 0]) < 1
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            left = (left[:, :place] - last * left[:, place:0:-1]) / (1 - last**2)
-    return stable
-
-
-def _frequencies(filter_: Array) -> Array:
-    """Return the line spectral frequencies of the filter whose poles are the given one's divided by RADIUS."""
-    longer = np.append(filter_ / RADIUS ** np.arange(len(filter_)), 0.0)
-    signs = (-1.0) ** np.arange(len(longer))
-    symmetric, other = longer + longer[::-1], np.cumsum(longer - longer[::-1])[:-1]  # the other has a root at 1
-    if len(filter_) % 2:
-        symmetric = (signs * np.cumsum(signs * symmetric))[:-1]  # and the symmetric one at -1,
-    else:
-        other = (signs[:-1] * np.cumsum(signs[:-1] * other))[:-1]  # or, of an odd order, the other too
-    angles = np.concatenate([np.angle(np.roots(half)) for half in (symmetric, other)])
-    return np.sort(angles[angles > 0])
 
 
 def _steps(window: int) -> tuple[Step, ...]:

@@ -1,4 +1,4 @@
-"""A session without a participant's window: what nobody need see is waited for, anything to be answered is refused."""
+"""A session without a participant's window: waits where a screen would wait, and refuses what needs an answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Ctrl-C and SIGTERM end a session once, between two writes, and never in the middle of one."""
+"""Ctrl-C and SIGTERM end a session once, between two writes, and never in the middle of one.
+
+kill -9 cannot be caught and need not be: see `ledger`.
+"""
 
 from __future__ import annotations
 

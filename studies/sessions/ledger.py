@@ -1,4 +1,7 @@
-"""Writing a ledger: one SQLite file per session, one commit per event, on disk before the next act."""
+"""Writing a ledger: one SQLite file per session, one commit per event, on disk before the next act.
+
+So kill -9 or a power cut loses at most the act under way; `palpate.studies.sessions.session.resume` goes on from there.
+"""
 
 from __future__ import annotations
 

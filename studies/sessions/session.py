@@ -1,4 +1,4 @@
-"""A session from its first event to its last, and again from wherever it was interrupted."""
+"""A session from its first event to its last, and on from wherever it was interrupted or killed (kill -9, power)."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ class Track(Target):
 
     @property
     def line(self) -> Box:
-        """The line: its width is the prescribed length."""
+        """The line: its width is the length that the study prescribes (`palpate.protocols.study.Scale`: 127 mm)."""
         thick = max(2, self.box.height // 20)
         left = self.box.left + (self.box.width - self.line_px) // 2
         return Box(left, self.box.top + (self.box.height - thick) // 2, self.line_px, thick)
