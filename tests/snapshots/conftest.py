@@ -21,3 +21,17 @@ def plain_terminal(monkeypatch):
     for name, value in {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb", "LINES": "50"}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.delenv("DISPLAY", raising=False)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def coarse_pictures():
+    """Write pictures beside the SVG with few pixels: nothing here reads them."""
+    from matplotlib.figure import Figure
+
+    def save(figure, *place, **options):
+        return whole(figure, *place, **options | ({"dpi": 20} if options.get("format") == "png" else {}))
+
+    with pytest.MonkeyPatch.context() as patch:
+        whole = Figure.savefig
+        patch.setattr(Figure, "savefig", save)
+        yield

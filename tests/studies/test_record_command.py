@@ -14,6 +14,8 @@ from palpate.studies.commands_sessions import recorded, report
 from palpate.studies.sessions.session import SessionResult
 from tests.analysis.streams.ledgers import Written
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 STUDY = """study: quick
 title: A texture, quickly
 task: capture

@@ -1,7 +1,10 @@
 """Every shipped study can be shown, in English and in Korean, on the smallest screen: nothing overlaps or is cut."""
 
+from functools import cache
+
 import pytest
 
+from palpate.devices.window import texts
 from palpate.devices.window.build import screen_for
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import problems
@@ -10,6 +13,14 @@ from palpate.protocols.events import Ask, Instruct
 from tests.studies.shipped import TEN, plan_for, read_shipped
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def texts_read_once():
+    """Read each shipped file of texts once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(texts, "read_words", cache(texts.read_words))
+        yield
 
 
 def requests_of(plan):

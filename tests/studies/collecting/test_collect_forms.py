@@ -13,6 +13,8 @@ from palpate.studies.sessions.session_files import ledger_path, ledgers_in
 from palpate.studies.simulation.rig import simulated
 from tests.protocols.every_task import plan_of
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 
 class Meddled:
     """A world, and an experimenter who does one thing at the n-th Ask."""

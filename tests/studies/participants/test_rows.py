@@ -164,7 +164,7 @@ def test_two_earlier_sessions_of_one_row_are_distinguished(home):
     assert places(home, toy(), ["P002"]) == [(None, 0)]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_whatever_people_do_no_row_has_two_holders_and_the_gaps_are_filled(home, seed):
     chance, study = random.Random(seed), grouped()
     for _ in range(40):

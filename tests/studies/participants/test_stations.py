@@ -14,7 +14,7 @@ from palpate.studies.participants.registry import open_registry
 from tests.studies.participants.labs import postgres_schema
 
 ROOT = Path(__file__).resolve().parents[3]
-STATIONS, PEOPLE = 8, 20
+STATIONS, PEOPLE = 6, 10
 
 
 def arrive(lab):

@@ -19,6 +19,8 @@ from palpate.studies.stimuli.profiles import Profiles
 from tests.protocols.every_task import plan_of
 from tests.studies.shipped import plan_for, read_shipped
 
+pytestmark = pytest.mark.usefixtures("shared_grounds")
+
 DOORS = [[attribute.low, attribute.high] for attribute in read_shipped("door_authoring").study.attributes]
 
 
