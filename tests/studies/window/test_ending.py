@@ -4,6 +4,7 @@ import signal
 
 import pytest
 
+from palpate.devices.window.calibration import Calibration, write_calibration
 from palpate.protocols.events import Ask
 from palpate.studies.catalogue import SHIPPED
 from palpate.studies.participants.admission import admit
@@ -115,12 +116,6 @@ def shipped_study():
     return read_study(SHIPPED / STUDY / "study.yaml").study
 
 
-def wrong_size(lab):
-    from palpate.devices.window.calibration import Calibration, write_calibration
-
-    write_calibration(lab, Calibration((1024, 768), 3.6, 0, "2026-01-01"))
-
-
 def withdrawn(lab):
     from palpate.studies.participants.withdrawal import withdraw
 
@@ -131,18 +126,23 @@ def withdrawn(lab):
     ("prepare", "message"),
     [
         (lambda lab: (lab / "stations").rename(lab / "old"), "this station's screen is not calibrated"),
-        (wrong_size, "calibrated at 1024x768 px, the screen has 1280x720"),
         (lambda lab: (lab / "consent.md").write_text("I agree, [name]."), "not filled in: [name] (1 in all)"),
         (withdrawn, "P001 has withdrawn"),
         (lambda lab: (lab / "participants" / "registry.sqlite").unlink(), "P001 is not known"),
     ],
 )
-def test_a_session_that_may_not_be_is_refused_before_anything_is_recorded(hand, lab, prepare, message):
+def test_a_session_that_may_not_be_is_refused_before_the_screen_is_looked_at(lab, run_palpate, prepare, message):
     prepare(lab)
+    assert message in run_palpate("run", STUDY, "--participant", "P001", "--lab", lab, status=2)
+    assert not ledger_path(lab, STUDY, "P001").exists()
+
+
+def test_a_screen_of_another_size_is_refused_before_anything_is_recorded(hand, lab):
+    write_calibration(lab, Calibration((1024, 768), 3.6, 0, "2026-01-01"))
     session, _ = begin(hand, lab)
     session.end(status=2)
-    assert message in session.output() and "Traceback" not in session.output()
-    assert not session.ledger.exists()
+    assert "calibrated at 1024x768 px, the screen has 1280x720" in session.output()
+    assert "Traceback" not in session.output() and not session.ledger.exists()
 
 
 def test_a_wrong_ruler_ends_the_run_and_the_session_can_be_resumed(hand, lab):
