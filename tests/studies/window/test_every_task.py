@@ -17,6 +17,8 @@ pytestmark = pytest.mark.needs("psychopy", "xvfb")
 STUDIES = ("door_adjectives", "door_authoring", "door_lexicon", "door_matching", "door_ratings", "texture_capture",
            "texture_similarity")  # fmt: skip
 """One of every task. Screens of all studies: tests/studies/test_shipped_screens.py."""
+FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon")
+"""Their last trial and their end are shown as those of door_ratings and texture_capture: no form follows the trials."""
 GROUP = {"texture_capture": ["--group", "pilot"]}
 
 
@@ -78,6 +80,11 @@ def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
     first.go_on(second_trial)
     session.order("quit")
     session.end(status=1)
+    if name in FIRST_TRIAL_ONLY:
+        record = read(session.ledger)
+        demand_answers_on_record(record, first)
+        assert trial_is_met(record) and not replay(session.ledger).complete
+        return
 
     plan = fast_forward(session.ledger, study_files.folder)
     session = live(hand, lab, name, "resume", str(session.ledger))
@@ -92,10 +99,15 @@ def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
         "interrupted by QUIT", "the last trial is to come", "complete",
     ]  # fmt: skip
     assert replay(session.ledger).complete
-    for robot in (first, last):
+    demand_answers_on_record(record, first, last)
+    assert trial_is_met(record)
+
+
+def demand_answers_on_record(record, *robots):
+    """Every answer that was given in the window is the one on record."""
+    for robot in robots:
         for form, value in robot.given:
             assert value.get("answers") in answers(record, form), f"{form}: another answer was recorded than was given"
-    assert trial_is_met(plan, record)
 
 
 def answers(record, form):
@@ -109,7 +121,7 @@ def answers(record, form):
     return given or [None]
 
 
-def trial_is_met(plan, record):
+def trial_is_met(record):
     """What the first trial asks for was performed live."""
     kinds = {"ask": Ask, "present": Present, "sense": Sense}
     first = [event.value["do"] for event in record.events if event.kind == "request" and event.trial == 1]
