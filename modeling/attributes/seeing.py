@@ -157,9 +157,7 @@ def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Colle
 
 def _compute(job: _Job) -> dict[str, Entry]:
     """Compute the versions of a job's pictures, save each at once, and return them by key."""
-    from palpate.modeling.attributes.resnet import fold_batch_norms, load_network
-
-    network = fold_batch_norms(load_network(job.how.weights.state()))
+    network = _network(job.how.weights)
     result: dict[str, Entry] = {}
     for picture, versions in job.missing:
         for version, entry in _versions(picture, versions, job.how, network):
@@ -167,6 +165,13 @@ def _compute(job: _Job) -> dict[str, Entry]:
             save_features(job.folder, key, *entry)
             result[key] = entry
     return result
+
+
+def _network(weights: Weights) -> ResNet50:
+    """Return the network with these weights, ready to look at patches."""
+    from palpate.modeling.attributes.resnet import fold_batch_norms, load_network
+
+    return fold_batch_norms(load_network(weights.state()))
 
 
 def _versions(

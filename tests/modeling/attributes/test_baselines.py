@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.modeling.attributes import whole_textures
 from palpate.modeling.attributes.material import MaterialError, Rated, ratings_of
 from palpate.modeling.attributes.model_file import read_model, write_model
 from palpate.modeling.attributes.registry import METHODS
@@ -19,6 +20,12 @@ NETWORKS = NAMES[:4]
 TELLING = {"touch": [0, 2, 3], "sight": [1]}
 """The attributes that a sense tells: friction and compliance are felt only, bumps are seen only."""
 FEW = {"epochs": 2}
+
+
+@pytest.fixture
+def few_trees(monkeypatch):
+    """As few epochs are for networks; never beside `fitted`, which is shared."""
+    monkeypatch.setattr(whole_textures, "TREES", 10)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +60,7 @@ def test_each_beats_the_mean_where_its_senses_tell_and_only_there(name, fitted):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_same_bits_again_whatever_order_the_textures_come_in(name):
+def test_the_same_bits_again_whatever_order_the_textures_come_in(name, few_trees):
     given = learning(METHODS[name], settings=FEW)
     turned = replace(given, train=given.train[::-1])
     first, again = (METHODS[name].fit(data).predict(unseen_textures()[0]) for data in (given, turned))
@@ -61,7 +68,7 @@ def test_the_same_bits_again_whatever_order_the_textures_come_in(name):
 
 
 @pytest.mark.parametrize("name", ["ann", "boosting"])
-def test_another_seed_is_another_fit(name):
+def test_another_seed_is_another_fit(name, few_trees):
     given = learning(METHODS[name], settings=FEW)
     first, other = (METHODS[name].fit(replace(given, seed=seed)).predict(unseen_textures()[0]) for seed in (0, 1))
     assert not np.array_equal(first, other)
@@ -107,7 +114,7 @@ def test_one_texture_is_too_few_and_two_with_one_row_each_are_enough(name):
 
 
 @pytest.mark.parametrize("name", LEARNING)
-def test_a_column_that_was_constant_has_no_say_later(name):
+def test_a_column_that_was_constant_has_no_say_later(name, few_trees):
     def spoiled(texture, value):
         touch, sight = ({k: r.copy() for k, r in own.items()} for own in (texture.touch, texture.sight))
         touch["mfcc"][:, 7] = value

@@ -193,14 +193,23 @@ def test_where_nothing_is_watched_the_course_goes_to_its_end(textures):
 
 
 def test_a_tiny_training_beats_the_mean_and_both_senses_beat_either_on_unseen_textures():
-    """Sight knows bumps; touch roughness, friction and compliance (`simulated_material`)."""
-    textures = simulated_material(textures=34, segments=12, pictures=4, noise=0.5).textures
+    """Sight knows bumps; touch roughness, friction and compliance (`simulated_material`); 32 columns are enough to see.
+
+    What either sense knows alone stands in every column, so that a course of nine epochs tells them apart.
+    """
+    textures = [short(texture) for texture in simulated_material(34, segments=4, pictures=4, noise=0.2).textures]
     train, test = textures[:26], textures[26:]
     mean = np.abs(ratings_of(train).mean(axis=0) - ratings_of(test))
     off = {}
     for method, known in ((VISUO_TACTILE, [0, 1, 2, 3]), (HV_NET, [1]), (HT_NET, [0, 2, 3])):
-        model = method.fit(learning(train, epochs=16, learning_rate=1e-3))
+        model = method.fit(learning(train, epochs=9, batch=4, learning_rate=1.5e-3))
         errors = np.abs(np.stack([model.predict(texture).mean(axis=0) for texture in test]) - ratings_of(test))
         assert errors[:, known].mean() < 0.75 * mean[:, known].mean()
         off[method.name] = errors.mean()
     assert off["visuo_tactile"] < 0.9 * min(off["hv_net"], off["ht_net"])
+
+
+def short(texture):
+    """With 32 of its 256 columns of sight."""
+    cut = ({kind: rows[:, :32] for kind, rows in own.items()} for own in (texture.sight, texture.variants))
+    return replace(texture, **dict(zip(("sight", "variants"), cut, strict=True)))
