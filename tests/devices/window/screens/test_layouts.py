@@ -67,11 +67,17 @@ LONG = replace(
 WORDINGS = {"en": wording("en"), "ko": wording("ko"), "hi": HINDI, "long": LONG}
 
 
+LANGUAGES = ("en", "ko", "hi")
+
+
 @pytest.mark.parametrize(
-    "words",
-    [pytest.param(words, marks=[pytest.mark.needs("fonts")] if words in ("ko", "hi") else []) for words in WORDINGS],
+    ("size", "words"),
+    [
+        pytest.param(size, words, marks=[pytest.mark.needs("fonts")] if words in ("ko", "hi") else [])
+        for place, size in enumerate(SIZES)
+        for words in ("long", LANGUAGES[place % 3])  # the longest texts on every size, and each language on some
+    ],
 )
-@pytest.mark.parametrize("size", SIZES)
 def test_nothing_overlaps_is_cut_or_too_small(size, words):
     language = "ko" if words == "ko" else "en"
     on = page(SIZES[size], language, pages={"instructions": WORDINGS[words].instructions}, may_rest=words != "en")
