@@ -1,6 +1,7 @@
 """What the tests of the plain methods share: the methods, something to learn from, and the way through a file."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -27,6 +28,12 @@ def learn(data=None, *, scaling=None, **settings):
     given = learning(train=data_of(SEEN), **settings)
     given = replace(given, measured=data, train=with_variants(data, 3))
     return given if scaling is None else replace(given, scaling=scaling)
+
+
+@cache
+def fitted_to_all(method):
+    """What the method makes of `learn()`: nothing changes it, so it is made once."""
+    return method.fit(learn())
 
 
 def unseen_rows(method):

@@ -19,6 +19,7 @@ from tests.modeling.doors.baseline_learning import (
     ON_FEATURES,
     SEEN,
     data_of,
+    fitted_to_all,
     learn,
     profiles,
     shuffled,
@@ -42,7 +43,7 @@ def with_profile(row, force_N):
 
 @every
 def test_what_is_exported_answers_as_the_fitted_model_does(method, tmp_path):
-    fitted, given = method.fit(learn()), unseen_rows(method)
+    fitted, given = fitted_to_all(method), unseen_rows(method)
     expected = fitted.predict(given)
     model = through_a_file(fitted.exported(), tmp_path, given.shape[1], expected.shape[1])
     assert np.abs(model.run(given) - expected).max() < 1e-9
@@ -51,7 +52,7 @@ def test_what_is_exported_answers_as_the_fitted_model_does(method, tmp_path):
 
 @every
 def test_a_fitted_model_travels_between_processes(method):
-    fitted = method.fit(learn())
+    fitted = fitted_to_all(method)
     copy = pickle.loads(pickle.dumps(fitted))
     assert np.array_equal(copy.predict(unseen_rows(method)), fitted.predict(unseen_rows(method)))
 
@@ -61,7 +62,7 @@ def test_the_order_of_rows_changes_nothing(method):
     first = learn()
     again = replace(first, measured=shuffled(first.measured), train=shuffled(first.train))
     assert np.array_equal(
-        method.fit(first).predict(unseen_rows(method)), method.fit(again).predict(unseen_rows(method))
+        fitted_to_all(method).predict(unseen_rows(method)), method.fit(again).predict(unseen_rows(method))
     )
 
 
@@ -69,10 +70,9 @@ def test_the_order_of_rows_changes_nothing(method):
 def test_the_names_of_the_stimuli_teach_nothing(method):
     data = data_of(SEEN)
     renamed = replace(data, doors=("D",) * len(data), variants=("g9",) * len(data), groups=("B",) * len(data))
-    given = learn(data)
-    other = replace(given, measured=renamed)
+    other = replace(learn(data), measured=renamed)
     assert np.array_equal(
-        method.fit(given).predict(unseen_rows(method)), method.fit(other).predict(unseen_rows(method))
+        fitted_to_all(method).predict(unseen_rows(method)), method.fit(other).predict(unseen_rows(method))
     )
 
 
@@ -80,8 +80,8 @@ def test_the_names_of_the_stimuli_teach_nothing(method):
 def test_a_rule_that_people_follow_is_learned(method):
     given, unseen = learn(), data_of(tuple(f"{door}_g7" for door in ("BC3", "FORD", "G90", "K3")))
     truth = given.scaling.rating_up(unseen.rating)
-    mean = FORWARD[0].fit(given).predict(unseen.force_N)
-    error, of_the_mean = (np.abs(p - truth).mean() for p in (method.fit(given).predict(unseen.force_N), mean))
+    mean = fitted_to_all(FORWARD[0]).predict(unseen.force_N)
+    error, of_the_mean = (np.abs(p - truth).mean() for p in (fitted_to_all(method).predict(unseen.force_N), mean))
     assert error < 0.5 * of_the_mean
 
 
@@ -211,13 +211,13 @@ def test_a_spike_in_a_request_is_refused(method):
     spiked = profiles(SEEN[:2])
     spiked[1, 300] = -1e6
     with pytest.raises(ModelDataError, match=r"row 2 holds -1e\+06 N at 30 deg"):
-        method.fit(learn()).predict(spiked)
+        fitted_to_all(method).predict(spiked)
 
 
 @inverse
 def test_a_wish_far_off_the_scale_is_refused(method):
     with pytest.raises(ModelDataError, match="row 1 holds 1e.06 at place 3"):
-        method.fit(learn()).predict(np.array([[50, 50, 1e6, 50, 50, 50, 50]]))
+        fitted_to_all(method).predict(np.array([[50, 50, 1e6, 50, 50, 50, 50]]))
 
 
 @every
@@ -234,7 +234,7 @@ def test_nan_in_training_is_refused(method):
 
 @every
 def test_what_is_not_a_number_or_too_short_or_long_is_not_answered(method):
-    fitted, size = method.fit(learn()), unseen_rows(method).shape[1]
+    fitted, size = fitted_to_all(method), unseen_rows(method).shape[1]
     for wrong in (np.full((1, size), np.nan), np.zeros((1, size - 1)), np.zeros((1, size + 1)), np.zeros((0, size))):
         with pytest.raises(ModelDataError):
             fitted.predict(wrong)
@@ -243,7 +243,7 @@ def test_what_is_not_a_number_or_too_short_or_long_is_not_answered(method):
 @pytest.mark.long
 @every
 def test_float16_is_answered_as_the_numbers_it_holds(method):
-    fitted, coarse = method.fit(learn()), unseen_rows(method).astype(np.float16)
+    fitted, coarse = fitted_to_all(method), unseen_rows(method).astype(np.float16)
     assert np.array_equal(fitted.predict(coarse), fitted.predict(coarse.astype(np.float64)))
     data = data_of(SEEN)
     stored = replace(data, force_N=data.force_N.astype(np.float16), rating=data.rating.astype(np.float16))
