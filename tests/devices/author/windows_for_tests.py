@@ -4,18 +4,18 @@ from collections import deque
 
 from palpate.devices.author.app import DesignerApp
 from palpate.devices.author.view import author_texts
-from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.inputs import Key, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from tests.devices.author.fakes import FakeMaker
+from tests.devices.window.screens.pages import fonts
 from tests.devices.window.shells_for_tests import FakeShell, do
 
 SIZE = (1280, 720)
 
 
 def page_for(language="en", size=SIZE, px_per_mm=3.6):
-    return Page(Metrics(*size, px_per_mm), author_texts(language), find_fonts(language))
+    return Page(Metrics(*size, px_per_mm), author_texts(language), fonts(language))
 
 
 def room_in(lab, language="en", maker=None, **more):

@@ -1,5 +1,6 @@
 """A small thing to learn from: shipped door profiles, rated by rules that are linear in what a hand feels."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,14 @@ SEEN = tuple(f"{door}_{variant}" for variant in ("g0", "g2", "g5", "g8") for doo
 UNSEEN = tuple(f"{door}_{variant}" for variant in ("g1", "g9") for door in ("BC3", "FORD", "G90", "K3"))
 
 
+@cache
+def profile(name):
+    return np.loadtxt(PROFILES / f"{name}.csv", delimiter=",", skiprows=1)[:, 1]
+
+
 def profiles(names):
     """(n, 621) newtons."""
-    return np.array([np.loadtxt(PROFILES / f"{name}.csv", delimiter=",", skiprows=1)[:, 1] for name in names])
+    return np.array([profile(name) for name in names])
 
 
 def felt(force_N):

@@ -16,13 +16,13 @@ from palpate.devices.render.window.screen import RendererScreen
 from palpate.devices.render.window.view import RendererStatus, RendererView
 from palpate.devices.surfaces.fields import SIZE_MM
 from palpate.devices.tablet.reports import Report
-from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from palpate.devices.window.texts import read_words
 from palpate.signals.textures.sounds import RenderError, Sounds
 from tests.devices.render.made import model, write
+from tests.devices.window.screens.pages import fonts
 from tests.devices.window.shells_for_tests import FakeShell, do
 
 SIZE, PX_PER_MM = (1280, 720), 3.6
@@ -66,7 +66,7 @@ def lab(tmp_path):
 
 
 def page_for(language="en", size=SIZE, px_per_mm=PX_PER_MM):
-    return Page(Metrics(*size, px_per_mm), render_texts(language), find_fonts(language))
+    return Page(Metrics(*size, px_per_mm), render_texts(language), fonts(language))
 
 
 def room_in(lab, **more):
