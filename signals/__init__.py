@@ -1,4 +1,4 @@
-"""The numeric ground floor: what the rig and the trainer must compute alike. NumPy, and no device."""
+"""Numerical code that the rig and the training of models must compute alike. NumPy only, no devices."""
 
 if __name__ != "palpate.signals":
     raise ImportError("this package is palpate.signals: from palpate import signals")

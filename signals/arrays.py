@@ -1,4 +1,4 @@
-"""Types of arrays, of any shape: a docstring says which, and in what unit."""
+"""Types of arrays of any shape: the docstrings give shapes and units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Filters without delay for what a tool felt on a texture, and for the hand that moved it (thesis 4.3.3).
+"""Zero-phase filters for vibrations that a tool felt on a texture, and for the hand that moved it (thesis 4.3.3).
 
 Simulated surfaces of `devices` and the data of models in `modeling` are filtered alike.
 """
@@ -13,23 +13,23 @@ from palpate.protocols.wording import count
 from palpate.signals.arrays import Array
 
 BAND_HZ = (20.0, 1000.0)
-"""Vibration: without gravity and the hand's movement below, without noise above."""
+"""Band of the vibration: above gravity and the hand's movement, below the noise."""
 HAND_HZ = 25.0
-"""Nothing faster in speed and force is the hand's."""
+"""Edge for speed and force: the hand makes no faster changes."""
 NYQUIST_SHARE = 0.98
-"""An upper edge at or above so much of half the rate filters nothing that is there; it is left out."""
+"""An upper edge at or above this share of half the rate has no effect and is left out."""
 BAND_ORDER, HAND_ORDER = 4, 2
-"""Of the Butterworth filters, each way. The hand's is low so that a step of force hardly overshoots (0.02 of it)."""
+"""Orders of the Butterworth filters, per pass. The hand's is low so that a step of force overshoots by only 0.02."""
 PADS = 3.0
-"""Periods of an edge by which a signal is continued at its ends, mirrored about its last value."""
+"""Periods of an edge by which a signal is extended at its ends, mirrored about its last value."""
 
 
 class SignalError(ValueError):
-    """Signals that cannot be filtered, or put on one axis: the message says what was found and what is expected."""
+    """Signals that cannot be filtered or mapped to one axis; the message says what was found and what is expected."""
 
 
 def demand_finite(signal: Array, least: int = 2) -> None:
-    """Raise SignalError on fewer than `least` samples and on a number that is not finite."""
+    """Raise SignalError for fewer than `least` samples or a number that is not finite."""
     if signal.shape[0] < least:
         raise SignalError(f"{count(signal.shape[0], 'sample')}: at least {least} are needed")
     bad = np.argwhere(~np.isfinite(signal))
@@ -39,7 +39,7 @@ def demand_finite(signal: Array, least: int = 2) -> None:
 
 
 def low_pass(signal: Array, rate_hz: float, edge_hz: float = HAND_HZ, order: int = HAND_ORDER) -> Array:
-    """Return (n,) or (n, channels) without what is above an edge; no delay; 3 dB down at the edge, both ways together.
+    """Return the signal, (n,) or (n, channels), below an edge; zero-phase, 3 dB down at the edge over both passes.
 
     An edge at or above 0.98 of half the rate leaves the signal as it is. Raises SignalError.
     """
@@ -52,10 +52,10 @@ def low_pass(signal: Array, rate_hz: float, edge_hz: float = HAND_HZ, order: int
 
 
 def band_pass(signal: Array, rate_hz: float, band_hz: tuple[float, float] = BAND_HZ, order: int = BAND_ORDER) -> Array:
-    """Return (n,) or (n, channels) between two edges; no delay; 3 dB down at each edge, both ways together.
+    """Return the signal, (n,) or (n, channels), between two edges; zero-phase, 3 dB down at each over both passes.
 
-    The upper edge is left out where it is at or above 0.98 of half the rate (`has_upper_edge`): a high-pass then.
-    Raises SignalError, also where the lower edge is not below half the rate.
+    At or above 0.98 of half the rate the upper edge is left out (`has_upper_edge`), which leaves a high-pass. Raises
+    SignalError, also where the lower edge is not below half the rate.
     """
     demand_finite(signal)
     low, high = band_hz
@@ -68,7 +68,7 @@ def band_pass(signal: Array, rate_hz: float, band_hz: tuple[float, float] = BAND
 
 
 def has_upper_edge(rate_hz: float, edge_hz: float = BAND_HZ[1]) -> bool:
-    """Return whether an upper edge filters anything at that rate (the contradiction of thesis 3.4.1 and 4.3.3)."""
+    """Return whether an upper edge has any effect at that rate (the contradiction of thesis 3.4.1 and 4.3.3)."""
     return edge_hz < NYQUIST_SHARE * rate_hz / 2
 
 

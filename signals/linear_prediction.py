@@ -1,6 +1,6 @@
-"""Linear predictors: from samples to one, to and from line spectral frequencies, and whether it is stable.
+"""Linear predictors: estimate them, convert them to and from line spectral frequencies, and test their stability.
 
-An error filter is (p + 1,) with 1 first: e[n] = sum over k of filter[k] x[n - k].
+An error filter has shape (p + 1,) and begins with 1: e[n] = sum over k of filter[k] x[n - k].
 """
 
 from __future__ import annotations
@@ -12,16 +12,17 @@ import numpy as np
 from palpate.signals.arrays import Array
 
 FURTHEST = 0.999
-"""No pole of what is exported lies beyond this radius, whatever speed and force are."""
+"""Greatest radius of a pole of an exported filter, at any speed and force."""
 DAMP = 0.995
-"""A filter with poles that lie too far out is damped by this again and again: each pole's radius times it."""
+"""Factor that is applied to each pole's radius, repeatedly, while a filter's poles lie too far out."""
 
 
 def burg(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
-    """Return the error filter of least forward and backward error over several stretches, and its mean square error.
+    """Return the error filter with the least forward and backward error over several stretches, and its mean square
+    error.
 
-    Stable by construction (Burg 1975). Stretches that are not longer than `order` are left out; each needs no more than
-    its own past. Zeros give the filter 1 and the error 0.
+    Stable by construction (Burg 1975). Stretches that are not longer than `order` are left out; no stretch is predicted
+    from another. Zeros give the filter 1 and the error 0.
     """
     forward = [np.asarray(stretch, dtype=np.float64) for stretch in stretches if len(stretch) > order]
     backward = forward
@@ -43,8 +44,9 @@ def burg(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
 
 
 def reflections(filters: Array) -> Array:
-    """Return (n, p + 1) error filters to their reflection coefficients (n, p); all within 1 where, and only where,
-    stable.
+    """Return the reflection coefficients (n, p) of error filters (n, p + 1).
+
+    All of them lie within 1 where, and only where, the filter is stable.
     """
     left = np.array(filters, dtype=np.float64)
     order = left.shape[1] - 1
@@ -58,26 +60,26 @@ def reflections(filters: Array) -> Array:
 
 
 def stable_within(filters: Array, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return (n,): whether all poles of 1 / filter lie inside the radius (Schur and Cohn)."""
+    """Return for each filter (n,) whether all poles of 1 / filter lie inside the radius (Schur and Cohn)."""
     with np.errstate(invalid="ignore"):
         is_stable = np.abs(reflections(expanded(filters, radius))) < 1
     return np.asarray(is_stable.all(axis=1))
 
 
 def expanded(filters: Array, radius: float) -> Array:
-    """Return every pole's radius divided by `radius`: filter[k] / radius**k."""
+    """Return filters with every pole's radius divided by `radius`: filter[k] / radius**k."""
     return np.asarray(filters / radius ** np.arange(np.shape(filters)[-1]))
 
 
 def damped_within(filter_: Array, radius: float) -> Array:
-    """Return the filter, with all its poles drawn in by one factor where one lies beyond the radius."""
+    """Return the filter with all its poles drawn in by one factor where any lies beyond the radius."""
     while not stable_within(filter_[None], radius)[0]:
         filter_ = expanded(filter_, 1 / DAMP)
     return filter_
 
 
 def power_gain(filters: Array) -> Array:
-    """Return (n,): the variance of what 1 / filter makes of white noise of variance 1."""
+    """Return the variances (n,) of the outputs of 1 / filter for white noise of variance 1."""
     return np.asarray(np.prod(1 / (1 - reflections(filters) ** 2), axis=1))
 
 
@@ -95,9 +97,9 @@ def frequencies_of(filter_: Array) -> Array:
 
 
 def filters_of(frequencies: Array) -> Array:
-    """Return (n, p) line spectral frequencies to error filters (n, p + 1).
+    """Return the error filters (n, p + 1) of line spectral frequencies (n, p).
 
-    Both halves are products of 2 cos(angle) - 2 cos(frequency) on the unit circle, but for a turn: multiplied there,
+    Both halves are products of 2 cos(angle) - 2 cos(frequency) on the unit circle, up to a rotation: multiplied there,
     they keep their digits at any order, which products of polynomials do not.
     """
     order = frequencies.shape[1]
@@ -115,11 +117,11 @@ def filters_of(frequencies: Array) -> Array:
 def predictor_of(order: int) -> Callable[[Array], Array]:
     """Return the map from line spectral frequencies (n, order) to the weights (n, order) of the past, newest first.
 
-    With P and Q, the symmetric and the antisymmetric polynomial whose roots are e^(+-j f) of every second frequency,
-    A = (P + Q) / 2 is the prediction error filter (Itakura 1975; Soong and Juang 1984). Both are products that are
-    real but for a turn on the unit circle, so they are multiplied there and brought back by two matrices, made once
-    for an order: a step takes a third of the time of `filters_of`, whose Fourier transform gives other last digits
-    (1e-14), so each keeps its own.
+    With P and Q, the symmetric and the antisymmetric polynomial whose roots are e^(+-j f) of every second frequency, A
+    = (P + Q) / 2 is the prediction error filter (Itakura 1975; Soong and Juang 1984). Both are products that are real
+    up to a rotation on the unit circle, so they are multiplied there and transformed back by two matrices, computed
+    once per order. A step takes a third of the time of `filters_of`, whose Fourier transform differs in the last digits
+    (1e-14), so both functions are kept.
     """
     half = (order + 2) // 2 + 1
     count = 2 * (half - 1)

@@ -1,7 +1,7 @@
-"""Three axes of vibration on one: DFT321, spectrum by spectrum (thesis 4.3.3; Landin et al. 2010).
+"""Three axes of vibration combined into one: DFT321, spectrum by spectrum (thesis 4.3.3; Landin et al. 2010).
 
-Over a whole exploration a spectrum knows nothing of when: each frequency is scaled by one number, which rings from end
-to end, and energy of fast strokes is spread into rests. So explorations are mapped in short frames (`one_axis`).
+The spectrum of a whole exploration holds no times: each frequency is scaled by one number, which rings from end to end
+and spreads the energy of fast strokes into rests. So explorations are mapped in short frames (`one_axis`).
 """
 
 from __future__ import annotations
@@ -15,16 +15,17 @@ from palpate.signals.arrays import Array
 from palpate.signals.filters import SignalError, demand_finite
 
 FRAME_S = 0.064
-"""Long enough to tell 20 Hz from its neighbours, short enough for a hand's movement: docs/reference/texture-data.md has
-what other lengths cost."""
+"""Long enough to separate 20 Hz from its neighbours, short enough for a hand's movement; docs/reference/texture-data.md
+has the errors at other lengths.
+"""
 
 
 def dft321(axes: Array) -> Array:
-    """Return several axes (n, k) on one (n,), by one spectrum: the energy of all, the phase of their sum.
+    """Return several axes (n, k) combined into one (n,) by one spectrum: the energy of all, the phase of their sum.
 
     |A(f)| is the root of the axes' summed squares, so that energy is kept; its phase is that of the sum of the axes
-    (Landin, Romano, McMahan and Kuchenbecker 2010); 0 where they cancel out. One axis is given back as it is. Take
-    gravity out before. Raises SignalError.
+    (Landin, Romano, McMahan and Kuchenbecker 2010); 0 where they cancel out. A single axis is returned as it is. Remove
+    gravity first. Raises SignalError.
     """
     if axes.ndim != 2 or axes.shape[1] < 1:
         raise SignalError(f"axes of shape {axes.shape}: (samples, axes) are expected")
@@ -33,11 +34,11 @@ def dft321(axes: Array) -> Array:
 
 
 def one_axis(axes: Array, rate_hz: float, frame_s: float = FRAME_S) -> Array:
-    """Return several axes (n, k) on one (n,) by DFT321 in frames that overlap by half, energy kept where and when it
-    was.
+    """Return several axes (n, k) combined into one (n,) by DFT321 in frames that overlap by half.
 
-    Frames are weighed by half a sine before and after, so that one axis comes back as it is. What the frames' overlap
-    takes is given back, frame by frame, then in all: the energy is that of the axes. Raises SignalError.
+    Energy is kept where and when it was. Frames are weighted by half a sine before and after, so that a single axis is
+    returned unchanged. The energy lost by the overlap is restored, frame by frame and then in total, to that of the
+    axes. Raises SignalError.
     """
     if axes.ndim == 2 and axes.shape[1] == 1:
         return dft321(axes)
@@ -56,7 +57,7 @@ def one_axis(axes: Array, rate_hz: float, frame_s: float = FRAME_S) -> Array:
 
 
 TINY = 1e-20
-"""Power below this share of the largest is rounding: nothing is made louder there."""
+"""Power below this share of the largest is rounding and is not amplified."""
 
 
 def _overlapped(axes: Array, frame: int) -> Array:
@@ -85,6 +86,6 @@ def _mapped(axes: Array) -> Array:
 
 
 def _nearby(power: Array, frame: int) -> Array:
-    """Return its mean within half a frame to either side, the nearest weighing most."""
+    """Return the mean of the power within half a frame to either side, the nearest weighing most."""
     weight = np.hanning(frame + 1)[1:]
     return np.maximum(np.convolve(power, weight / weight.sum(), "same"), 0.0)

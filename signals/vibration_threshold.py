@@ -1,4 +1,4 @@
-"""The least vibration that a hand feels, and the third octaves that it is looked at in.
+"""The least vibration that a hand feels, and the third-octave bands in which it is examined.
 
 The threshold of the Pacinian channel of glabrous skin is U-shaped in displacement, least at 250 to 300 Hz at about
 0.1 um (-20 dB re 1 um, peak), and falls at -12 dB per octave towards it; below about 40 Hz the non-Pacinian channel NP
@@ -14,10 +14,10 @@ import math
 BANDS_HZ = (25.0, 31.5, 40.0, 50.0, 63.0, 80.0, 100.0, 125.0, 160.0, 200.0, 250.0, 315.0, 400.0)
 """Nominal middles of the third octaves that lie within 20 to 500 Hz (IEC 61260-1)."""
 LEAST_DB, LEAST_HZ = -20.0, (250.0, 300.0)
-"""Where the threshold of displacement is least, in dB re 1 um (peak)."""
+"""Minimum of the displacement threshold in dB re 1 um (peak), and the frequencies where it lies."""
 CHANGE_HZ = 40.0
 STEEP_DB, FLAT_DB = 12.0, 5.0
-"""By how much it rises with each octave: of the Pacinian channel on either side, and below 40 Hz."""
+"""Rise of the threshold per octave: of the Pacinian channel on either side, and below 40 Hz."""
 
 
 def threshold_m_s2(hertz: float) -> float:
@@ -30,5 +30,5 @@ def threshold_m_s2(hertz: float) -> float:
 
 
 def band_edges_hz(middle_hz: float) -> tuple[float, float]:
-    """Return where a third octave begins and ends, in Hz."""
+    """Return the lower and the upper edge of a third octave, in Hz."""
     return middle_hz * 2 ** (-1 / 6), middle_hz * 2 ** (1 / 6)

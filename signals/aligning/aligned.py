@@ -1,4 +1,4 @@
-"""One stream on a grid: whole stretches by a method, short holes bridged and marked, long ones left empty."""
+"""Put one stream on a grid: whole stretches by a method, short gaps bridged and marked, long gaps left empty."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from palpate.signals.aligning.refusals import AlignError, demand_grid, demand_sa
 from palpate.signals.arrays import Array, Mask
 
 LONGEST_GAP_S = 0.02
-"""Half a period of 25 Hz, the fastest that a hand moves (thesis 3.4.1): in a longer hole it can do what it likes."""
+"""Half a period of 25 Hz, the fastest hand movement (thesis 3.4.1); the movement in a longer gap is unknown."""
 MOST_POINTS = 1e8
 LACKS = 0.5
-"""Times further apart than a step and this share of one have a hole between them."""
+"""Samples further apart than one step plus this share of a step have a gap between them."""
 
 
 @dataclass(frozen=True)
 class Hole:
-    """Samples lack between two that are there, `seconds` more than a step apart."""
+    """Missing samples between two that exist, `seconds` more than a step apart."""
 
     after_s: float
     before_s: float
@@ -29,9 +29,9 @@ class Hole:
 
 @dataclass(frozen=True)
 class Aligned:
-    """Values (m, channels) on the grid, NaN where nothing is known; `bridged` (m,) marks those within a short hole.
+    """Values (m, channels) on the grid, NaN where unknown; `bridged` (m,) marks grid points within a short gap.
 
-    `not_finite` samples were no numbers and count as missing. `empty` is how many grid points have no value.
+    `not_finite` samples were not finite and count as missing. `empty` is the number of grid points without a value.
     """
 
     values: Array
@@ -41,7 +41,7 @@ class Aligned:
 
     @property
     def empty(self) -> int:
-        """Return the grid points without a value."""
+        """Return the number of grid points without a value."""
         return int(np.isnan(self.values[:, 0]).sum())
 
 
@@ -49,10 +49,10 @@ def align(
     times_s: Array, values: Array, grid_s: Array, method: Method, *, rate_hz: float, grid_hz: float,
     longest_gap_s: float = LONGEST_GAP_S,
 ) -> Aligned:  # fmt: skip
-    """Bring samples (n, channels), taken at times (n,) at about rate_hz, onto the grid (m,) of grid_hz.
+    """Resample values (n, channels), taken at times (n,) at about `rate_hz`, onto a grid (m,) of `grid_hz`.
 
-    Nothing is extrapolated: before the first sample, after the last and in holes longer than `longest_gap_s` the grid
-    stays NaN. A sample with a channel that is no finite number is a missing one.
+    Nothing is extrapolated: before the first sample, after the last and in gaps longer than `longest_gap_s` the grid
+    stays NaN. A sample with a channel that is not finite counts as missing.
 
     Raises:
         AlignError: no samples, a single one, times that are not finite, stand, come twice or out of order; less than
@@ -89,10 +89,10 @@ def align(
 
 
 def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:
-    """Return the grid's times within both: whole numbers of steps since the session began, so that all exports share
-    them.
+    """Return the times of a grid between start and end, as whole numbers of steps since the session began.
 
-    Raises AlignError where there are less than two, or more than fit into memory.
+    All exports of a session share these times. Raises AlignError for fewer than two points, or more than fit into
+    memory.
     """
     if not (np.isfinite([start_s, end_s, grid_hz]).all() and grid_hz > 0):
         raise AlignError(f"a grid of {grid_hz} Hz from {start_s} to {end_s} s: finite numbers are needed")

@@ -1,6 +1,6 @@
-"""A door's angle from where a marker on it was: the circle that its path lies on (thesis 5.3.1.1).
+"""A door's angle from the positions of a marker on it, by the circle that its path lies on (thesis 5.3.1.1).
 
-There the hinge was tracked once for each car; the path itself tells it as well, for it is an arc about the hinge.
+The thesis tracked the hinge once for each car; the path alone gives it as well, because it is an arc about the hinge.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from palpate.signals.aligning.refusals import AlignError
 from palpate.signals.arrays import Array
 
 LEAST_ARC_DEG = 10.0
-"""Of a shorter arc the noise of a tracker, not the door, decides the centre."""
+"""On a shorter arc the noise of the tracker, not the door, decides the centre."""
 LARGEST_MISFIT = 0.02
-"""RMS distance of the path from the circle, in radii: beyond it the marker did not turn about a hinge."""
+"""Greatest RMS distance of the path from the circle, in radii; beyond it the marker did not turn about a hinge."""
 ROUNDS = 20
 
 
@@ -33,8 +33,9 @@ class Hinge:
     misfit: float
 
     def angle_deg(self, positions: Array) -> Array:
-        """Return the angles (n,) of positions (n, 3); 0 where the fitted path began, rising as it went; NaN where
-        unknown.
+        """Return the angles (n,) of positions (n, 3) in degrees; 0 at the start of the fitted path, NaN where unknown.
+
+        Angles rise in the direction of the fitted path.
         """
         from_centre = positions - self.centre
         turned = np.arctan2(from_centre @ self.ahead, from_centre @ self.across)
@@ -42,11 +43,11 @@ class Hinge:
 
 
 def fit_hinge(positions: Array) -> Hinge:
-    """Return the circle closest to a path (n, 3), by geometric distance; rows that are not finite are left out.
+    """Fit the circle closest to a path (n, 3) by geometric distance; rows that are not finite are left out.
 
     Raises:
-        AlignError: no three positions, an arc of less than 10 degrees (a marker at rest has none), more than 180,
-            or a path that is no arc.
+        AlignError: fewer than three positions, an arc of less than 10 degrees (a marker at rest) or more than 180,
+            or a path that is not an arc.
     """
     sound = positions[np.isfinite(positions).all(axis=1)]
     if len(sound) < 3:
@@ -79,7 +80,7 @@ def fit_hinge(positions: Array) -> Hinge:
 
 
 def _circle(flat: Array) -> tuple[Array, float]:
-    """Return the centre and radius: Kasa's algebraic circle, then Gauss and Newton on the distances."""
+    """Return the centre and radius, by Kasa's algebraic circle and then Gauss-Newton on the distances."""
     scale = np.sqrt((flat**2).sum(axis=1).mean())
     points = flat / scale
     rows = np.column_stack([2 * points, np.ones(len(points))])

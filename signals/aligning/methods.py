@@ -1,8 +1,8 @@
-"""The ways to bring a stream onto a grid, with their delays and the bounds of their errors.
+"""Methods to put a stream on a grid, with their delays and the bounds of their errors.
 
-Hold, nearest, linear, PCHIP and cubic spline take times (n,), values (n, channels) and the times wanted (m,), which lie
-within the first and the last time, and give values (m, channels). None of them filters: what lies above half the grid's
-rate is folded down.
+Hold, nearest, linear, PCHIP and cubic spline take times (n,), values (n, channels) and the requested times (m,) within
+the first and the last time, and return values (m, channels). None of them filters: frequencies above half the grid's
+rate are folded down.
 
 Band-limited resampling is a windowed sinc at any rate and phase, low-passed before the rate is lowered: Kaiser's window
 and his estimate of its length (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.5.3); the kernel is tabulated
@@ -28,20 +28,20 @@ SAME_S = 1e-9
 
 
 def hold(times_s: Array, values: Array, grid_s: Array) -> Array:
-    """Return the last sample at or before: causal, late by half a sample's step on average."""
+    """Return the last sample at or before each time; causal, and late by half a sample step on average."""
     before = np.searchsorted(times_s, grid_s + SAME_S, side="right") - 1
     return np.asarray(values[np.maximum(before, 0)])
 
 
 def nearest(times_s: Array, values: Array, grid_s: Array) -> Array:
-    """Return the sample closest in time; of two that are as close, the earlier."""
+    """Return the sample closest in time, the earlier of two at the same distance."""
     after = np.clip(np.searchsorted(times_s, grid_s), 1, len(times_s) - 1)
     earlier = grid_s - times_s[after - 1] <= times_s[after] - grid_s
     return np.asarray(values[np.where(earlier, after - 1, after)])
 
 
 def linear(times_s: Array, values: Array, grid_s: Array) -> Array:
-    """Return the straight line between the two samples around."""
+    """Interpolate by the straight line between the two samples around each time."""
     return np.stack([np.interp(grid_s, times_s, channel) for channel in values.T], axis=1)
 
 
@@ -60,27 +60,27 @@ def cubic(times_s: Array, values: Array, grid_s: Array) -> Array:
 
 
 def _inside(times_s: Array, grid_s: Array) -> Array:
-    """Return the times limited to the grid, so that rounding does not make a polynomial reach beyond its samples."""
+    """Return the grid's times clipped to the samples' range, so that rounding makes no polynomial extrapolate."""
     return np.clip(grid_s, times_s[0], times_s[-1])
 
 
 REJECTION_DB = 80.0
-"""What lies in the stop band is weakened so much; the pass band is right within 0.01 %."""
+"""Attenuation in the stop band; the pass band is right within 0.01 %."""
 PASSES_UP, PASSES_DOWN = 0.8, 0.9
-"""Share of the lower of both Nyquist frequencies up to which the signal is kept, where the rate rises or falls."""
+"""Share of the lower of both Nyquist frequencies up to which the signal is kept where the rate rises, or falls."""
 ALIKE = 0.9
-"""A stream of this share of the grid's rate or more is kept up to `PASSES_DOWN` as well: vibration needs it."""
+"""A stream of at least this share of the grid's rate is kept up to `PASSES_DOWN` as well, as vibration needs."""
 FALLS = 1.01
 PHASES = 512
 PIECE = 256
-"""Grid points at a time: memory stays small however long the stream."""
+"""Grid points computed at a time, so that memory stays small for a stream of any length."""
 EVEN = 1e-3
-"""How far, in steps, a sample may lie from even spacing."""
+"""Greatest deviation of a sample from even spacing, in steps."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A kernel's pass band and stop band, and its reach to either side, in samples of the stream."""
+    """A kernel's pass band and stop band, and its reach to either side in samples of the stream."""
 
     passes_hz: float
     stops_hz: float
@@ -88,10 +88,10 @@ class Band:
 
 
 def band(rate_hz: float, grid_hz: float) -> Band:
-    """Return the band kept on the way from one rate to the other.
+    """Return the band that is kept when resampling from one rate to the other.
 
-    Where the rate falls, by more than clocks drift, nothing above half the grid's rate is left to fold down. Else
-    only the stream's own images are to be removed.
+    Where the rate falls by more than clocks drift, everything above half the grid's rate is removed. Otherwise only the
+    stream's own images are removed.
     """
     falls = rate_hz > FALLS * grid_hz
     nyquist = (grid_hz if falls else rate_hz) / 2
@@ -102,13 +102,13 @@ def band(rate_hz: float, grid_hz: float) -> Band:
 
 
 def bandlimited(times_s: Array, values: Array, wanted_s: Array, rate_hz: float, grid_hz: float) -> Array:
-    """Return values (m, channels) at the wanted times, of samples at even times (n,); single ones may lack.
+    """Return values (m, channels) at the requested times, from samples at even times (n,); samples may be missing.
 
-    Samples that lack are put in by PCHIP first; beyond its ends the signal is taken to go on mirrored about its last
-    value, so that within `band().reach` samples of an end the error is larger.
+    Missing samples are filled in by PCHIP first. Beyond its ends the signal is mirrored about its last value, so the
+    error is larger within `band().reach` samples of an end.
 
     Raises:
-        AlignError: times that are not even.
+        AlignError: times that are not evenly spaced.
     """
     # Each sample's place on an even grid, and the grid's step in seconds.
     places = np.r_[0.0, np.cumsum(np.rint(np.diff(times_s) * rate_hz))]  # step by step: no drift adds up
@@ -149,7 +149,7 @@ def _kernel(passband: Band, step_s: float) -> Array:
 
 
 def _convolved(padded: Array, weights: Array, at: Array, reach: int) -> Array:
-    """Return the weighted sums of the samples around each place; `at` in samples, before padding."""
+    """Return the weighted sums of the samples around each position; `at` is in samples, before padding."""
     before = np.minimum(at.astype(np.int64), len(padded) - 2 * reach - 1)
     phases = len(weights) - 1
     phase = (at - before) * phases
@@ -161,16 +161,17 @@ def _convolved(padded: Array, weights: Array, at: Array, reach: int) -> Array:
 
 
 Run = Callable[[Array, Array, Array, float, float], Array]
-"""times (n,), values (n, channels), wanted times (m,), the stream's rate, the grid's rate -> (m, channels)."""
+"""times (n,), values (n, channels), requested times (m,), the stream's rate, the grid's rate -> (m, channels)."""
 Reach = Callable[[float, float], float]
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to align. T is the stream's step, x' and x'' the signal's derivatives.
+    """A method to align a stream. T is the stream's step, x' and x'' the signal's derivatives.
 
-    `delay_s` is how late the result is on average (0: zero-phase), `ahead_s` how much of the future it takes, at a
-    stream's and a grid's rate. `bound` is its greatest error for a signal that the stream's rate can hold.
+    `delay_s` is the average delay of the result (0: zero-phase) and `ahead_s` how much of the future it uses, both as
+    functions of the stream's and the grid's rate. `bound` is its greatest error for a signal that the stream's rate can
+    represent.
     """
 
     name: str
@@ -183,7 +184,7 @@ class Method:
 
     @property
     def causal(self) -> bool:
-        """Return whether it takes nothing from the future, at any rate."""
+        """Return whether the method uses nothing from the future, at any rate."""
         return self.ahead_s(1.0, 1.0) == 0.0
 
 
@@ -215,7 +216,7 @@ METHODS: dict[str, Method] = {
 
 
 def method_named(name: str) -> Method:
-    """Return the method of that name. Raises AlignError that names the nearest known one."""
+    """Return the method of that name. Raises AlignError that suggests the nearest known name."""
     if name not in METHODS:
         raise AlignError(f"there is no method {name!r}; {closest(name, METHODS)}")
     return METHODS[name]

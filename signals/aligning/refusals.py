@@ -8,7 +8,7 @@ from palpate.signals.arrays import Array
 
 
 class AlignError(ValueError):
-    """Samples, times or a grid that no method can align; the message says where, and what is expected."""
+    """Samples, times or a grid that no method can align; the message says where and what is expected."""
 
 
 def demand_times(times_s: Array) -> None:

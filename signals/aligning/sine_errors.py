@@ -1,4 +1,4 @@
-"""Errors of a method on a sine, by running it: the error in the pass band, the leak from the stop band."""
+"""Errors of a method on a sine, measured by running it: the error in the pass band, the leak from the stop band."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from palpate.signals.aligning.methods import METHODS
 from palpate.signals.arrays import Array
 
 HAND_HZ = 25.0
-"""Force and speed are low-passed here (thesis 3.4.1, 4.3.3): what a hand does lies below."""
+"""The edge at which force and speed are low-passed (thesis 3.4.1, 4.3.3); hand movement lies below it."""
 OFF = 1.0061
-"""The stream's clock is off the grid's, so that all phases between samples come up."""
+"""Ratio of the stream's clock to the grid's, so that all phases between samples occur."""
 MARGIN_S = 1.0
 
 
 @lru_cache(maxsize=256)
 def sine_error(method: str, rate_hz: float, grid_hz: float, at_hz: float = HAND_HZ) -> float:
-    """Return the RMS error relative to the sine's RMS, over all phases, away from edges; 1 where the stream cannot hold
-    it.
+    """Return the RMS error relative to the sine's RMS, over all phases and away from the edges.
 
-    No signal with its power below `at_hz` has a larger one: for pchip, which is not linear, that is no theorem.
+    It is 1 where the stream cannot represent the sine. No signal with its power below `at_hz` has a larger error; for
+    PCHIP, which is not linear, this is not proven.
     """
     if at_hz >= rate_hz / 2:
         return 1.0
@@ -32,9 +32,9 @@ def sine_error(method: str, rate_hz: float, grid_hz: float, at_hz: float = HAND_
 
 @lru_cache(maxsize=256)
 def leak(method: str, rate_hz: float, grid_hz: float) -> float | None:
-    """Return what is left of a sine a tenth above half the grid's rate, folded down: 0 none, 1 all.
+    """Return how much of a sine a tenth above half the grid's rate is folded down: 0 nothing, 1 all of it.
 
-    None where the stream cannot hold such a sine.
+    Return None where the stream cannot represent such a sine.
     """
     at_hz = 1.1 * grid_hz / 2
     if at_hz >= rate_hz / 2:
@@ -43,7 +43,7 @@ def leak(method: str, rate_hz: float, grid_hz: float) -> float | None:
 
 
 def _through(method: str, rate_hz: float, grid_hz: float, at_hz: float) -> tuple[Array, Array]:
-    """Return the sine and cosine sampled and aligned, and the grid, both without what lies near the edges."""
+    """Return the sine and the cosine after sampling and aligning, and the grid, without the parts near the edges."""
     seconds = 2 * MARGIN_S + max(2.0, 400 / rate_hz)
     times_s = np.arange(int(seconds * rate_hz)) / (rate_hz * OFF)
     grid_s = grid_points(MARGIN_S, times_s[-1] - MARGIN_S, grid_hz)

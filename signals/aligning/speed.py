@@ -1,6 +1,6 @@
-"""Speed from positions: the slope of a polynomial that is fitted to a window of samples (Savitzky and Golay 1964).
+"""Speed from positions: the slope of a polynomial fitted to a window of samples (Savitzky and Golay 1964).
 
-Every estimate states what it costs: its noise, its bias, how late it is. Nothing is estimated across a hidden sample.
+Every estimate states its noise, its bias and its delay. Nothing is estimated across a missing sample.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Slope:
     """The derivative of a least-squares polynomial of `degree` over `window` samples, as weights of the samples.
 
     In the `middle` the phase is zero, and a value is known (window - 1) / 2 samples after its instant. At the `end` it
-    is known at once: the weights look back only.
+    is known at once, because the weights cover past samples only.
     """
 
     window: int
@@ -44,11 +44,11 @@ class Slope:
 
     @property
     def lag_s(self) -> float:
-        """By how much a steadily changing velocity comes late, in s: the value at t was true at t - lag."""
+        """Return the delay of a steadily changing velocity in s: the value at t was true at t - lag."""
         return -self.moment(2)
 
     def moment(self, order: int) -> float:
-        """Return what the estimate takes from the order-th derivative of the position, in s^(order - 1): 1 of the
+        """Return the estimate's response to the order-th derivative of the position, in s^(order - 1); 1 for the
         first.
         """
         terms = (weight * t_s**order for weight, t_s in zip(self.weights, self._times_s(), strict=True))
@@ -56,18 +56,18 @@ class Slope:
 
     @property
     def bias_order(self) -> int:
-        """Return the lowest derivative of the position (above the first) that the estimate is wrong about."""
+        """Return the order of the lowest derivative of the position, above the first, that biases the estimate."""
         # A window that is symmetric about its instant is blind to even derivatives; a fit of even degree n to n + 1.
         order = self.degree + 1
         return order + 1 if self.place == "middle" and order % 2 == 0 else order
 
     @property
     def bias(self) -> float:
-        """Return its factor: the estimate is too large by bias x that derivative, in s^(order - 1)."""
+        """Return the factor of the bias: the estimate is too large by it times that derivative, in s^(order - 1)."""
         return self.moment(self.bias_order)
 
     def response(self, frequency_hz: float) -> complex:
-        """Return the estimated over true velocity of a sinusoid: 1 is perfect; its angle is the phase."""
+        """Return the ratio of estimated to true velocity of a sinusoid: 1 is perfect, its angle is the phase."""
         omega = 2 * math.pi * frequency_hz
         whole = sum(w * np.exp(1j * omega * t) for w, t in zip(self.weights, self._times_s(), strict=True))
         return complex(whole / (1j * omega))
@@ -78,10 +78,10 @@ class Slope:
 
 
 def slope(window: int, degree: int, rate_hz: float, place: Place = "middle") -> Slope:
-    """Return the weights of that estimate, orthogonalised so that long windows lose no digits.
+    """Return the weights of an estimate, orthogonalised so that long windows lose no digits.
 
     Raises:
-        AlignError: an even window in the middle, fewer samples than the polynomial has coefficients, no rate.
+        AlignError: an even window in the middle, fewer samples than the polynomial has coefficients, no positive rate.
     """
     if degree < 1 or window < degree + 1 or window > 100_001 or (place == "middle" and window % 2 == 0):
         raise AlignError(
@@ -103,11 +103,9 @@ def slope(window: int, degree: int, rate_hz: float, place: Place = "middle") -> 
 
 
 def velocity(positions: Array, estimate: Slope) -> Array:
-    """Return the velocities of shape (n, axes) from positions of that shape, sampled evenly; lost samples stand as NaN
-    in
-    it.
+    """Return velocities (n, axes) from evenly sampled positions (n, axes), in which lost samples are NaN.
 
-    NaN where the window holds a NaN or reaches beyond the recording: nothing is bridged or extrapolated.
+    A velocity is NaN where its window holds a NaN or reaches beyond the recording: nothing is bridged or extrapolated.
     """
     n, window = len(positions), estimate.window
     velocities = np.full(positions.shape, np.nan)
@@ -122,7 +120,7 @@ def velocity(positions: Array, estimate: Slope) -> Array:
 
 
 def speed(positions: Array, estimate: Slope, normal: Sequence[float] | None = None) -> Array:
-    """Return the speeds of shape (n,): lengths of the velocities, in the surface with that normal where one is given
+    """Return the speeds (n,), the lengths of the velocities; within the surface of `normal` where one is given
     (4.3.3).
     """
     velocities = velocity(positions, estimate)
@@ -135,6 +133,6 @@ def speed(positions: Array, estimate: Slope, normal: Sequence[float] | None = No
 
 
 def floor_mm_s(noise_mm: float, estimate: Slope, axes: int = 3) -> float:
-    """Return the speed that a marker at rest seems to have: noise of each axis adds up (mean of a chi distribution)."""
+    """Return the apparent speed of a marker at rest, from the noise of each axis (mean of a chi distribution)."""
     ratio = math.exp(math.lgamma((axes + 1) / 2) - math.lgamma(axes / 2))
     return math.sqrt(2) * ratio * noise_mm * estimate.noise_gain_per_s

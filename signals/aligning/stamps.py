@@ -1,8 +1,8 @@
-"""Samples' own stamps beside their arrivals: how late they came, where both are told by the host's clock.
+"""Time stamps that come with the samples, compared with the arrivals: how late samples came on the host's clock.
 
-A stamp errs to both sides, so the line goes through the middle of the stamps, not under them; those that lie far off
-it are left out. Where the stamps' clock is the host's, what lies between this line and that under the arrivals is the
-delay that all arrivals share, which no arrival shows. A device's own clock tells differences only.
+A stamp errs to both sides, so the line goes through the middle of the stamps, not under them; stamps far off the line
+are left out. Where the stamps' clock is the host's, the distance between this line and the line under the arrivals is
+the delay that all arrivals share, which no arrival shows. A device's own clock gives differences only.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ OF_THE_HOST = ("lsl",)
 """Clocks whose times the recorder put into session time (docs/reference/streams.md)."""
 FEWEST = 2 * WINDOWS
 FAR = 5.0
-"""A stamp so many robust deviations off the line was set late; it is left out."""
+"""A stamp this many robust standard deviations off the line is left out."""
 ROUNDS = 5
 MOST_LATE_S = 1.0
-"""No transport of a sensor that is recorded is later, in order; a stamp that is older is by another clock."""
+"""Greatest plausible delay of a sensor's transport; a stamp that is older comes from another clock."""
 SURE = 3.0
-"""Lines that are so many standard errors apart disagree."""
+"""Lines that are this many standard errors apart disagree."""
 COARSE_S = 1e-6
-"""No clock is read, and no two of them are compared, more finely."""
+"""Finest resolution at which a clock is read or two clocks are compared."""
 
 
 @dataclass(frozen=True)
 class Stamps:
     """The line through a stream's own stamps, and how late its samples came against it.
 
-    `late_s` is by how much the line under the arrivals lies above, `late_error_s` its standard error; `late_median_s`
-    and `late_p95_s` are those of the arrivals; None where the clock is not the host's. `scatter_s` is the stamps' SD
-    about their line. `problem` says why the stream cannot be timed by them; None where it can.
+    `late_s` is how far the line under the arrivals lies above the stamps' line, `late_error_s` its standard error;
+    `late_median_s` and `late_p95_s` are those of the arrivals; None where the clock is not the host's. `scatter_s` is
+    the stamps' SD about their line. `problem` says why the stream cannot be timed by them; None where it can.
     """
 
     clock: str
@@ -62,7 +62,9 @@ class Stamps:
 
 
 def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock: str, arrived: Clock) -> Stamps:
-    """Return what stamps (n, arrival in s of session time, stamp in s) say of a stream whose arrivals say `arrived`."""
+    """Compare stamps (n, arrival in s of session time, stamp in s) of a stream with the clock `arrived` of its
+    arrivals.
+    """
     count = len(stamped)
     if count < FEWEST:
         return Stamps(clock, count, problem=f"{count} stamps are too few for a line: {FEWEST} are needed")
@@ -94,7 +96,7 @@ def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock
 
 
 def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | None:
-    """Describe where the arrivals' line is not slightly later than the stamps' all the way; None where it is."""
+    """Return why the arrivals' line is not slightly later than the stamps' throughout; None where it is."""
     middle = sum(apart) / 2
     if not -allowed_s[0] <= middle <= MOST_LATE_S:
         return (
@@ -110,7 +112,7 @@ def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | N
 
 
 def _line_through(n: Array, stamp_s: Array, rate_hz: float) -> tuple[Clock | None, float | None]:
-    """Return the least-squares line, those far off left out, and the others' SD; None where there is no line."""
+    """Return the least-squares line without outliers, and the SD about it; None for each where there is no line."""
     off_s = stamp_s - stamp_s[0] - (n - n[0]) / rate_hz  # the drift alone: no digits lost
     from_middle = n - n.mean()
     used = np.isfinite(off_s)

@@ -1,8 +1,8 @@
 """The fourteen variants g1 to g14 of a door profile (thesis 5.3.4.1).
 
-The thesis gives each strategy in a sentence; where it is silent, the reading is in the function's docstring and in
-docs/reference/doors.md. The operations that variants are made of come last: bend the angle axis, rescale flanks, add
-small cycles.
+The thesis describes each strategy in one sentence; where it is silent, the interpretation is in the function's
+docstring and in docs/reference/doors.md. The operations that variants are built from come last: move features along the
+angle, rescale flanks, add small cycles.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ class Draw:
 
 
 def augment(force_N: Array, variant: str, *, door: str = "", seed: int = STUDY_SEED) -> Array:
-    """Make one variant, `g1` to `g14`, of a 621-point profile (`g0` is the profile itself).
+    """Return the variant `g1` to `g14` of a 621-point profile (`g0` is the profile itself).
 
     The result is rounded to the decimals of a profile file. `door` and `seed` only matter for g8 and g9.
 
     Raises:
-        DoorDataError: an unknown variant, a profile that is not 621 finite points, or one that lacks the feature
-            the variant works on; the message names the feature.
+        DoorDataError: an unknown variant, a profile that is not 621 finite points, or a profile without the feature
+            that the variant changes; the message names the feature.
     """
     base = np.round(as_profile(force_N, door or "profile"), FORCE_DECIMALS)
     if variant == "g0":
@@ -87,8 +87,8 @@ def compressed_cycles(variant: str, base: Array, _draw: Draw) -> Array:
 def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
     """Return g6: all three cycles before 30 degrees, and a force that rises rapidly toward the end.
 
-    5.3.4.1 has the third cycle complete "before 30", 5.3.4.3 all major peaks before 30 degrees and a rapid rise
-    at the end. Silent: what lies between. Here the force returns to the base's mean within 5 degrees, and from
+    5.3.4.1 has the third cycle complete "before 30", 5.3.4.3 all major peaks before 30 degrees and a rapid rise at the
+    end. The thesis does not say what lies between. Here the force returns to the base's mean within 5 degrees, and from
     there rises with the fourth power of the remaining angle to the height of the base's highest major peak.
     """
     profile = compressed_cycles("g6", base, draw)
@@ -118,7 +118,7 @@ def moved_first_peak(base: Array, _draw: Draw) -> Array:
 
 
 def flattened_start(base: Array, draw: Draw) -> Array:
-    """Return g8: a straight line from a drawn angle between 3 and 6 degrees to one between 18 and 20."""
+    """Return g8: a straight line from a random angle between 3 and 6 degrees to one between 18 and 20."""
     end_deg = landmarks(base).end / POINTS_PER_DEG
     if end_deg <= FLATTENED_UP_TO_DEG:
         raise DoorDataError(f"g8 (flattened up to 20 degrees): this profile's motion ends at {end_deg:.1f} degrees.")
@@ -128,7 +128,7 @@ def flattened_start(base: Array, draw: Draw) -> Array:
 
 
 def small_cycles(base: Array, draw: Draw) -> Array:
-    """Return g9: three or four drawn cycles of 3 to 5 N, before the first peak or between the first and second."""
+    """Return g9: three or four random cycles of 3 to 5 N, before the first peak or between the first and second."""
     marks = require_cycles(base, 2, "g9 (small cycles)")
     before = draw.between("place", 0, 1) < 0.5
     first, last = (0.2 * marks.peaks[0], 0.95 * marks.peaks[0]) if before else (marks.peaks[0], marks.peaks[1])
@@ -137,7 +137,7 @@ def small_cycles(base: Array, draw: Draw) -> Array:
 
 
 def unchanged_plateau(base: Array, _draw: Draw) -> Array:
-    """Return g10: "no change", equal to g0, so each door has one hidden repeat. A plateau must be there."""
+    """Return g10: "no change", equal to g0, so each door has one hidden repeat. The profile must have a plateau."""
     plateau_after_second_peak(base, "g10 (plateau)")
     return base
 
@@ -174,7 +174,7 @@ def _stretch(base: Array, purpose: str) -> tuple[Array, tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Variant:
-    """One variant's strategy, as named in the stimulus table, and how it is made."""
+    """A variant's strategy, as named in the stimulus table, and the function that makes it."""
 
     augmentation: str
     make: Callable[[Array, Draw], Array]
@@ -247,6 +247,6 @@ def straighten(force_N: Array, first: int, last: int) -> Array:
 
 
 def ease(share: Array) -> Array:
-    """Return a smooth step from 0 to 1 without a slope at either end."""
+    """Return a smooth step from 0 to 1 with zero slope at either end."""
     share = np.clip(share, 0, 1)
     return share * share * (3 - 2 * share)

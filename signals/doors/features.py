@@ -13,7 +13,7 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
 
 COUNTED_N = 1.0
-"""Least prominence of a peak that is counted."""
+"""Least prominence of a counted peak, in newtons."""
 MAJOR_SHARE = 0.15
 """Least prominence of a major peak, as a share of the profile's range of force."""
 MAJOR_N = 3.0
@@ -65,7 +65,7 @@ def landmarks_and_peaks(force_N: Array) -> tuple[Landmarks, list[int]]:
 
 
 def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
-    """Return the landmarks of a profile that has at least `count` cycles, or a refusal that names the purpose."""
+    """Return the landmarks of a profile with at least `count` cycles. Raises DoorDataError that names the purpose."""
     marks = landmarks(force_N)
     if len(marks.peaks) < count:
         at = ", ".join(f"{peak / POINTS_PER_DEG:.1f}" for peak in marks.peaks) or "none"
@@ -76,8 +76,8 @@ def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
 def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
     """Return the first and last grid index of the plateau on the way from the second peak to its valley.
 
-    It is where the descent slows down between two steep parts. Raises DoorDataError where the force falls from
-    the second peak in one go.
+    The plateau is where the descent slows down between two steep parts. Raises DoorDataError where the force falls from
+    the second peak without slowing down.
     """
     plateau = plateau_of(force_N, require_cycles(force_N, 2, purpose))
     if plateau is None:
@@ -109,7 +109,7 @@ def describe(force_N: Array) -> dict[str, float]:
 
 
 def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str, float]:
-    """Return the same, of a profile whose landmarks and counted peaks are known."""
+    """Return the numeric columns as `describe` does, for a profile whose landmarks and counted peaks are known."""
     moving = force_N[: marks.end + 1]
     first = marks.peaks[0] if marks.peaks else int(np.argmax(moving))
     # The largest fall from a counted peak to the lowest point before the next one (0 without a peak).
@@ -137,7 +137,7 @@ def columns(force_N: Array, marks: Landmarks, felt_peaks: list[int]) -> dict[str
 
 
 def as_profile(force_N: Array | tuple[float, ...] | list[float], where: str = "profile") -> Array:
-    """Return the profile as a float array, or a refusal when it does not have 621 finite points."""
+    """Return the profile as a float array. Raises DoorDataError unless it has 621 finite points."""
     profile = np.asarray(force_N, dtype=np.float64)
     if profile.shape != (POINTS,):
         raise DoorDataError(f"{where}: {POINTS} points expected, found an array of shape {profile.shape}.")
@@ -148,7 +148,7 @@ def as_profile(force_N: Array | tuple[float, ...] | list[float], where: str = "p
 
 
 def _tops(force_N: Array) -> list[tuple[int, float]]:
-    """Return the middle and prominence of every run of equal values with lower values on both sides, in order."""
+    """Return the middle and the prominence of every run of equal values with lower values on both sides, in order."""
     starts = np.flatnonzero(np.diff(force_N, prepend=np.nan) != 0)
     values = force_N[starts]
     inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] > values[2:])) + 1
@@ -163,8 +163,8 @@ def _tops(force_N: Array) -> list[tuple[int, float]]:
 def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
     """Return the lowest value between each top and the higher ground before it, or the profile's end.
 
-    `lowest` holds the lowest value before each top and after the one before it. A stack keeps the tops that no later
-    one has reached yet, so each is looked at once on the way in and once on the way out.
+    `lowest` holds the lowest value between each top and the top before it. A stack keeps the tops that no later top has
+    reached yet, so each is pushed and popped once.
     """
     open_tops: list[tuple[float, float]] = []
     lowest_before = []
@@ -177,7 +177,7 @@ def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
 
 
 def _smooth(values: Array, points: int) -> Array:
-    """Return the centred moving average; near the ends the end value stands in for what is missing."""
+    """Return the centred moving average; near the ends the end value replaces missing points."""
     points = points | 1
     padded = np.pad(values, points // 2, mode="edge")
     return np.convolve(padded, np.full(points, 1 / points), mode="valid")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 MAX_ANGLE_DEG = 62
-"""Where every opening is capped."""
+"""The angle at which every opening is cut off."""
 POINTS_PER_DEG = 10
 """Points in each one-degree subset."""
 POINTS = MAX_ANGLE_DEG * POINTS_PER_DEG + 1
@@ -26,7 +26,7 @@ def grid_angle_deg(index: int) -> float:
 def motion_end(force_N: list[float] | tuple[float, ...]) -> int:
     """Return the index of the last point before the zero padding of a door that opens less than 62 degrees.
 
-    A profile that is zero throughout has its end at 0.
+    Return 0 for a profile that is zero throughout.
     """
     end = len(force_N) - 1
     while end > 0 and force_N[end] == 0:

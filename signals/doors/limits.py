@@ -1,4 +1,4 @@
-"""Limits of force profiles: what one that is made may be at most, and what a door may be told to play.
+"""Limits of force profiles: of profiles that are generated, and of profiles that a door may play.
 
 NumPy is imported only where a profile is computed: the settings of a rig read their defaults here.
 """
@@ -16,34 +16,33 @@ if TYPE_CHECKING:
     from palpate.signals.arrays import Array
 
 LIMIT_N = 60.0
-"""No made profile has a force beyond this; the study's own profiles reach 44.5 N."""
+"""Greatest force of a generated profile; the study's own profiles reach 44.5 N."""
 STEEPEST_N_DEG = 60.0
-"""Nor a steeper change: 6 N from one point to the next, where the study's own doors break away with up to 8.7 N."""
+"""Steepest change of a generated profile: 6 N between two points; the study's own doors break away with up to 8.7 N."""
 HANDLE_RADIUS_M = 0.9
-"""From the hinge to the handle, where nobody measured it: a force times it is a torque."""
+"""Distance from the hinge to the handle where nobody measured it; force times distance is torque."""
 TORQUE_NM = 60.0
 """The greatest torque of a profile at the hinge, unless the rig says otherwise."""
 SLOPE_NM_DEG = 100.0
 """The greatest change of torque over angle from one point to the next, unless the rig says otherwise."""
 LEAST_OPENING_DEG = 5.0
-"""A door that opens less than this does not open."""
+"""A door that opens less than this is refused."""
 
 
 class UnplayableProfile(ValueError):
-    """A profile that a door must not play; the message says where and by how much."""
+    """A profile that a door must not play; the message says where it exceeds a limit and by how much."""
 
 
 def hardest() -> tuple[float, ...]:
-    """Return a profile at the bounds of what may be made: up and down between them as steeply as is allowed."""
+    """Return the profile at the limits of generated profiles: up and down between them as steeply as allowed."""
     step, length = STEEPEST_N_DEG / POINTS_PER_DEG, round(2 * LIMIT_N * POINTS_PER_DEG / STEEPEST_N_DEG)
     return tuple(LIMIT_N - step * abs(place % (2 * length) - length) for place in range(POINTS))
 
 
 def bounded(force_N: Array, limit_N: float = LIMIT_N, steepest_N_deg: float = STEEPEST_N_DEG) -> Array:
-    """Return the profile within `limit_N`, and no steeper than `steepest_N_deg`: where it is, it follows as fast as it
-    may.
+    """Return the profile within `limit_N` and no steeper than `steepest_N_deg`; steeper parts follow at that slope.
 
-    Takes one profile, a force in newtons at every tenth of a degree, and returns a new one.
+    Takes one profile, in newtons at every tenth of a degree, and returns a new one.
     """
     import numpy as np
 
@@ -61,7 +60,7 @@ def bounded(force_N: Array, limit_N: float = LIMIT_N, steepest_N_deg: float = ST
 
 
 def bounded_profiles(force_N: Array) -> Array:
-    """Return profiles (n, 621) in newtons within the limits. Raises DoorDataError for a row that is no profile."""
+    """Return profiles (n, 621) in newtons within the limits. Raises DoorDataError for a row that is not a profile."""
     import numpy as np
 
     from palpate.signals.doors.features import as_profile
@@ -78,10 +77,11 @@ def torque_profile(
 ) -> tuple[tuple[float, ...], float]:
     """Return the torques (621) in N m that make these forces at the handle, and where the motion ends, in degrees.
 
-    `force_N` has 621 points; the zeros after the motion's end are no forces: the last torque is held there instead.
+    `force_N` has 621 points. The zeros after the end of the motion are not forces: the last torque is held there
+    instead.
 
     Raises:
-        UnplayableProfile: not 621 finite points, no motion, or beyond `torque_Nm` or `slope_Nm_deg`.
+        UnplayableProfile: not 621 finite points, no motion, or values beyond `torque_Nm` or `slope_Nm_deg`.
     """
     if len(force_N) != POINTS:
         raise UnplayableProfile(f"{what}: {len(force_N)} points found, {POINTS} expected")
@@ -112,7 +112,7 @@ def torque_profile(
 
 
 def refusal(force_N: Array) -> str | None:
-    """Return why a door with the default limits would refuse to play a profile (621,), or None where it plays it."""
+    """Return why a door with the default limits would refuse to play a profile (621,), or None if it plays it."""
     import numpy as np
 
     try:

@@ -1,7 +1,7 @@
 """A mechanical door: the force a hand needs at the handle, over the opening angle.
 
-Quasi-static along a prescribed path (a short smooth start, then constant speed), so there is nothing to integrate
-and no stiffness can make it diverge. docs/reference/doors.md gives every term and where its range comes from.
+Quasi-static along a prescribed path (a short smooth start, then constant speed), so nothing is integrated and no
+stiffness can make it diverge. docs/reference/doors.md describes every term and the source of its range.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 
 NO_PLAY_DEG = 1e-6
-"""A play of the hand below this is none."""
+"""A smaller play of the hand counts as none."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ CHECK_RANGES: dict[str, tuple[float, float]] = {
 def simulate(door: Door, where: str = "door") -> Array:
     """Return the force at the handle in newtons on the 621 grid points, zero-padded beyond `opens_to_deg`.
 
-    There is no sensor noise: the measured door that stands beside the simulated ones is low-pass filtered.
+    There is no sensor noise, as the measured door beside the simulated ones is low-pass filtered.
 
     Raises:
         DoorDataError: a parameter outside its range; `where` names the door in the message.
@@ -112,7 +112,7 @@ def simulate(door: Door, where: str = "door") -> Array:
 def hand_force(door: Door, angle_deg: Array) -> Array:
     """Return the force at the handle in newtons at any angles, in degrees, within the door's travel.
 
-    The hand takes up its play first: at 0 degrees the reading is 0 unless `take_up_deg` is.
+    The hand takes up its play first: at 0 degrees the force is 0 unless `take_up_deg` is 0.
     """
     torque_Nm = (
         gravity_torque(door, angle_deg)
@@ -128,14 +128,14 @@ def hand_force(door: Door, angle_deg: Array) -> Array:
 
 
 def gravity_torque(door: Door, angle_deg: Array) -> Array:
-    """Return the torque of the weight about an inclined hinge axis: none where the door hangs lowest."""
+    """Return the torque of the weight about an inclined hinge axis; zero where the door hangs lowest."""
     weight_Nm = door.mass_kg * GRAVITY_M_S2 * door.centre_of_mass_m
     swing = np.sin(np.radians(angle_deg - door.lowest_at_deg))
     return np.asarray(weight_Nm * math.sin(math.radians(door.hinge_tilt_deg)) * swing)
 
 
 def friction_torque(door: Door, angle_deg: Array) -> Array:
-    """Return Coulomb friction with its breakaway rise (Stribeck), viscous damping, and the ripple of a worn hinge."""
+    """Return the torque of Coulomb friction with its breakaway rise (Stribeck), viscous damping and hinge ripple."""
     # The square of the opening speed rises smoothly (with two derivatives) over the start, then stays.
     share = np.clip(angle_deg / door.start_deg, 0, 1)
     speed = np.asarray(door.speed_deg_s * np.sqrt(share**3 * (10 + share * (6 * share - 15))))
@@ -145,7 +145,7 @@ def friction_torque(door: Door, angle_deg: Array) -> Array:
 
 
 def inertia_torque(door: Door, angle_deg: Array) -> Array:
-    """Return the torque that brings the door to speed: the kinetic energy's derivative over the angle."""
+    """Return the torque that accelerates the door: the derivative of its kinetic energy over the angle."""
     share = np.clip(angle_deg / door.start_deg, 0, 1)
     inertia_kg_m2 = door.mass_kg * door.gyration_radius_m**2
     energy_J = 0.5 * inertia_kg_m2 * math.radians(door.speed_deg_s) ** 2
@@ -163,12 +163,12 @@ def check_torque(check: tuple[CheckFeature, ...], angle_deg: Array) -> Array:
 
 
 def seal_torque(door: Door, angle_deg: Array) -> Array:
-    """Return the torque of the compressed weatherstrip, which pushes the door open and is gone after a few degrees."""
+    """Return the torque of the compressed weatherstrip, which pushes the door open over the first few degrees."""
     return np.asarray(-door.seal_Nm * np.exp(-angle_deg / door.seal_range_deg))
 
 
 def stop_force(door: Door, angle_deg: Array) -> Array:
-    """Return the force of the end stop: a smooth onset, then its stiffness, and never more than the hand pulls.
+    """Return the force of the end stop: a smooth onset, then its stiffness, never more than the hand pulls.
 
     The limit makes any stiffness safe: a person stops pulling, and the recording ends there.
     """
@@ -178,7 +178,7 @@ def stop_force(door: Door, angle_deg: Array) -> Array:
 
 
 def check_ranges(door: Door, where: str) -> None:
-    """Refuse the first parameter outside its range, by name."""
+    """Raise DoorDataError that names the first parameter outside its range."""
     _within(door, RANGES, where)
     for number, feature in enumerate(door.check, start=1):
         _within(feature, CHECK_RANGES, f"{where}, check feature {number}")

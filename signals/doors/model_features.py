@@ -1,4 +1,4 @@
-"""The engineered features that models of a door's feeling learn from: peaks, intervals, slopes, plateaus, energy.
+"""Engineered features that models of door perception learn from: peaks, intervals, slopes, plateaus, energy.
 
 Thesis 5.3.4.1 and Figure 5.6; energy is ours. Every one is defined for every finite profile;
 `docs/reference/model-files.md` has the table.
@@ -29,21 +29,20 @@ FEATURES = (
 )  # fmt: skip
 """Their names, in order: the columns of the stimulus table, peaks and valleys, slopes, plateaus, energy."""
 PEAKS, VALLEYS = 3, 2
-"""So many major peaks and valleys have columns of their own."""
+"""Number of major peaks and valleys that have columns of their own."""
 FLAT_N_DEG = 1.0
-"""Along a flat stretch the force changes by at most so much a degree."""
+"""Greatest change of force per degree along a flat stretch."""
 PARTS_DEG = ((0, 20), (20, 40), (40, 62))
 """The parts of the opening whose work has features of its own."""
 
 
 def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
-    """Return the engineered features of profiles, (n, 621) newtons to (n, features); of one profile (621,),
-    (features,).
+    """Return the engineered features (n, features) of profiles (n, 621) in newtons, or (features,) of one (621,).
 
-    `names` picks and orders them; without it, all of FEATURES.
+    `names` selects and orders them; by default all of FEATURES are returned.
 
     Raises:
-        DoorDataError: a row that is no profile (not 621 finite forces within 1e9 N), or a name that is no feature.
+        DoorDataError: a row that is not a profile (621 finite forces within 1e9 N), or an unknown feature.
     """
     given = np.asarray(force_N, dtype=np.float64)
     chosen = FEATURES if names is None else tuple(names)
@@ -78,7 +77,7 @@ def _features_of(profile: Array) -> dict[str, float]:
 
 
 def _extremes(moving: Array, marks: Landmarks) -> dict[str, float]:
-    """Return the major peaks and valleys; one that is missing stands at the end of the motion."""
+    """Return the major peaks and valleys; missing ones are placed at the end of the motion."""
     peaks = [*marks.peaks, *[marks.end] * PEAKS][:PEAKS]
     valleys = [*marks.valleys, *[marks.end] * VALLEYS][:VALLEYS]
     values = {"major_peak_count": float(len(marks.peaks))}
@@ -92,7 +91,7 @@ def _extremes(moving: Array, marks: Landmarks) -> dict[str, float]:
 
 
 def _slopes(moving: Array, slope: Array) -> dict[str, float]:
-    """Return the change of force over one degree: the steepest rise and fall and where they are, and its RMS."""
+    """Return features of the change of force over one degree: steepest rise and fall, their angles, and the RMS."""
     rise, fall = int(np.argmax(slope)), int(np.argmin(slope))
     return {
         "rise_N_deg": max(float(slope[rise]), 0.0),
@@ -106,9 +105,9 @@ def _slopes(moving: Array, slope: Array) -> dict[str, float]:
 
 
 def _plateaus(profile: Array, moving: Array, slope: Array, marks: Landmarks) -> dict[str, float]:
-    """Return the longest flat stretch and the plateau after the second major peak; one that is missing has length 0.
+    """Return the longest flat stretch and the plateau after the second major peak; missing ones have length 0.
 
-    The level of a missing flat stretch is the mean force; of a missing plateau, midway between peak and valley.
+    The level of a missing flat stretch is the mean force; that of a missing plateau is midway between peak and valley.
     """
     # The longest run of flat points, the first of equals.
     edges = np.diff((np.abs(slope) <= FLAT_N_DEG).astype(np.int8), prepend=0, append=0)
@@ -132,9 +131,7 @@ def _plateaus(profile: Array, moving: Array, slope: Array, marks: Landmarks) -> 
 
 
 def _work(profile: Array) -> dict[str, float]:
-    """Return the work over the whole grid in J per metre of handle radius: the integral of the force over the angle in
-    radians.
-    """
+    """Return the work over the grid and its parts in J per metre of handle radius: force integrated over radians."""
     width = np.radians(1 / POINTS_PER_DEG)
     pieces = (profile[1:] + profile[:-1]) / 2 * width
     values = {

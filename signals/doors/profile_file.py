@@ -15,7 +15,7 @@ HEADER = ("angle_deg", "force_N")
 
 @dataclass(frozen=True)
 class ProfileFormat(TableFormat):
-    """The format of a profile's file; `end` ends its messages, `advice` the one on another number of points."""
+    """The format of a profile's file; `end` ends its messages, `advice` the message on another number of points."""
 
     end: str = "."
     advice: str = ". A raw recording becomes a profile with `palpate doors normalise`."
@@ -36,8 +36,8 @@ def read_profile(path: Path | str, layout: ProfileFormat = PROFILE, sha256: str 
     """Read the 621 forces, in newtons, of a profile file with the columns angle_deg, force_N.
 
     Raises:
-        DoorDataError: naming file and line, when the columns, the angles, the count or a number is wrong, or the
-            file is not the one with this `sha256`; the error of `layout` where another one is given.
+        DoorDataError: wrong columns, angles, number of points or numbers, with file and line; or a file whose
+            SHA-256 is not `sha256`. With another `layout`, its error is raised instead.
     """
     path = Path(path)
     content = layout.content(path)

@@ -1,8 +1,8 @@
 """From a recording to the 621 points of a door profile (thesis 5.3.1.1 and 5.3.1.2).
 
-What "downsampled and truncated to 10 points" means here: only rows that advance the opening are kept, the force
-between them is linear over the angle, and each grid point is the mean of that line over its tenth of a degree
-(the point at 0 degrees is the line's value there). So neither the opening speed nor the sampling rate enters.
+"Downsampled and truncated to 10 points" is implemented as follows: only rows that advance the opening are kept, the
+force between them is linear over the angle, and each grid point is the mean of that line over its tenth of a degree
+(the point at 0 degrees is the line's value there). So neither the opening speed nor the sampling rate matters.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, Do
 LEAST_OPENING_DEG = 2.0
 """A recording that covers less of the grid than this is refused."""
 LARGEST_GAP_DEG = 2.0
-"""Widest stretch without a row that is bridged by a straight line."""
+"""Widest gap between rows that is bridged by a straight line."""
 GREATEST_N = 1e9
-"""A number beyond this is no force of a door; squares of what is within it stay far from overflow."""
+"""Greatest force of a door; squares of smaller numbers stay far from overflow."""
 SAME_ANGLE_DEG = 1e-9
 """Angles closer than this are one angle: far below any encoder's step, far above rounding."""
 
 
 @dataclass(frozen=True)
 class NormalisedProfile:
-    """The 621 forces, and what was done to get them."""
+    """The 621 forces, and how they were obtained."""
 
     force_N: Array
     rows: int
@@ -43,9 +43,9 @@ def normalise(
 ) -> NormalisedProfile:
     """Resample an opening to 621 points over 0 to 62 degrees, zero-padded where the door does not reach.
 
-    Only the opening counts: rows after the largest angle was first reached are left out, and so are rows behind
-    the largest angle so far (backlash, a hand that gives way); rows at one angle are averaged. With `zero`, rows
-    before the first motion are left out and the angle there becomes 0.
+    Only the opening counts: rows after the largest angle was first reached are left out, and so are rows behind the
+    largest angle so far (backlash, a hand that gives way); rows at one angle are averaged. With `zero`, rows before the
+    first motion are left out and the angle there becomes 0.
 
     Raises:
         DoorDataError: unequal lengths, a value that is not finite (with its row, counted from 1), a force beyond
@@ -84,7 +84,7 @@ def normalise(
 
 
 def demand_force(force_N: Array, where: str) -> None:
-    """Raise DoorDataError on a number that is no force of a door."""
+    """Raise DoorDataError for a number that is not a plausible force of a door."""
     if (most := float(np.abs(force_N).max())) > GREATEST_N:
         raise DoorDataError(f"{where}: a force of {most:g} N; a door's is at most {GREATEST_N:g}.")
 
@@ -129,7 +129,7 @@ def _checked(first: ArrayLike, second: ArrayLike, name: str = "angle", other: st
 
 
 def _one_force_per_angle(angle: Array, force: Array) -> tuple[Array, Array]:
-    """Average rows at one angle (a door at rest, an encoder's step); the angle rises strictly after."""
+    """Average rows at equal angles (a door at rest, an encoder's step), so that the angles rise strictly."""
     groups = np.cumsum(np.r_[0, np.diff(angle) > SAME_ANGLE_DEG])
     counts = np.bincount(groups)
     starts = np.r_[0, np.cumsum(counts)[:-1]]
@@ -148,7 +148,9 @@ def _refuse_short(angle: Array) -> None:
 
 
 def _resample(angle: Array, force: Array) -> tuple[Array, int]:
-    """Return the means of the straight-line force over each tenth of a degree, and the number of padded points."""
+    """Return the means of the linearly interpolated force over each tenth of a degree, and the number of padded
+    points.
+    """
     grid = np.array([grid_angle_deg(index) for index in range(POINTS)])
     reached = int(np.searchsorted(grid, angle[-1] + SAME_ANGLE_DEG, side="right"))
     half = 0.5 / POINTS_PER_DEG

@@ -1,4 +1,4 @@
-"""Activations by element, and softmax: in place where the numbers are needed no more."""
+"""Element-wise activations and softmax, computed in place where the input is no longer needed."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from palpate.signals.models.card import Activation
 from palpate.signals.models.form import At, Built, Form, KeptValues, Values
 
 SLOPE = 0.2
-"""Of a leaky relu below zero."""
+"""Slope of a leaky relu below zero."""
 LEAST = 1e-10
-"""What a logarithm is taken of, at least."""
+"""Least argument of a logarithm."""
 SAFE = 40.0
-"""The exponential of a number within this is far from all limits, in single precision too."""
+"""Bound within which exp is far from overflow and underflow, also in single precision."""
 ROOT_HALF = float(np.sqrt(0.5))
 
 
 def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 - it fits every form
-    """Return the function that the card names."""
+    """Return the activation function that the card names, as a step."""
     after = replace(form, owned=True)
     if step.function == "softmax":
         return _softmax(form), after
@@ -35,7 +35,9 @@ def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 -
 
 
 def soft(x: Values, axis: int) -> Values:
-    """Return exp(x) / sum of exp(x) along an axis, in place; from its greatest where it would overflow or vanish."""
+    """Return exp(x) / sum of exp(x) along an axis, in place; shifted by the maximum where it would over- or
+    underflow.
+    """
     if not (x.max() < SAFE and x.min() > -SAFE):
         x -= np.maximum.reduce(x, axis=axis, keepdims=True)
     np.exp(x, out=x)
@@ -53,7 +55,9 @@ def _softmax(form: Form) -> Callable[[Values, KeptValues], Values]:
 
 
 def _gelu() -> Callable[[Values, KeptValues], Values]:
-    """Return x times the normal distribution function; by erfc, which keeps its digits far below zero."""
+    """Return a function for x times the normal distribution function; by erfc, which keeps its digits far below
+    zero.
+    """
     from scipy.special import erfc
 
     def run(x: Values, _kept: KeptValues) -> Values:

@@ -1,4 +1,4 @@
-"""From a card's steps to something that runs: every shape is followed and checked once, before anything is asked."""
+"""Build a function from a card's steps: every shape is computed and checked once, before the first input."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ __all__ = ["Form", "Run", "built"]
 
 
 def built(steps: Sequence[Step], tensors: Mapping[str, Values], form: Form) -> Built:
-    """Return what these steps do to (n, *form.shape), and the form that comes out. Raises ModelFileError naming the
-    step.
+    """Return a function that runs these steps on (n, *form.shape), and the form of its output.
+
+    Raises ModelFileError that names the step.
     """
     if form.size > LARGEST:
         raise ModelFileError(f"{form.size} numbers for one input; at most {LARGEST} are run. Export the model again.")
@@ -51,7 +52,7 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
 
 
 def _one_step(steps: Sequence[Step], at: At) -> bool:
-    """Return whether the second step can have the first one's copies or scales of places in its weights."""
+    """Return whether the second step can take over the first one's repetition or scaling of places in its weights."""
     if len(steps) < 2:
         return False
     first, second = steps
@@ -66,7 +67,7 @@ def _one_step(steps: Sequence[Step], at: At) -> bool:
 
 
 def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
-    """Return one step at work, or two together."""
+    """Build one step, or two together."""
     first, last = steps[0], steps[-1]
     make: Callable[[Any, Form, At], Built] = _BUILDERS[type(last)]
     if isinstance(first, Upsample) and isinstance(last, Dense):
@@ -110,7 +111,7 @@ def _mean(step: Mean, form: Form, at: At) -> Built:
 
 
 def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
-    """Return the engineered features that the card names. A name that is unknown here is refused."""
+    """Build the engineered features that the card names. Raises ModelFileError for an unknown name."""
     from palpate.protocols.did_you_mean import nearest
     from palpate.signals.doors.model_features import FEATURES, features
 
@@ -130,7 +131,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
 
 
 def playable(step: Playable, form: Form, at: At) -> Built:
-    """Return every profile within the limits."""
+    """Build the limits on profiles."""
     from palpate.signals.doors.limits import bounded
 
     _require_profile(form, at)

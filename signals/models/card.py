@@ -1,7 +1,7 @@
-"""The card of a trained model: what goes in, what is done step by step, what comes out, and where it comes from.
+"""The card of a trained model: its inputs, its steps, its outputs, and its provenance.
 
-A model is two files: NAME.json, this card, and NAME.safetensors, its numbers. Neither can execute code. The card is
-all that the side that trains and the side that runs a model have in common.
+A model is two files: NAME.json, this card, and NAME.safetensors, its numbers. Neither can execute code. Training and
+running a model share nothing but the card.
 """
 
 from __future__ import annotations
@@ -275,11 +275,11 @@ class Card(Strict):
 
 
 NO_TENSORS = frozenset({"do", "function", "kept", "memory", "along"})
-"""Fields of steps that are words."""
+"""Fields of steps whose values are words, not names of tensors."""
 
 
 def tensors_named(steps: Sequence[Step]) -> Iterator[str]:
-    """Yield the names of all tensors that these steps use, in order, nested ones too."""
+    """Yield the names of all tensors that these steps use, in order, including those of nested steps."""
     for step in steps:
         for name in type(step).model_fields:
             value = getattr(step, name)
@@ -293,14 +293,14 @@ def tensors_named(steps: Sequence[Step]) -> Iterator[str]:
 
 
 def card_tensors(card: Card) -> Iterator[str]:
-    """Yield the names of all tensors that belong to a card: those of its steps, and what a texture begins with."""
+    """Yield the names of all tensors that belong to a card: those of its steps, and the start of a texture."""
     yield from tensors_named(card.steps)
     if card.texture is not None and card.texture.start is not None:
         yield card.texture.start
 
 
 def complaint(error: ValidationError) -> str:
-    """Return the first few things that are wrong with a card, each with its place."""
+    """Return the first few problems of a card, each with its place."""
     wrong = [f"{'.'.join(map(str, item['loc'])) or 'card'}: {item['msg']}" for item in error.errors()[:3]]
     more = f" (and {error.error_count() - len(wrong)} more)" if error.error_count() > len(wrong) else ""
     return "; ".join(wrong) + more

@@ -1,4 +1,4 @@
-"""The steps of a model that continues a signal: attention, recurrence, spectra, and values that are kept for later.
+"""Steps of a model that continues a signal: attention, recurrence, spectra, and values that are stored for later.
 
 They are steps of a card like those in signals/models/card.py. A value has shape (channels, length), or (size) where it
 is a list; "place" is a position along the length.

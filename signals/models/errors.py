@@ -8,16 +8,16 @@ from pathlib import Path
 
 
 class ModelFileError(ValueError):
-    """A model that is not used: the message says which file, what was found, what is expected and what to do."""
+    """A model that cannot be used; the message says which file, what was found, what is expected and what to do."""
 
 
 class ModelInputError(ValueError):
-    """Numbers that a model cannot answer, or an answer that is none."""
+    """An input that a model cannot answer, or an answer that is not finite."""
 
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Yield a file that the system does not let us read is a model that is not used."""
+    """Turn an OSError within the block into a ModelFileError that names the file."""
     try:
         yield
     except OSError as error:
@@ -26,7 +26,7 @@ def reading(path: Path) -> Iterator[None]:
 
 @contextmanager
 def in_file(path: Path) -> Iterator[None]:
-    """Yield numbers that a model cannot answer came from this file."""
+    """Put the name of the file before the message of a ModelInputError within the block."""
     try:
         yield
     except ModelInputError as error:

@@ -1,4 +1,4 @@
-"""The quickest way to run a model on this machine: the compiled kernel where it can, else NumPy."""
+"""The fastest way to run a model on this machine: the compiled kernel where possible, else NumPy."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.runtime import Model
 
 TRIED = 12
-"""Inputs on which the kernel is tried when a model is opened."""
+"""Number of inputs on which the kernel is checked when a model is opened."""
 AGREES = 1e-3
-"""Single precision is a hundred times nearer; a fault is farther off."""
+"""Greatest accepted difference: single precision is a hundred times closer, an error is further off."""
 
 
 class Runs(Protocol):
-    """A model that answers; `runtime` says by what, in a word or two."""
+    """A model that can be run; `runtime` says by what, in a word or two."""
 
     @property
     def card(self) -> Card:
-        """Return what it takes and gives."""
+        """Return the model's card."""
 
     @property
     def runtime(self) -> str:
-        """Return what runs it: "native (AVX-512)" or "NumPy"."""
+        """Return what runs the model: "native (AVX-512)" or "NumPy"."""
 
     def run(self, given: Array) -> Array:
-        """Compute (in,) to (out,), or (n, in) to (n, out), in float64, as `Model.run`.
+        """Return the answer to (in,) as (out,), or to (n, in) as (n, out), in float64, as `Model.run` does.
 
-        Raise ModelInputError as it does.
+        Raises ModelInputError as `Model.run` does.
         """
 
 
 @dataclass(frozen=True)
 class ByNumpy:
-    """A model run by NumPy; `why`: what stood in the kernel's way."""
+    """A model run by NumPy; `why` says why the kernel cannot run it."""
 
     model: Model = field(repr=False)
     why: str = ""
@@ -46,20 +46,20 @@ class ByNumpy:
 
     @property
     def card(self) -> Card:
-        """Return what it takes and gives."""
+        """Return the model's card."""
         return self.model.card
 
     def run(self, given: Array) -> Array:
-        """Compute as `Model.run`."""
+        """Return the answer as `Model.run` does."""
         return self.model.run(given)
 
 
 def fastest(model: Model, instructions: str | None = None) -> Runs:
-    """Return the model, run by the compiled kernel where that was built and knows all its steps, else by NumPy.
+    """Return the model, run by the compiled kernel if it was built and supports all steps, else by NumPy.
 
-    The kernel's answers are compared with NumPy's here, once; one that does not agree is not used. `instructions`
-    names one of the kernel's instruction sets; None: the first that this processor has. Every call opens a workspace
-    of its own.
+    The kernel's answers are compared with NumPy's once, here; if they do not agree, NumPy is used. `instructions` names
+    one of the kernel's instruction sets; None: the first that this processor has. Every call opens a workspace of its
+    own.
     """
     from palpate.signals.models.native.library import KernelMissing, library
     from palpate.signals.models.native.opened import Native
@@ -78,9 +78,10 @@ def fastest(model: Model, instructions: str | None = None) -> Runs:
 
 
 def apart(runs: Runs, model: Model) -> float:
-    """Return the greatest difference between both on a few inputs, relative to the size of the answers; inf for none.
+    """Return the greatest difference between the two on a few inputs, relative to the size of the answers; inf if
+    undefined.
 
-    Where an answer may jump (a phase at its cut, the choice of a sparse attention) rounding may decide: the second
+    Where an answer may jump (a phase at its cut, the choice of a sparse attention), rounding may decide: the second
     largest difference counts.
     """
     # Inputs about what a texture's recording held, or about 0, within what the model answers to.

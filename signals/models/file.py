@@ -1,4 +1,4 @@
-"""Reading a trained model: the card, the numbers beside it, and the check that both belong together and fit."""
+"""Read a trained model: the card, the numbers beside it, and the checks that both fit together."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ __all__ = ["CARD_SUFFIX", "Model", "ModelFileError", "read_card", "read_model"]
 CARD_SUFFIX = ".json"
 HATT_SUFFIX = ".xml"
 LARGEST_CARD = 8 * 1024**2
-"""Bytes of a card; the numbers are in the other file."""
+"""Greatest size of a card in bytes; the numbers are in the other file."""
 CODE = {".pt", ".pth", ".pkl", ".pickle", ".joblib", ".onnx", ".h5", ".hdf5", ".keras", ".pb", ".npy", ".npz", ".ckpt"}
-"""Files of other programs, some of which run code when they are opened."""
+"""Endings of model files of other programs, some of which run code when they are opened."""
 FAMILY = FORMAT.rpartition("/")[0]
 
 
 def read_model(card: Path | str) -> Model:
     """Read a model from its card, NAME.json, and the weights that the card names beside it.
 
-    Everything is checked here, once: a model that was read answers every finite input of the right size. A texture of
+    Everything is checked once, here: a model that was read answers every finite input of the right size. A texture of
     the Penn Haptic Texture Toolkit, `Models_NAME.xml`, is read as a model too (signals/models/hatt.py).
 
     Raises:
@@ -46,7 +46,7 @@ def read_model(card: Path | str) -> Model:
 
 
 def read_card(path: Path | str) -> Card:
-    """Read a card alone. Raises ModelFileError as `read_model` does."""
+    """Read a card without its weights. Raises ModelFileError as `read_model` does."""
     path = Path(path)
     with reading(path):
         if path.suffix.lower() in CODE:

@@ -1,4 +1,4 @@
-"""The parts of every step: the shape of its input, the model's numbers, and words for a mismatch."""
+"""What all steps use: the shape of a value, the model's tensors, and messages for a mismatch."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from palpate.signals.models.errors import ModelFileError
 
 Values: TypeAlias = NDArray[Any]
 KeptValues: TypeAlias = dict[str, Values]
-"""What was kept on the way through one run; every run has its own."""
+"""Values that are kept during one run, by name; every run has its own."""
 Run: TypeAlias = Callable[[Values, KeptValues], Values]
-"""One or more steps at work: (n, *shape) to (n, *next shape)."""
+"""A function that runs one or more steps: (n, *shape) to (n, *next shape)."""
 
 LARGEST = 2**22
-"""So many numbers at most between two steps, for one input; the widest network here has 120 000."""
+"""Greatest number of values between two steps, for one input; the widest network here has 120 000."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """The shape of one value as the card means it, (channels, length) where it has two sides.
+    """The shape of a value as the card defines it: (size,) or (channels, length).
 
-    `length_first`: it is kept as (length, channels), so that a convolution is one product of matrices. `owned`: it was
-    made on the way and nothing else needs it, so a step may write into it.
+    `length_first`: it is stored as (length, channels), so that a convolution is one product of matrices. `owned`: it is
+    an intermediate result that nothing else needs, so a step may write into it.
     """
 
     shape: tuple[int, ...]
@@ -36,7 +36,7 @@ class Form:
 
     @property
     def size(self) -> int:
-        """Return how many numbers it is."""
+        """Return how many numbers a value has."""
         return math.prod(self.shape)
 
 
@@ -45,36 +45,38 @@ Built: TypeAlias = tuple[Run, Form]
 
 @dataclass(frozen=True)
 class At:
-    """A step's place in the card, the numbers that it may name, and the forms of what steps before it have kept."""
+    """A step's place in the card, the tensors that it may name, and the forms of values that earlier steps have
+    kept.
+    """
 
     where: str
     tensors: Mapping[str, Values]
     kept: dict[str, Form] = field(default_factory=dict)
 
     def inner(self, where: str) -> At:
-        """Return a place within this one."""
+        """Return a place nested in this one."""
         return replace(self, where=f"{self.where}, {where}" if self.where else where)
 
     def form_of_kept(self, name: str) -> Form:
-        """Return the form of a value that a step before this one has kept. Raises ModelFileError."""
+        """Return the form of a value that an earlier step has kept. Raises ModelFileError where there is none."""
         if name not in self.kept:
             raise self.refuse(f"no step before it has stored {name!r}")
         return self.kept[name]
 
     def refuse(self, what: str) -> ModelFileError:
-        """Return the error that says where."""
+        """Return a ModelFileError that says where in the card the problem is."""
         return ModelFileError(f"{self.where}: {what}. Export the model again.")
 
     def reals(self, name: str, *sides: int | None) -> Values:
-        """Return an array of real numbers with these sides, None for any. Raises ModelFileError."""
+        """Return a tensor of real numbers with these dimensions, None for any size. Raises ModelFileError."""
         return self._array(name, "f", "float32 or float64", sides)
 
     def wholes(self, name: str, *sides: int | None) -> Values:
-        """Return an array of whole numbers with these sides. Raises ModelFileError."""
+        """Return a tensor of whole numbers with these dimensions. Raises ModelFileError."""
         return self._array(name, "i", "int32 or int64", sides)
 
     def any_reals(self, name: str) -> Values:
-        """Return an array of real numbers of any shape. Raises ModelFileError."""
+        """Return a tensor of real numbers of any shape. Raises ModelFileError."""
         tensor = self.tensors.get(name)
         if tensor is None:
             raise self.refuse(f"it names {name!r}, which is not among the numbers")
@@ -95,7 +97,7 @@ class At:
 
 
 def flattened(form: Form) -> Callable[[Values], Values]:
-    """Return (n, *shape) as it is kept to (n, size) in C order."""
+    """Return a function from a value as it is stored, (n, *shape), to (n, size) in C order."""
 
     def run(x: Values) -> Values:
         return (x.swapaxes(1, 2) if form.length_first else x).reshape(len(x), -1)
@@ -104,6 +106,6 @@ def flattened(form: Form) -> Callable[[Values], Values]:
 
 
 def missing_where_not_finite(x: Values, answers: Values) -> Values:
-    """Return the answers, NaN for every input that is not finite: a look-up must not hide that a number overflowed."""
+    """Return the answers, NaN for every input that is not finite: a look-up must not hide an overflow."""
     wrong = np.asarray(~np.isfinite(x).all(axis=1))
     return np.where(wrong[:, None], np.nan, answers) if wrong.any() else answers

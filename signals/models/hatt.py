@@ -1,8 +1,8 @@
-"""A texture of the Penn Haptic Texture Toolkit as a model that runs like every other one here.
+"""Textures of the Penn Haptic Texture Toolkit, read as models that run like all others.
 
 The toolkit interpolates line spectral frequencies and the variance of the excitation within triangles over speed and
-force; so does `Autoregression`, if it is given the variance in the place of the log SD. A moving average has no state
-here: such models become autoregressions of a higher order with the same first autocorrelations.
+force; so does `Autoregression`, given the variance in place of the log SD. A moving average has no state here: such
+models become autoregressions of a higher order with the same first autocorrelations.
 
 The format is that of the toolkit's `Models_NAME.xml` (Culbertson, Lopez Delgado and Kuchenbecker 2014): a `modelSet`
 with units, sample rate, `tri` (three model numbers from 1, a Delaunay triangulation over speed and force) and a `model`
@@ -31,20 +31,20 @@ from palpate.signals.models.runtime import Model
 from palpate.signals.xml_text import EntitiesDeclared, xml_root
 
 RADIUS = 0.998
-"""No pole of what runs lies further out, whatever speed and force are."""
+"""Greatest radius of a pole of a converted model, at any speed and force."""
 DAMP = 0.995
 PER = (100.0, 1.0)
 HIGHER = 40
-"""Order of the autoregression that a moving average becomes a part of."""
+"""Order of the autoregression that replaces a moving average."""
 FINER = 3
-"""A triangle's side is cut into so many where there is a moving average: what lies between is converted too."""
+"""Number of parts that a triangle's side is divided into where there is a moving average."""
 SPECTRUM = 2**12
-"""Places on the unit circle at which a spectrum is looked at."""
+"""Number of points on the unit circle at which a spectrum is evaluated."""
 START_MM_S, START_N = 45.0, 0.8
-"""What a texture begins with (thesis 4.5.1)."""
+"""Speed and force at which a texture begins (thesis 4.5.1)."""
 WARM_UP = 1000
 PEAK_SDS = 6.0
-"""Nothing beyond so many SDs of the loudest point is played."""
+"""Greatest acceleration that is played, in SDs of the loudest point."""
 
 
 Numbers: TypeAlias = dict[str, NDArray[Any]]
@@ -86,7 +86,10 @@ def read_hatt(path: Path | str) -> Model:
 
 
 def _converted(hatt: Hatt) -> _Points:
-    """Return each point's predictor; with a moving average, of more points between them. Raises ModelFileError."""
+    """Return the predictor of each point, with points added between them for a moving average.
+
+    Raises ModelFileError.
+    """
     fine = hatt if not hatt.ma.shape[1] else _finer(hatt)
     if not hatt.ma.shape[1]:
         filters, error = _error_filters(fine.ar), np.ones(len(fine.ar))
@@ -103,7 +106,7 @@ def _converted(hatt: Hatt) -> _Points:
 
 
 def _finer(hatt: Hatt) -> Hatt:
-    """Return every triangle in nine, what lies between being interpolated as the toolkit does."""
+    """Return the model with every triangle divided into nine, the new points interpolated as the toolkit does."""
     known: dict[tuple[tuple[int, int], ...], int] = {}
     triangles = [
         [known.setdefault(place, len(known)) for place in small]
@@ -121,7 +124,7 @@ def _finer(hatt: Hatt) -> Hatt:
 
 
 def _nine(corners: list[int]) -> Iterator[list[tuple[tuple[int, int], ...]]]:
-    """Yield the small triangles, each corner as (point, share in thirds) of the large ones' corners."""
+    """Yield the nine small triangles of a large one; each corner is a tuple of (point, share in thirds)."""
 
     def at(i: int, j: int) -> tuple[tuple[int, int], ...]:
         together: dict[int, int] = {}
@@ -141,8 +144,10 @@ def _error_filters(frequencies: Array) -> Array:
 
 
 def _without_average(hatt: Hatt) -> tuple[Array, Array]:
-    """Return the error filters of a higher order and their error, for an excitation of variance 1 (Levinson and
-    Durbin).
+    """Return error filters of a higher order without a moving average, and their errors for an excitation of variance
+    1.
+
+    By Levinson and Durbin, from the first autocorrelations.
     """
     spectra = [np.abs(np.fft.rfft(_error_filters(filter_), SPECTRUM)) ** 2 for filter_ in (hatt.ma, hatt.ar)]
     lags = np.fft.irfft(spectra[0] / spectra[1] * hatt.gain[:, None] ** 2)[:, : HIGHER + 1]
@@ -157,7 +162,7 @@ def _without_average(hatt: Hatt) -> tuple[Array, Array]:
 
 
 def _steps(window: int) -> tuple[Step, ...]:
-    """Return the steps: the variance is interpolated, and only then the log of the SD is taken."""
+    """Return the card's steps, which interpolate the variance before they take the log of the SD."""
     predictor = Autoregression(
         points="points", frequencies="frequencies", log_sd="variance", triangles="triangles", per=PER
     )
@@ -189,7 +194,7 @@ def _card(path: Path, hatt: Hatt, points: _Points, content: bytes, window: int) 
 
 
 def _start(tensors: Numbers, window: int) -> Array:
-    """Return what the model itself makes at 45 mm/s and 0.8 N."""
+    """Return the acceleration (window,) that the model produces at 45 mm/s and 0.8 N after a warm-up."""
     silent = Weights(file="x", sha256="0" * 64, bytes=0)
     takes, gives = Port(kind="texture_window", size=3 * window, unit=""), Port(kind="acceleration", size=2, unit="")
     card = Card(name="x", title="", method="hatt", weights=silent, takes=takes, gives=gives, steps=_steps(window))
@@ -203,19 +208,19 @@ def _start(tensors: Numbers, window: int) -> Array:
 
 
 LARGEST = 32 * 1024**2
-"""Bytes of a file; those of the toolkit have at most half a million."""
+"""Greatest size of a file in bytes; those of the toolkit have at most half a million."""
 MOST = 1000
-"""Models of a texture, and triangles."""
+"""Greatest number of models of a texture; half the greatest number of triangles."""
 HIGHEST = 60
-"""Order."""
+"""Greatest order of a model."""
 FURTHEST = 1e9
-"""Of a speed, force, variance or gain: what is beyond is none."""
+"""Greatest accepted speed, force, variance or gain."""
 UNITS = {"AccelUnits": "m/s^2", "SpeedUnits": "mm/s", "ForceUnits": "N"}
 
 
 @dataclass(frozen=True)
 class Hatt:
-    """The content of a file of the Penn Haptic Texture Toolkit.
+    """The content of a model file of the Penn Haptic Texture Toolkit.
 
     points (k, 2): mm/s and N; `ar` (k, p) and `ma` (k, q), q may be 0: line spectral frequencies of the polynomials;
     `variance` (k,) of the excitation, `gain` (k,) of it and of the moving average; triangles (t, 3) from 0.
@@ -233,7 +238,9 @@ class Hatt:
 
 
 def read_hatt_file(path: Path) -> tuple[Hatt, bytes]:
-    """Return what the file says, and its content. Raises ModelFileError: where, what was found, what is expected."""
+    """Return the parsed content of a file, and its bytes. Raises ModelFileError: where, what was found, what is
+    expected.
+    """
     with reading(path):
         if not path.is_file():
             raise ModelFileError(f"{path}: there is no such file.")
@@ -299,7 +306,7 @@ def _parsed(root: ElementTree.Element) -> Hatt:
 
 
 def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]:
-    """Return the models by their numbers, if they have one: triangles name them."""
+    """Return the models in the order of their numbers, which triangles refer to; as they stand where they have none."""
     numbers = [model.find("modNum") for model in models]
     if any(number is None for number in numbers):
         return list(models)
@@ -310,7 +317,7 @@ def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]
 
 
 def _rows(models: Sequence[ElementTree.Element], name: str) -> Array:
-    """Return (k, order), of each model as many."""
+    """Return the frequencies (k, order) of this name. Raises _Odd unless all models have the same number of them."""
     rows = []
     for number, model in enumerate(models, start=1):
         element = model.find(name)

@@ -1,4 +1,4 @@
-"""The steps that networks are made of, in NumPy, and those that compare an input with what was learned from.
+"""Steps of networks in NumPy, and steps that compare an input with the training data.
 
 A convolution is one product of matrices.
 """
@@ -25,7 +25,7 @@ from palpate.signals.models.form import (
 
 
 def affine(step: Affine, form: Form, at: At) -> Built:
-    """Return y = gain * x + offset."""
+    """Build y = gain * x + offset."""
     gain, offset = _factor(step.gain, form, at), _factor(step.offset, form, at)
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -35,7 +35,7 @@ def affine(step: Affine, form: Form, at: At) -> Built:
 
 
 def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
-    """Return y = weight x + bias; `times`: every element along the length stands for so many equal ones."""
+    """Build y = weight x + bias; each element along the length stands for `times` equal ones."""
     weight = at.reals(step.weight, None, form.size * times)
     bias = at.reals(step.bias, len(weight)).astype(weight.dtype)
     if times > 1:
@@ -53,7 +53,7 @@ def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
 
 
 def conv(step: Conv, form: Form, at: At) -> Built:
-    """Return the cross-correlation along the length: all windows side by side, times the weights."""
+    """Build the cross-correlation along the length: all windows side by side, times the weights."""
     channels, length = sides(form, at)
     weight = at.reals(step.weight, None, channels, None)
     filters, _, width = weight.shape
@@ -78,7 +78,7 @@ def conv(step: Conv, form: Form, at: At) -> Built:
 
 
 def by_place(matrix: Values, bias: Values, form: Form) -> Run:
-    """Return x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
+    """Return a function for x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
     length = form.shape[1]
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -90,12 +90,12 @@ def by_place(matrix: Values, bias: Values, form: Form) -> Run:
 
 
 def rows_of(x: Values, form: Form) -> Values:
-    """Return (n * length, channels), the places of all inputs one below the other."""
+    """Return rows (n * length, channels): the places of all inputs one below the other."""
     return (x if form.length_first else x.swapaxes(1, 2)).reshape(-1, form.shape[0])
 
 
 def max_pool(step: MaxPool, form: Form, at: At) -> Built:
-    """Return the greatest of every `size` neighbours."""
+    """Build the maximum of every `size` neighbours."""
     channels, length = sides(form, at)
     pooled = length // step.size
     if pooled < 1:
@@ -112,7 +112,7 @@ def max_pool(step: MaxPool, form: Form, at: At) -> Built:
 
 
 def upsample(step: Upsample, form: Form, at: At) -> Built:
-    """Return every element `times` times."""
+    """Build the repetition of every element, `times` times."""
     channels, length = require_sides(step, form, at)
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -122,7 +122,7 @@ def upsample(step: Upsample, form: Form, at: At) -> Built:
 
 
 def reshape(step: Reshape, form: Form, at: At) -> Built:
-    """Return the same numbers in C order, in another shape: a list, or channels and length."""
+    """Build the same numbers in C order in another shape: a list, or channels and length."""
     if len(step.shape) not in (1, 2) or any(side < 1 for side in step.shape) or Form(step.shape).size != form.size:
         raise at.refuse(f"{form.size} numbers of shape {form.shape} do not fit shape {step.shape}")
     flat = flattened(form)
@@ -134,7 +134,7 @@ def reshape(step: Reshape, form: Form, at: At) -> Built:
 
 
 def clip(step: Clip, form: Form, at: At) -> Built:
-    """Limit values to low and high; values that are not finite stay so."""
+    """Build the limits low and high; values that are not finite stay so."""
     if step.low > step.high:
         raise at.refuse(f"low {step.low:g} is above high {step.high:g}")
 
@@ -145,7 +145,7 @@ def clip(step: Clip, form: Form, at: At) -> Built:
 
 
 def require_sides(step: Upsample, form: Form, at: At) -> tuple[int, int]:
-    """Return the channels and length, where so many copies can be held."""
+    """Return the channels and length. Raises ModelFileError for a list, or where the copies would be too many."""
     channels, length = sides(form, at)
     if form.size * step.times > LARGEST:
         raise at.refuse(f"{form.size} numbers {step.times} times; at most {LARGEST} are run")
@@ -160,7 +160,7 @@ def sides(form: Form, at: At) -> tuple[int, int]:
 
 
 def _factor(given: float | str, form: Form, at: At) -> float | Values:
-    """Return a number, or a tensor spread over the form as it is kept."""
+    """Return a number, or a tensor broadcast to the form as it is stored."""
     if not isinstance(given, str):
         return given
     tensor = at.any_reals(given)
@@ -176,7 +176,7 @@ def _factor(given: float | str, form: Form, at: At) -> float | Values:
 
 
 def kernel(step: Kernel, form: Form, at: At) -> Built:
-    """Return y = weights^T k(x), the mean of a Gaussian process (Rasmussen and Williams 2006, equation 2.25)."""
+    """Build y = weights^T k(x), the mean of a Gaussian process (Rasmussen and Williams 2006, equation 2.25)."""
     points = at.reals(step.points, None, form.size)
     weights = at.reals(step.weights, len(points), None)
     flat, narrow = flattened(form), -0.5 / step.length / step.length
@@ -192,7 +192,7 @@ def kernel(step: Kernel, form: Form, at: At) -> Built:
 
 
 def nearest(step: Nearest, form: Form, at: At) -> Built:
-    """Return the values of the nearest point."""
+    """Build the look-up of the values of the nearest point."""
     points = at.reals(step.points, None, form.size)
     values = at.reals(step.values, len(points), None)
     flat = flattened(form)
@@ -205,7 +205,7 @@ def nearest(step: Nearest, form: Form, at: At) -> Built:
 
 
 def forest(step: Forest, form: Form, at: At) -> Built:
-    """Return the mean over trees; all inputs go down all trees together, a level at a time."""
+    """Build the mean over regression trees; all inputs descend all trees together, one level at a time."""
     feature = at.wholes(step.feature, None)
     count = len(feature)
     threshold = at.reals(step.threshold, count)
@@ -237,5 +237,5 @@ def forest(step: Forest, form: Form, at: At) -> Built:
 
 
 def _squared_distances(x: Values, points: Values) -> Values:
-    """Return (n, in) and (m, in) to (n, m), by differences: exact also where both lie far from 0."""
+    """Return the squared distances (n, m) of x (n, in) from points (m, in), by differences: exact far from 0."""
     return np.stack([((row - points) ** 2).sum(axis=1) for row in x])

@@ -1,4 +1,4 @@
-"""Running a trained model with NumPy alone."""
+"""Run a trained model with NumPy alone."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from palpate.signals.models.card import Card, Port
 from palpate.signals.models.errors import ModelFileError, ModelInputError
 
 AT_ONCE = 8
-"""So many inputs go through a model together: more would leave the processor's cache."""
+"""Number of inputs that are run together: more would leave the processor's cache."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """A model that was read: its card and its numbers. All shapes are checked when it is made.
+    """A model that was read: its card and its tensors. All shapes are checked when it is created.
 
     It holds no state between runs, so several threads may use one. Answers to one input and to the same input within
     a batch differ by rounding in the precision of its numbers.
@@ -45,8 +45,8 @@ class Model:
         """Return the answer to one input (in,) as (out,), or to a batch (n, in) as (n, out), in float64.
 
         Raises:
-            ModelInputError: another shape, no real numbers, a value not finite or not within what the card says,
-                or numbers so far from what the model was made for that its answer is not finite.
+            ModelInputError: another shape, numbers that are not real, a value that is not finite or outside the card's
+                limits, or an input so extreme that the answer is not finite.
         """
         rows = _rows(given, self.card.takes, self.card.name)
         answers = np.empty((len(rows), self.card.gives.size))
@@ -63,7 +63,7 @@ class Model:
 
 
 def _rows(given: Any, takes: Port, name: str) -> Array:
-    """Return (n, in) in float64, checked."""
+    """Return the checked input as (n, in) in float64."""
     try:
         numbers = np.asarray(given)
     except ValueError:

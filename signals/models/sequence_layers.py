@@ -1,4 +1,4 @@
-"""Steps over the places of a value: layer normalisation, attention, a long short-term memory, linear prediction."""
+"""Steps over the places of a value: layer normalisation, attention, long short-term memory, linear prediction."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def norm(step: Norm, form: Form, at: At) -> Built:
 def norm_before(
     step: Norm, other: Attention | Conv, make: Callable[[Any, Form, At], Built], form: Form, at: At
 ) -> Built:
-    """Return a norm and a step that multiplies each place by a matrix: the norm's weight and bias are in the matrix."""
+    """Build a norm and a step that multiplies each place by a matrix, with the norm's weight and bias in the matrix."""
     gain, shift = _factors(step, form, at)
     sides(form, at)
     weight = at.reals(other.weight, None, len(gain), *([1] if isinstance(other, Conv) else []))
@@ -53,7 +53,7 @@ def norm_before(
 
 
 def _standard(step: Norm, form: Form, kind: Callable[[float], Any]) -> Run:
-    """Return (n, *shape) as it is kept to (n, length, channels), or a list, of mean 0 and variance 1."""
+    """Return a function that scales the channels of each place, or a list, to mean 0 and variance 1."""
     size = form.shape[0]
     share, least = np.full(size, kind(1 / size)), kind(size * step.tiny)
     root, turned = kind(size**0.5), len(form.shape) == 2 and not form.length_first
@@ -76,7 +76,7 @@ def _factors(step: Norm, form: Form, at: At) -> tuple[Values, Values]:
 
 @dataclass(frozen=True)
 class _Heads:
-    """The projections of an attention, turned for rows from the left; the scale is in those of the queries."""
+    """The projection matrices of an attention, transposed to multiply rows; the scale is in those of the queries."""
 
     asking: Values
     asking_bias: Values
@@ -87,7 +87,7 @@ class _Heads:
     heads: int
 
     def split(self, rows: Values, length: int, parts: int) -> tuple[Values, ...]:
-        """Return (n * length, parts * width) to `parts` of (n, heads, length, width / heads); nothing is moved."""
+        """Return rows (n * length, parts * width) as `parts` views of (n, heads, length, width / heads)."""
         shaped = rows.reshape(-1, length, parts, self.heads, len(self.out) // self.heads)
         return tuple(shaped[:, :, part].swapaxes(1, 2) for part in range(parts))
 
@@ -136,7 +136,7 @@ def attention(step: Attention, form: Form, at: At) -> Built:
 
 
 def _memory(step: Attention, form: Form, at: At) -> Form:
-    """Return the form of what keys and values come from."""
+    """Return the form of the kept value that keys and values are computed from."""
     memory = at.form_of_kept(step.memory or "")
     if len(memory.shape) != 2 or memory.shape[0] != form.shape[0]:
         raise at.refuse(f"{step.memory!r} has shape {memory.shape}; ({form.shape[0]}, any) is expected")
@@ -148,7 +148,7 @@ def _memory(step: Attention, form: Form, at: At) -> Form:
 def _projected(
     x: Values, form: Form, remembered: Values | None, memory: Form | None, heads: _Heads
 ) -> tuple[Values, ...]:
-    """Return queries, keys and values."""
+    """Return the queries, keys and values."""
     rows = rows_of(x, form).astype(heads.out.dtype, copy=False)
     if remembered is None or memory is None:
         return heads.split(_linear(rows, heads.answering, heads.answering_bias), form.shape[1], 3)
@@ -164,10 +164,10 @@ def _linear(rows: Values, matrix: Values, bias: Values) -> Values:
 
 
 def _lazy(scores: Values, chosen: int) -> Values:
-    """Return (n, heads, queries): all but the `chosen` places whose greatest score stands out most, of equals the
-    first.
+    """Return a mask (n, heads, queries) of all but the `chosen` places whose greatest score stands out most.
 
-    A place whose scores overflowed is not among them, and its scores are made NaN.
+    Of equal places the first are chosen. A place whose scores overflowed is not in the mask, and its scores are set to
+    NaN.
     """
     apart = scores.max(axis=2) - scores.mean(axis=2)
     if not (known := np.isfinite(apart)).all():  # nobody knows whether a place whose scores overflowed would ask
@@ -178,7 +178,7 @@ def _lazy(scores: Values, chosen: int) -> Values:
 
 
 def lstm(step: Lstm, form: Form, at: At) -> Built:
-    """Build the step. All gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, its halves being in the weights."""
+    """Build the step. All gates are one tanh: sigmoid(x) = (1 + tanh(x / 2)) / 2, with the halves in the weights."""
     channels, length = sides(form, at)
     weight = at.reals(step.weight, None, channels)
     if len(weight) % 4:
@@ -229,9 +229,7 @@ def _through(places: Values, state: Values, order: range, hidden: int) -> Values
 
 
 def autoregression(step: Autoregression, form: Form, at: At) -> Built:
-    """Return the mean and log SD of the next acceleration; computed in double precision whatever the numbers are stored
-    in.
-    """
+    """Build the mean and log SD of the next acceleration, in double precision whatever the tensors are stored in."""
     if len(form.shape) != 2 or form.shape[0] != 3:
         raise at.refuse(f"shape {form.shape} comes to it; (3, length) is expected: acceleration, speed, force")
     _, length = sides(form, at)
@@ -259,7 +257,9 @@ def autoregression(step: Autoregression, form: Form, at: At) -> Built:
 
 
 def _rising(step: Autoregression, count: int, length: int, at: At) -> Values:
-    """Return the frequencies, if they make stable predictors: those between them do so too."""
+    """Return the frequencies. Raises ModelFileError unless they rise, so that interpolated predictors are stable
+    too.
+    """
     frequencies = at.reals(step.frequencies, count, None).astype(np.float64)
     order = frequencies.shape[1]
     if order > length or order * count > LARGEST:

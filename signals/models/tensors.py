@@ -1,4 +1,4 @@
-"""The numbers of a model, read from the safetensors file that its card names."""
+"""The tensors of a model, read from the safetensors file that its card names."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ from palpate.signals.models.errors import ModelFileError, reading
 Tensors: TypeAlias = Mapping[str, NDArray[Any]]
 
 LARGEST_WEIGHTS = 2 * 1024**3
-"""Bytes of a weights file."""
+"""Greatest size of a weights file in bytes."""
 TYPES = {"F16": "<f2", "F32": "<f4", "F64": "<f8", "I32": "<i4", "I64": "<i8"}
-"""What numbers may be: real ones in single or double precision, or in half, which only saves room; whole ones for the
-nodes of trees."""
+"""Types of tensors: real numbers in single or double precision, or in half to save space; whole numbers for the nodes
+of trees.
+"""
 HALF = "F16"
 
 
 def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
-    """Return the arrays that the card's steps use, exactly those, all finite. Raises ModelFileError."""
+    """Return the arrays that the card's steps use. Raises ModelFileError unless all are there, finite, and no
+    others.
+    """
     path = weights_file(card_path, card.weights)
     require_size(path, card_path, card.weights)
     # The file must be byte for byte what the card was written for.
@@ -51,7 +54,7 @@ def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
 
 
 def weights_file(card_path: Path, weights: Weights) -> Path:
-    """Return the file beside the card. Only a bare name: a card must not point anywhere else. Raises ModelFileError."""
+    """Return the path of the weights beside the card. Raises ModelFileError for anything but a bare file name."""
     name = weights.file
     if name in ("", ".", "..") or any(mark in name for mark in "/\\:\0") or not name.endswith(".safetensors"):
         raise ModelFileError(
@@ -61,7 +64,7 @@ def weights_file(card_path: Path, weights: Weights) -> Path:
 
 
 def require_size(path: Path, card_path: Path, weights: Weights) -> None:
-    """Refuse a file that is missing or not as long as the card says. Raises ModelFileError."""
+    """Raise ModelFileError for a file that is missing or not as long as the card says."""
     with reading(path):
         if not path.is_file():
             raise ModelFileError(f"{path}: missing; it belongs to {card_path.name}. Copy both files, or train again.")

@@ -1,4 +1,4 @@
-"""Where a place in the plane lies among triangles: which corners it is made of, and how much of each."""
+"""Barycentric weights of a place among triangles in the plane: between which corners it lies, and their shares."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from palpate.signals.models.form import Values
 
 FLAT = 1e-12
-"""A triangle whose area is at most this much of the square around all points has none."""
+"""A triangle whose area is at most this share of the square around all points counts as without an area."""
 EDGE = -1e-9
-"""A place so little outside a triangle is on its edge."""
+"""A place outside a triangle by no more than this weight counts as on its edge."""
 
 
 @dataclass(frozen=True)
 class Triangles:
-    """Triangles (t, 3) over points (k, 2). One without an area stands for its edges, so lines and single points can be.
+    """Triangles (t, 3) over points (k, 2). A triangle without an area stands for its edges, so lines and points work.
 
-    `corners` may be asked about any finite place: outside all triangles, the nearest place on their rim counts. Shares
-    come from a matrix made once, for a step in real time; those of `modeling.textures.ar.Mesh`, which also makes
-    the triangles, are solved for each place and differ in the last digits (1e-15), so trained models keep their own.
+    `corners` accepts any finite place: outside all triangles, the nearest place on their rim counts. Shares come from a
+    matrix that is computed once, for steps in real time; those of `modeling.textures.ar.Mesh`, which also makes the
+    triangles, are solved for each place and differ in the last digits (1e-15), so trained models keep their own.
     """
 
     points: Values
@@ -45,7 +45,7 @@ class Triangles:
         object.__setattr__(self, "_rim", _rim(self.triangles, full))
 
     def corners(self, places: Values) -> tuple[Values, Values]:
-        """Return, for places (n, 2), rows of points (n, 3) and their weights (n, 3), never negative and of sum 1."""
+        """Return, for places (n, 2), indices of points (n, 3) and their weights (n, 3), never negative, with sum 1."""
         rows, shares, inside = self._within(places)
         if not inside.all():
             out = ~inside
@@ -67,7 +67,7 @@ class Triangles:
         return self._full[best], of_best / of_best.sum(axis=1, keepdims=True), depth[best, rows] >= EDGE
 
     def _nearest(self, places: Values) -> tuple[Values, Values]:
-        """Return the nearest place on the rim, by its edge's two points."""
+        """Return the two points, and their weights, of the nearest place on the rim."""
         start = self.points[self._rim[:, 0]]
         along = self.points[self._rim[:, 1]] - start
         squares = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
@@ -83,7 +83,7 @@ class Triangles:
 
 
 def _rim(triangles: Values, full: Values) -> Values:
-    """Return (s, 2): the edges of one triangle only, and all edges of those without an area."""
+    """Return the edges (s, 2) that belong to one triangle only, and all edges of triangles without an area."""
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
     kinds, counts = np.unique(edges[full].reshape(-1, 2), axis=0, return_counts=True)
     return np.unique(np.concatenate([kinds[counts == 1], edges[~full].reshape(-1, 2)]), axis=0)

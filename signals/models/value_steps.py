@@ -1,4 +1,4 @@
-"""The steps that keep a value for later, put values together, take parts, and turn them."""
+"""Steps that keep a value for later, combine values, take parts of them, and transpose them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.signals.models.layers import sides
 
 
 def keep(step: Keep, form: Form, at: At) -> Built:
-    """Return the same value; nobody writes into it any more."""
+    """Build the step that keeps the value; nothing writes into it any more."""
     if step.kept in at.tensors:
         raise at.refuse(f"{step.kept!r} is the name of a tensor too; values are stored under their own names")
     lent = replace(form, owned=False)
@@ -26,7 +26,7 @@ def keep(step: Keep, form: Form, at: At) -> Built:
 
 
 def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what came before is left
-    """Return what was kept."""
+    """Build the step that goes on with a kept value."""
     lent = at.form_of_kept(step.kept)
 
     def run(_x: Values, kept: KeptValues) -> Values:
@@ -36,7 +36,7 @@ def recall(step: Recall, form: Form, at: At) -> Built:  # noqa: ARG001 - what ca
 
 
 def add(step: Add, form: Form, at: At) -> Built:
-    """Add what was kept."""
+    """Build the addition of a kept value."""
     other = at.form_of_kept(step.kept)
     if other.shape != form.shape:
         raise at.refuse(f"shape {form.shape} comes to it and {step.kept!r} has {other.shape}; one shape is expected")
@@ -54,7 +54,7 @@ def add(step: Add, form: Form, at: At) -> Built:
 
 
 def join(step: Join, form: Form, at: At) -> Built:
-    """Return the value, and those that were kept below it."""
+    """Build the value with kept values below it."""
     forms = [at.form_of_kept(name) for name in step.kept]
     for name, other in zip(step.kept, forms, strict=True):
         if other.shape[1:] != form.shape[1:]:
@@ -73,7 +73,7 @@ def join(step: Join, form: Form, at: At) -> Built:
 
 
 def part(step: Part, form: Form, at: At) -> Built:
-    """Take some channels or numbers, or some places."""
+    """Build the selection of some channels or numbers, or of some places."""
     if step.along == "length":
         sides(form, at)
     side = form.shape[1 if step.along == "length" else 0]
@@ -92,7 +92,7 @@ def part(step: Part, form: Form, at: At) -> Built:
 
 
 def turn(step: Turn, form: Form, at: At) -> Built:  # noqa: ARG001 - a step that says nothing more
-    """Turn channels into places; nothing is moved, it is only read the other way."""
+    """Build the transposition of channels and places; no number is moved, only read the other way."""
     channels, length = sides(form, at)
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -102,7 +102,7 @@ def turn(step: Turn, form: Form, at: At) -> Built:  # noqa: ARG001 - a step that
 
 
 def polar(step: Polar, form: Form, at: At) -> Built:  # noqa: ARG001
-    """Return the magnitude and phase."""
+    """Build the conversion to magnitude and phase."""
     require_two(form, at, "real and imaginary parts")
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -113,7 +113,7 @@ def polar(step: Polar, form: Form, at: At) -> Built:  # noqa: ARG001
 
 
 def cartesian(step: Cartesian, form: Form, at: At) -> Built:  # noqa: ARG001
-    """Build the conversion to real and imaginary part."""
+    """Build the conversion to real and imaginary parts."""
     require_two(form, at, "magnitudes and phases")
 
     def run(x: Values, _kept: KeptValues) -> Values:
@@ -124,7 +124,7 @@ def cartesian(step: Cartesian, form: Form, at: At) -> Built:  # noqa: ARG001
 
 
 def require_two(form: Form, at: At, what: str) -> None:
-    """Raise ModelFileError where the step's input has not two channels."""
+    """Raise ModelFileError unless the step's input has two channels."""
     if sides(form, at)[0] != 2:
         raise at.refuse(f"shape {form.shape} comes to it; (2, length) is expected, {what}")
 

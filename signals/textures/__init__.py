@@ -1,1 +1,1 @@
-"""A texture played sample by sample: the model on its own output, with its limits."""
+"""Play textures sample by sample: a model run on its own output, within limits."""

@@ -1,4 +1,4 @@
-"""A model that gives the spectrum of a block of signal: frames with drawn phases, overlapped and added."""
+"""Play a model that predicts the spectrum of a block of signal: frames with random phases, overlapped and added."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LARGEST_LOG = 40.0
 
 
 class Blocks:
-    """Asks the model for the log magnitudes (bins, frames) of the next frames whenever the last ones are played.
+    """A player that gets the log magnitudes (bins, frames) of the next frames from the model when the last are played.
 
     Frames are `window` samples long and `hop` apart; magnitudes are those of a Hann-windowed frame's FFT. Every frame
     has phases of its own, drawn one after another: frames of one block and of the next overlap in the same way, so
@@ -43,7 +43,7 @@ class Blocks:
         self._cold = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """Return the next sample; NaN where the model has no answer."""
+        """Return the next sample in m/s^2; NaN where the model has no answer."""
         if self._at == len(self._ready):
             try:
                 # Make the samples until the next frames are needed.
@@ -64,7 +64,7 @@ class Blocks:
         return np.concatenate([self._added(frame) for frame in np.minimum(log_magnitudes, LARGEST_LOG)])
 
     def _added(self, log_magnitude: Array) -> Array:
-        """Add one frame to what is ahead, and return the samples that no later frame reaches."""
+        """Add one frame to the samples ahead, and return those that no later frame reaches."""
         phases = np.array([self._phases.next() for _ in range(2 * self._bins)])
         turned = phases[: self._bins] + 1j * phases[self._bins :]
         turned /= np.maximum(np.abs(turned), 1e-12)
@@ -77,9 +77,7 @@ class Blocks:
 
 
 def shape(card: Card, texture: Texture) -> tuple[int, int, int, int]:
-    """Return the frame length, hop, bins and frames of a card. Raises RenderError where its numbers contradict each
-    other.
-    """
+    """Return the frame length, hop, bins and frames of a card. Raises RenderError where its numbers contradict."""
     size, hop, bins = texture.window, texture.hop, texture.window // 2 + 1
     if hop is None or not 1 <= hop <= size // 2:
         raise RenderError(
@@ -101,9 +99,10 @@ def hann(size: int) -> Array:
 
 
 def synthesis(size: int, hop: int) -> Array:
-    """Return the weights (size,) by which overlapped frames of independent phases have the analysed signal's level.
+    """Return the weights (size,) with which overlapped frames of random phases have the analysed signal's level.
 
-    Of a signal of variance 1, the inverse FFT with drawn phases has the mean of the squared analysis window.
+    For a signal of variance 1, the variance of the inverse FFT with random phases is the mean of the squared analysis
+    window.
     """
     window = hann(size)
     overlapped = np.zeros(size)

@@ -1,6 +1,6 @@
-"""Silence where the hand rests, without a click, and a check of its speed and force.
+"""Mute a texture without a click while the hand rests, and check the hand's speed and force.
 
-The thresholds are those of thesis 4.5.3, with a smooth begin and stop; values that no hand reaches are not passed on.
+The thresholds are those of thesis 4.5.3, with a smooth onset and end; implausible speeds and forces are not passed on.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from palpate.signals.arrays import Array
 
 SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
-"""What moves slower or presses less is no touch (thesis 4.5.3)."""
+"""Slower or lighter than this is no touch (thesis 4.5.3)."""
 RAMP = 8
-"""Milliseconds from silence to full, and back, along a raised cosine."""
+"""Milliseconds from silence to full level, and back, along a raised cosine."""
 GAINS = tuple(0.5 - 0.5 * math.cos(math.pi * step / RAMP) for step in range(RAMP + 1))
 
 
@@ -27,7 +27,7 @@ def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
 
 
 class Gate:
-    """Opens while speed and force are above their thresholds. `place` is how far it is open, 0 to RAMP."""
+    """A gate that opens while speed and force are above their thresholds. `place` is how far it is open, 0 to RAMP."""
 
     __slots__ = ("place",)
 
@@ -36,7 +36,7 @@ class Gate:
         self.place = 0
 
     def move(self, speed_mm_s: float, force_N: float) -> bool:
-        """Return one millisecond on; whether the hand touches and moves."""
+        """Go one millisecond on, and return whether the hand touches and moves."""
         if speed_mm_s > SLOWEST_MM_S and force_N > FAINTEST_N:
             if self.place < RAMP:
                 self.place += 1
@@ -47,13 +47,15 @@ class Gate:
 
 
 ABSURD_MM_S, ABSURD_N = 5000.0, 100.0
-"""No hand strokes so fast or presses so hard: such a number comes from a broken sensor."""
+"""Speeds and forces beyond these come from a broken sensor."""
 HELD_STEPS = 50
-"""So many milliseconds the last good values stand in; then the hand counts as away."""
+"""Milliseconds for which the last good values are used; then the hand counts as at rest."""
 
 
 class Sense:
-    """Passes speed and force on; holds the last good ones where a number is none or absurd, rest where that lasts."""
+    """A filter for speed and force: it holds the last good values for a while, then rest, where a number is
+    implausible.
+    """
 
     __slots__ = ("_bad", "_force", "_speed", "held")
 
@@ -64,7 +66,7 @@ class Sense:
         self.held = 0
 
     def take(self, speed_mm_s: float, force_N: float) -> tuple[float, float]:
-        """Return both as they may be used; `held` counts the steps at which they were not as they came."""
+        """Return speed and force for use; `held` counts the steps at which they were replaced."""
         if -ABSURD_MM_S < speed_mm_s < ABSURD_MM_S and -ABSURD_N < force_N < ABSURD_N:
             self._speed, self._force, self._bad = float(speed_mm_s), float(force_N), 0
             return self._speed, self._force

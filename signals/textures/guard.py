@@ -1,4 +1,4 @@
-"""Watches a running model: what has left all bounds is restarted, over a short cross-fade."""
+"""Watch a running model, and restart it with a short cross-fade when it leaves its bounds."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from palpate.signals.textures.range import Range
 
 
 class Sounding(Protocol):
-    """A model that runs on its own output, from a beginning."""
+    """A model that runs on its own output from a beginning."""
 
     def begin(self) -> None:
-        """Forget what was: the next step is the first of a touch."""
+        """Forget the past: the next step is the first of a touch."""
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
         """Return the next sample in m/s^2; NaN where the model has no answer."""
@@ -23,18 +23,21 @@ MEMORY_MS = 16
 """Time constant of the level and of the mean."""
 KEEP = math.exp(-1 / MEMORY_MS)
 QUIET = 0.01
-"""Below this share of the training's level a model counts as dead: told, and left alone (a texture may be faint)."""
+"""Below this share of the training's level a model counts as dead; it is counted, not restarted (a texture may be
+faint).
+"""
 MOST, WELL = 4, 1000
-"""A model that had to be restarted more often, without so many good steps in between, is given a pause."""
+"""A model that is restarted more often, without so many good steps in between, is paused."""
 PAUSE, LONGEST = 40, 5
-"""Milliseconds of silence before the next try; twice as long every further time, five times over."""
+"""Milliseconds of silence before the next try, doubled each time up to five times."""
 
 
 class Guard:
-    """The model's next sample, always finite and within the peak.
+    """A wrapper of a model that makes every sample finite and within the peak.
 
-    Restarted: an answer that is no number; a level above `loud`; a mean beyond `off`. `restarts`, `quiet` and `muted`
-    count for the record: how often, steps of a dead model, steps of silence before a model was tried again.
+    The model is restarted for an answer that is not finite or beyond the peak, a level above `loud`, or a mean beyond
+    `off`. For the record, `restarts` counts restarts, `quiet` steps of a silent model, `muted` steps of silence before
+    a model is tried again.
     """
 
     def __init__(self, inner: Sounding, bounds: Range, level: float) -> None:
@@ -68,7 +71,7 @@ class Guard:
         return sample
 
     def _sound(self, sample: float) -> bool:
-        """Return whether this answer leaves the model within its bounds."""
+        """Update the level and the mean, and return whether the model is within its bounds."""
         if not -self._peak <= sample <= self._peak:  # also where it is no number
             return False
         self._square += (1 - KEEP) * (sample * sample - self._square)
@@ -80,7 +83,7 @@ class Guard:
         return self._square <= self._loud and -self._off <= self._mean <= self._off
 
     def _anew(self, speed_mm_s: float, force_N: float) -> float:
-        """Begin anew; what was played last fades away meanwhile."""
+        """Restart the model, and return its first sample; what was played last fades out meanwhile."""
         self.restarts += 1
         self._recent, self._well = self._recent + 1, 0
         self._tail, self._fade = self._last, 0
@@ -93,7 +96,7 @@ class Guard:
         return sample if -self._peak <= sample <= self._peak else 0.0
 
     def _silent(self) -> float:
-        """Return a step of a pause; after its last one the model begins anew."""
+        """Return one sample of a pause, at whose end the model begins anew."""
         self._pause -= 1
         self.muted += 1
         self._last = sample = self._faded(0.0)

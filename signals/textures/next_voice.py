@@ -1,6 +1,6 @@
-"""A model that gives the next sample from the last ones, run on its own output (thesis 4.5.1).
+"""Play a model that predicts the next sample from the last ones, on its own output (thesis 4.5.1).
 
-A touch begins with the sequence that the model made at 45 mm/s and 0.8 N, stored in its file.
+A touch begins with the sequence that the model produced at 45 mm/s and 0.8 N, stored in its file.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from palpate.signals.textures.normals import Normals
 from palpate.signals.textures.range import Range
 
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
-"""What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""
+"""Speed and force at the beginning of a touch (thesis 4.5.1; 45 m/s there is a misprint)."""
 
 
 def start_of(texture: Texture, tensors: Mapping[str, NDArray[Any]], bounds: Range, seed: int) -> tuple[Array, str]:
-    """Return the acceleration (window,) in m/s^2 to begin with, and why it is not the card's own ("" where it is).
+    """Return the acceleration (window,) in m/s^2 to begin with, and why it is not the card's own ("" if it is).
 
-    Where the card has none, or one that no texture of this level can have made, it is white noise of the training's
+    If the card has none, or one that no texture of this level can have produced, it is white noise of the training's
     level, which the model turns into its own signal within its window.
     """
     if texture.start is None:
@@ -53,11 +53,11 @@ LEAST_LOG_SD = -30.0
 
 
 class Next:
-    """Answers from a window that holds acceleration, speed and force of the last `window` steps, oldest first.
+    """A player that predicts from a window of acceleration, speed and force of the last `window` steps, oldest first.
 
-    At a touch the acceleration is the start sequence and speed and force are as if the hand had always moved as it
-    does at that step. A model with a conditional scale is sampled where there are `normals`, else its mean is taken.
-    What is fed back is limited to the peak.
+    At a touch the acceleration is the start sequence, and speed and force are as if the hand had always moved as at
+    that step. A model with a conditional scale is sampled if there are `normals`, else its mean is used. Samples that
+    are fed back are limited to the peak.
     """
 
     __slots__ = ("_cold", "_most_log_sd", "_normals", "_peak", "_run", "_size", "_start", "window")
@@ -77,7 +77,7 @@ class Next:
         self._cold = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
-        """Return the next sample; NaN where the model has no answer."""
+        """Return the next sample in m/s^2; NaN where the model has no answer."""
         window, size = self.window, self._size
         if self._cold:
             window[size : 2 * size] = speed_mm_s

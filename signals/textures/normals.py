@@ -1,4 +1,4 @@
-"""Random numbers for a loop: drawn a block at a time, each decided by its key and its number alone."""
+"""Random numbers for a loop, drawn a block at a time; each depends on its key and its index alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ BLOCK = 1024
 
 
 class Normals:
-    """Standard normal numbers, one after another; the n-th is the same however many were drawn at once.
+    """A sequence of standard normal numbers; the n-th is the same however many are drawn at once.
 
     Block k comes from a PCG64 of its own, keyed by (key, k): there is no stream whose state could be lost.
     """

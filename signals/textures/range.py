@@ -7,18 +7,19 @@ from dataclasses import dataclass
 from palpate.signals.models.card import Texture
 
 WIDER = 0.1
-"""A model is asked beyond the speeds and forces of its training by so much of their span, and no further."""
+"""A model is run beyond the speeds and forces of its training by up to this share of their span."""
 FASTEST_MM_S, FIRMEST_N = 300.0, 3.6
-"""Thesis 4.5.3."""
+"""Greatest speed and force of a hand (thesis 4.5.3)."""
 LOUD_OF_PEAK, LOUD_OF_RMS = 0.7, 10.0
 OFF_OF_PEAK, OFF_OF_RMS = 0.5, 5.0
-"""Whichever is less. Of the six simulated textures, over 20 s, the level of 16 ms reaches 0.53 of the peak (1.25 times
-the largest sample) and 4.9 of the RMS, the mean of 16 ms 0.20 and 1.8."""
+"""The smaller of the two applies. Of the six simulated textures, over 20 s, the level of 16 ms reaches 0.53 of the peak
+(1.25 times the largest sample) and 4.9 of the RMS, the mean of 16 ms 0.20 and 1.8.
+"""
 
 
 @dataclass(frozen=True)
 class Range:
-    """Speed in mm/s, force in N, acceleration in m/s^2. `loud` is a level that no stretch of the texture has.
+    """Allowed speed in mm/s, force in N, acceleration in m/s^2. `loud` is a level that no stretch of the texture has.
 
     A texture has no mean over tens of milliseconds, since recordings are high-passed at 20 Hz: beyond `off` the model
     is stuck at an end.
@@ -32,7 +33,7 @@ class Range:
 
     @staticmethod
     def of(texture: Texture) -> Range:
-        """Return the range that a card states, a little wider."""
+        """Return the range of a card, widened a little."""
         level, peak = texture.rms_m_s2, texture.peak_m_s2
         return Range(
             _wider(texture.speed_mm_s, FASTEST_MM_S),

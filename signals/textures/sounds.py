@@ -1,4 +1,4 @@
-"""A texture that is to be played, and what can be wrong with it."""
+"""A request to play a texture, and the error for what cannot be played."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from pathlib import Path
 
 
 class RenderError(ValueError):
-    """A texture, a hand or an actuator that is not used: the message says what was found and what to do."""
+    """A texture, a hand or an actuator that cannot be used; the message says what was found and what to do."""
 
 
 @dataclass(frozen=True)
 class Sounds:
-    """A texture to be played: its model's card, the seed, whether a conditional scale is sampled, and whether a model
-    that missed an aim of its training is played all the same."""
+    """A request to play a texture: its model's card, the seed, and two options.
+
+    `sampled`: a conditional scale is sampled. `accept_missed`: a model that missed an aim of its training is played all
+    the same.
+    """
 
     card: Path
     seed: int = 0

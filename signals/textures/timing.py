@@ -1,4 +1,4 @@
-"""The time of one step of a model on this machine, by runtime, on windows as they occur, with its error."""
+"""Measure the time and the error of one step of a model on this machine, by runtime, on realistic inputs."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ class Recorder:
     """A model that records its inputs."""
 
     def __init__(self, inner: Runs, steps: int) -> None:
-        """Reserve room for so many inputs; no more are kept."""
+        """Reserve room for `steps` inputs; later ones are not kept."""
         self.inner = inner
         self.given = np.zeros((steps, inner.card.takes.size))
         self.kept = 0
 
     @property
     def card(self) -> Card:
-        """Return the model's."""
+        """Return the recorded model's card."""
         return self.inner.card
 
     @property
     def runtime(self) -> str:
-        """Return the inner one's."""
+        """Return what runs the recorded model."""
         return self.inner.runtime
 
     def run(self, given: Array) -> Array:
-        """Compute as the inner model, keeping the input."""
+        """Keep the input, and return the recorded model's answer."""
         if self.kept < len(self.given):
             self.given[self.kept] = given
             self.kept += 1
@@ -51,7 +51,7 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
     """Return {runtime: (median us, p99 us, largest difference from float64 relative to the answers' SD)}.
 
     Raises:
-        ModelFileError, RenderError: a file that is no texture's model; fewer than 10 steps.
+        ModelFileError, RenderError: a file that is not a texture's model; fewer than 10 steps.
     """
     if steps < LEAST:
         raise RenderError(f"{steps} steps are timed; {LEAST} at least are expected.")
@@ -77,9 +77,7 @@ def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mappin
 
 
 def recorded_inputs(model: Model, steps: int) -> Array:
-    """Return what the model is given while it runs under a hand whose speed and force go through its range: (steps,
-    in).
-    """
+    """Return the inputs (steps, in) of a model that runs under a hand whose speed and force sweep its range."""
     recorder = Recorder(fastest(model), steps)
     voice = open_voice(model, seed=0, runs=lambda _model: recorder)
     texture = model.card.texture
@@ -97,7 +95,7 @@ def recorded_inputs(model: Model, steps: int) -> Array:
 
 
 def in_double(model: Model) -> Model:
-    """Return the same model with its numbers in float64: the reference."""
+    """Return the same model with its tensors in float64, as a reference."""
     wide = {
         name: tensor.astype(np.float64) if tensor.dtype.kind == "f" else tensor
         for name, tensor in model.tensors.items()

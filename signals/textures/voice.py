@@ -1,4 +1,4 @@
-"""A texture's voice: a model's file made to sound under a hand, bounded whatever comes in (thesis 4.5)."""
+"""A texture's voice: a model played under a hand, bounded for any input (thesis 4.5)."""
 
 from __future__ import annotations
 
@@ -26,8 +26,11 @@ RATE_HZ = 1000.0
 
 @dataclass(frozen=True)
 class Tally:
-    """What a voice met: steps, those that sounded, those with a sensor's value held, beginnings anew, steps of a dead
-    model, steps of one that was given up."""
+    """Counts of a voice's steps and restarts.
+
+    Steps: all, those with sound, those with a held sensor value; restarts of the model; steps of a silent model, and of
+    a paused one.
+    """
 
     steps: int
     sounding: int
@@ -38,14 +41,14 @@ class Tally:
 
 
 class Voice:
-    """A source of one sample each millisecond for a hand's speed and force; silent where the hand rests.
+    """A source of one sample per millisecond from a hand's speed and force; silent while the hand rests.
 
-    Every sample is finite and within the card's peak, whatever comes in. Equal seeds and equal inputs give equal bits.
-    One thread steps it.
+    Every sample is finite and within the card's peak, whatever the input. Equal seeds and equal inputs give equal bits.
+    Only one thread may step it.
     """
 
     def __init__(self, runs: Runs, guard: Guard, bounds: Range, notes: tuple[str, ...] = ()) -> None:
-        """Use `open_voice`."""
+        """Take the parts of a voice; use `open_voice` to create one."""
         self.runs, self.notes = runs, notes
         self._guard, self._gate, self._sense = guard, Gate(), Sense()
         self._slowest, self._fastest = bounds.speed
@@ -57,17 +60,17 @@ class Voice:
 
     @property
     def card(self) -> Card:
-        """The card of the voice's model."""
+        """Return the card of the voice's model."""
         return self.runs.card
 
     @property
     def sounding_model(self) -> Sounding:
-        """Return the running model, for whoever wants to spoil it."""
+        """Return the running model, so that checks can disturb it."""
         return self._guard.inner
 
     @property
     def tally(self) -> Tally:
-        """Return what it met so far."""
+        """Return the counts so far."""
         guard = self._guard
         return Tally(self.steps, self.sounding, self._sense.held, guard.restarts, guard.quiet, guard.muted)
 
@@ -76,7 +79,7 @@ class Voice:
         self._gate.place = 0
 
     def join(self) -> None:
-        """Begin without a ramp where the hand touches at the next step: another voice is faded out at the same time."""
+        """Begin without a ramp if the hand touches at the next step, because another voice is faded out meanwhile."""
         self._joins = True
 
     def step(self, speed_mm_s: float, force_N: float) -> float:
@@ -101,14 +104,14 @@ def open_voice(
     model: Model | Path | str, *, seed: int, sampled: bool = True, accept_missed: bool = False,
     runs: Callable[[Model], Runs] = fastest,
 ) -> Voice:  # fmt: skip
-    """Return the voice of a texture's model, given read or as its card's path; nothing sounds yet.
+    """Return a silent voice of a texture's model, which is given as a model or as its card's path.
 
-    `seed` decides the random numbers; `sampled=False` takes the mean of a model with a conditional scale;
-    `accept_missed` plays a model that missed an aim of its training all the same.
+    `seed` decides the random numbers; `sampled=False` uses the mean of a model with a conditional scale;
+    `accept_missed` accepts a model that missed an aim of its training.
 
     Raises:
         ModelFileError: a file that is missing, foreign, damaged or changed.
-        RenderError: a model that is no texture's, of another rate than 1 kHz, or that missed an aim of its training.
+        RenderError: a model that is not a texture's, has another rate than 1 kHz, or missed an aim of its training.
     """
     read = model if isinstance(model, Model) else read_model(model)
     texture = _texture(read.card)
@@ -137,10 +140,10 @@ def opened_voice(sounds: Sounds) -> Voice:
 
 
 def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int, sampled: bool = True) -> Array:
-    """Return what is played for a hand's speed and force (n,) at 1 kHz: (n,) in m/s^2, before compensation.
+    """Return the acceleration (n,) in m/s^2 that is played for a hand's speed and force (n,) at 1 kHz.
 
-    A model that missed an aim of its training is played, too: how far off it is can only be measured so.
-    Raises what `open_voice` raises; RenderError where speed and force are not of one length.
+    The signal is not compensated for an actuator. A model that missed an aim of its training is played too, so that its
+    error can be measured. Raises as `open_voice` does, and RenderError where speed and force differ in length.
     """
     speed, force = np.asarray(speed_mm_s, dtype=np.float64), np.asarray(force_N, dtype=np.float64)
     if speed.shape != force.shape or speed.ndim != 1:
@@ -150,7 +153,7 @@ def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int
 
 
 def _texture(card: Card) -> Texture:
-    """Return what the card says of its texture. Raises RenderError where it cannot be rendered."""
+    """Return the card's texture. Raises RenderError where it cannot be rendered."""
     texture, kinds = card.texture, (card.takes.kind, card.gives.kind)
     if texture is None or kinds not in {("texture_window", "acceleration"), ("texture_drive", "spectrum")}:
         raise RenderError(

@@ -1,1 +1,1 @@
-"""The runtime's kernel in C, and what opens it."""
+"""The compiled kernel in C that runs models, and the modules that compile programs for it."""

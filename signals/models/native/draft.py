@@ -1,6 +1,6 @@
-"""A program while it is put together: its operations, numbers and rooms; at the end, one workspace that rooms share.
+"""A program under construction: its operations, numbers and rooms of the workspace, which share space at the end.
 
-The kernel reads weights in panels of two vectors' columns, one row of a panel behind the other.
+The kernel reads weights in panels of two vectors' columns, one row of a panel after the other.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ def single(numbers: Array) -> NDArray[np.float32]:
 
 
 def packed(matrix: Array, instructions: InstructionSet, half: bool = False) -> NDArray[np.float32]:
-    """Return (k, n) in panels; the last is one vector wide where that is enough. `half`: two numbers in the place of
-    one.
+    """Return a matrix (k, n) in panels; the last panel is one vector wide where that is enough.
+
+    With `half`, numbers are in half precision, two in the place of one.
     """
     k, n = matrix.shape
     numbers, parts = single(matrix), []
@@ -46,20 +47,20 @@ def packed(matrix: Array, instructions: InstructionSet, half: bool = False) -> N
 
 
 def halves(matrix: Array) -> bool:
-    """Return whether half precision holds these numbers, as they will be run, exactly: they were stored so."""
+    """Return whether half precision represents these numbers, in single precision, exactly: they were stored so."""
     with np.errstate(over="ignore"):
         single = matrix.astype(np.float32)
         return bool((single.astype(np.float16).astype(np.float32) == single).all())
 
 
 FIELDS = 24
-"""Of an operation (kernel.h)."""
+"""Fields of an operation (kernel.h)."""
 SPARE = 64
-"""Numbers behind the last one that a vector may look at."""
+"""Numbers after the last one that a vector may read."""
 LINE = 16
-"""Rooms begin at whole lines of the processor's cache."""
+"""Rooms begin at multiples of so many numbers, a line of the processor's cache."""
 MOST_LINES, MOST_WORK = 2000, 2**24
-"""Operations, and numbers of the workspace: a model with more is no model for a kernel."""
+"""Greatest numbers of operations, and of numbers in the workspace; larger models are run by NumPy."""
 KINDS = (
     "normalise", "linear", "polar", "cartesian", "gemm", "norm", "attention", "function", "affine", "add", "copy",
     "softmax", "pool", "repeat", "lstm", "autoregression", "clip",
@@ -70,13 +71,13 @@ Line: TypeAlias = tuple[str, tuple[Field, ...]] | Product
 
 @dataclass
 class Numbers:
-    """Arrays one behind the other."""
+    """Arrays stored one after the other."""
 
     parts: list[NDArray[np.float64] | NDArray[np.float32]] = field(default_factory=list)
     size: int = 0
 
     def put(self, numbers: Array | NDArray[np.float32], whole: int = 1) -> int:
-        """Return where these begin; the next begin at a multiple of `whole`."""
+        """Append numbers and return where they begin; the next ones begin at a multiple of `whole`."""
         start, flat = self.size, numbers.reshape(-1)
         self.parts += [flat, np.zeros(-len(flat) % whole, dtype=flat.dtype)]
         self.size += len(flat) + -len(flat) % whole
@@ -95,34 +96,36 @@ class Draft:
     kept: dict[str, Value] = field(default_factory=dict)
 
     def room(self, size: int, fixed: bool = False) -> Spot:
-        """Reserve room for so many numbers."""
+        """Reserve room for `size` numbers in single precision."""
         return Spot(Room(size, fixed))
 
     def wide_room(self, size: int) -> int:
-        """Reserve room in double precision."""
+        """Reserve room for `size` numbers in double precision, and return where it begins."""
         self.wide += size
         return self.wide - size
 
     def say(self, kind: str, *fields: Field) -> None:
-        """Add the next operation."""
+        """Add an operation."""
         self.lines.append((kind, fields))
 
     def multiply(self, product: Product) -> None:
-        """Add the next operation, a product; it may still be changed until the program is finished."""
+        """Add a product of matrices as the next operation; it may be changed until the program is finished."""
         self.lines.append(product)
 
     def weight(self, numbers: Array) -> int:
-        """Return numbers in single precision, as they are. Raises NotCompiled where that does not hold them."""
+        """Append numbers in single precision, unchanged, and return where they begin. Raises NotCompiled on
+        overflow.
+        """
         return self.weights.put(single(numbers), LINE)
 
     def panels(self, matrix: Array) -> int:
-        """Return a matrix (k, n) in panels."""
+        """Append a matrix (k, n) in panels, and return where it begins."""
         return self.weights.put(packed(matrix, self.instructions), LINE)
 
 
 @dataclass(frozen=True)
 class Finished:
-    """All of a program's numbers, ready to be pointed at."""
+    """The arrays of a finished program, for the kernel to point at."""
 
     ops: NDArray[np.int64]
     weights: NDArray[np.float32]
@@ -132,7 +135,7 @@ class Finished:
 
 
 def finished(draft: Draft, last: Spot) -> Finished:
-    """Return the program, its rooms laid out so that those that are needed at different times share their place.
+    """Return the finished program; rooms that are needed at different times share their place.
 
     Raises NotCompiled where it is too long, too wide, or where its numbers did not stay finite.
     """
@@ -170,7 +173,7 @@ def _line(draft: Draft, line: Line) -> tuple[str, tuple[Field, ...]]:
 
 
 def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
-    """Give every room its start; how much they need together."""
+    """Give every room its start, and return the size of the workspace."""
     spans: dict[Room, tuple[int, int]] = {}
     for number, fields in enumerate([*lines, (last,)]):
         for room in (field_.room for field_ in fields if isinstance(field_, Spot)):
@@ -190,7 +193,7 @@ def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
 
 
 def _gap(others: Iterable[Room], size: int) -> int:
-    """Return the first start where nothing of the others is in the way."""
+    """Return the first start at which `size` numbers do not overlap any of the other rooms."""
     start = 0
     for other in sorted(others, key=lambda room: room.start):
         if start + size <= other.start:

@@ -1,4 +1,4 @@
-"""The compiled kernel, where it was built: which instruction sets it has that this processor has too."""
+"""The compiled kernel, if it was built, and those of its instruction sets that this processor has."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 VERSION = 2
-"""Of the program's layout (kernel.h)."""
+"""Version of the program's layout (kernel.h)."""
 NAME = "_kernel"
 ANSWERED = 0
 
 
 class KernelMissing(ValueError):
-    """There is no kernel to run a program with; the message says why, and what to do."""
+    """No kernel to run a program with; the message says why, and what to do."""
 
 
 class Program(ctypes.Structure):
@@ -32,7 +32,7 @@ class Program(ctypes.Structure):
 
 @dataclass(frozen=True)
 class InstructionSet:
-    """A version of the kernel: `lanes` numbers at once; weights lie in panels of `panel` columns."""
+    """A version of the kernel that computes `lanes` numbers at once; weights lie in panels of `panel` columns."""
 
     number: int
     name: str
@@ -40,13 +40,13 @@ class InstructionSet:
 
     @property
     def panel(self) -> int:
-        """Return columns side by side: two vectors."""
+        """Return the number of columns of a panel: two vectors."""
         return 2 * self.lanes
 
 
 @dataclass(frozen=True)
 class Library:
-    """The kernel's calls and those of its instruction sets that can be used here, the quickest first."""
+    """The kernel's functions and its instruction sets that can be used here, the fastest first."""
 
     path: Path
     sets: tuple[InstructionSet, ...]
@@ -57,7 +57,7 @@ class Library:
 
 @cache
 def library() -> Library:
-    """Return the kernel. Raises KernelMissing: not built, built for another version, or not to be loaded."""
+    """Return the kernel. Raises KernelMissing if it was not built, has another version, or cannot be loaded."""
     here = Path(__file__).resolve().parent
     for suffix in EXTENSION_SUFFIXES:
         if (path := here / f"{NAME}{suffix}").is_file():

@@ -1,4 +1,4 @@
-"""A model opened for the kernel: its program, its workspace, and the one call that a step is."""
+"""A model opened for the kernel: its program, its workspace, and the one call that runs it."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ FURTHEST = float(np.finfo(np.float64).max)
 class Native:
     """A model run by the kernel.
 
-    It has one workspace, so one step runs at a time: several threads may use one, they wait for each other; a thread
-    that must not wait opens its own.
+    It has one workspace, so it runs one input at a time; threads that share it wait for each other. A thread that must
+    not wait opens its own.
     """
 
     def __init__(
         self, model: Model, library: Library, instructions: InstructionSet, reopen: Callable[[Model], Any]
     ) -> None:
-        """Take the model; `reopen` opens it where this is unpickled. Raise NotCompiled for an unsupported step."""
+        """Take the model; `reopen` opens it when this is unpickled. Raise NotCompiled for an unsupported step."""
         self._model, self._library, self._reopen = model, library, reopen
         self.instructions = instructions
         self.runtime = f"native ({instructions.name})"
@@ -42,7 +42,7 @@ class Native:
 
     @property
     def card(self) -> Card:
-        """Return what it takes and gives."""
+        """Return the model's card."""
         return self._model.card
 
     @property
@@ -53,11 +53,11 @@ class Native:
 
     @property
     def weights(self) -> int:
-        """Return numbers in single precision that the program reads."""
+        """Return how many numbers in single precision the program reads."""
         return len(self._held[3])
 
     def run(self, given: Array) -> Array:
-        """Compute as `Model.run`; what the kernel will not answer, NumPy answers or refuses."""
+        """Return the answer as `Model.run` does; inputs that the kernel does not answer are passed to NumPy."""
         if not _plain(given) or given.shape != self._size:
             return self._many(given)
         with self._lock:
@@ -82,12 +82,12 @@ class Native:
 
 
 def _plain(given: Any) -> bool:
-    """Return an array of real numbers that double precision holds."""
+    """Return whether the input is an array of real numbers that double precision holds."""
     return type(given) is np.ndarray and given.dtype.kind in "iuf" and given.dtype.itemsize <= 8
 
 
 def _program(model: Model, instructions: InstructionSet, x: Array, y: Array) -> tuple[Program, tuple[Any, ...]]:
-    """Return the program, and the arrays that it points into."""
+    """Return the program of a model, and the arrays that it points into."""
     takes = model.card.takes
     with np.errstate(over="ignore", invalid="ignore"):  # what does not stay finite is not compiled
         program = compiled(model.card, model.tensors, instructions)
@@ -104,7 +104,7 @@ def _program(model: Model, instructions: InstructionSet, x: Array, y: Array) -> 
 
 
 def _aligned(count: int, kind: type[Any], to: int = 64) -> NDArray[Any]:
-    """Return zeros that begin at a line of the processor's cache."""
+    """Return an array of zeros that begins at a line of the processor's cache."""
     size = np.dtype(kind).itemsize
     room = np.zeros(count * size + to, dtype=np.uint8)
     start = -room.ctypes.data % to

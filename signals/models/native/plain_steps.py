@@ -1,4 +1,4 @@
-"""Steps on every number, and those that keep, join and take parts."""
+"""Element-wise steps, and steps that keep, join and take parts of values."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def _into_product(product: Product | None, gains: Array, offsets: Array) -> bool:
-    """Return whether a product could take it over: before a relu, a factor for each column alone."""
+    """Merge a factor and an offset per column into a product without a relu; return whether that was possible."""
     if product is None or product.relu or product.more is not None or len(gains) > 1:
         return False
     product.weight, product.bias = product.weight * gains, product.bias * gains + offsets
@@ -63,7 +63,7 @@ def _into_product(product: Product | None, gains: Array, offsets: Array) -> bool
 
 
 def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Apply the function; a relu becomes part of the product before it."""
+    """Add the function; a relu becomes part of the product before it."""
     if step.function == "softmax":
         value = settled(draft, value) if is_list(value) else by_channel(draft, value)
         result = fresh(draft, value.shape, False)
@@ -79,7 +79,7 @@ def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) 
 
 
 def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Clip the numbers; what is not finite stays so."""
+    """Add the clipping; values that are not finite stay so."""
     value = settled(draft, value)
     result = fresh(draft, value.shape, value.length_first)
     draft.say("clip", *at(value), *at(result), *value.matrix, draft.doubles.put(np.array([step.low, step.high])))
@@ -87,7 +87,7 @@ def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
 
 
 def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Take the greatest of neighbouring places; rows are places."""
+    """Add the maximum of neighbouring places; rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
     result = fresh(draft, (channels, length // step.size), True)
@@ -96,7 +96,7 @@ def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Va
 
 
 def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Repeat every place; rows are places."""
+    """Add the repetition of every place; rows are places."""
     value = by_length(draft, value)
     channels, length = sides(value)
     result = fresh(draft, (channels, length * step.times), True)
@@ -105,7 +105,7 @@ def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> V
 
 
 def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Add a reshape: a list read length first stays so where the next step can read it, else numbers move."""
+    """Add a reshape; a list stays in length-first order where the next step can read it, else numbers are moved."""
     if value.linear is not None:
         return replace(value, shape=step.shape)
     if len(step.shape) == 1 and not is_list(value) and value.length_first and 1 not in value.shape:
@@ -118,23 +118,23 @@ def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Val
 
 
 def keep(step: Keep, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Keep the value for later; nothing changes it any more."""
+    """Keep the value for later, and mark it as not to be changed."""
     draft.kept[step.kept] = replace(value, free=False)
     return draft.kept[step.kept]
 
 
 def recall(step: Recall, _value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return the value that was kept."""
+    """Return the kept value."""
     return draft.kept[step.kept]
 
 
 def add(step: Add, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Make it a part of the product before it, if there is one."""
+    """Add a kept value, as part of the product before it if there is one."""
     return added(settled(draft, value), draft.kept[step.kept], draft, False)
 
 
 def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
-    """Return value + other, with a relu if `relu`."""
+    """Return value + other, followed by a relu if `relu`."""
     other = settled(draft, other)
     if not is_list(value):
         other = as_wanted(draft, other, value.length_first)
@@ -151,7 +151,7 @@ def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
 
 
 def join(step: Join, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Join channels below each other, or lists behind each other."""
+    """Join channels one below the other, or lists one after the other."""
     values = [value, *(draft.kept[name] for name in step.kept)]
     linears = [item.linear for item in values if item.linear is not None]
     if len(linears) == len(values):
@@ -180,7 +180,7 @@ def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], result: Value)
 
 
 def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Return a view."""
+    """Return a view of some channels, numbers or places."""
     count = step.stop - step.start
     shape = (value.shape[0], count) if step.along == "length" else (count, *value.shape[1:])
     if value.linear is not None:
@@ -195,7 +195,7 @@ def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
 
 
 def turn(_step: Turn, value: Value, _draft: Draft, _tensors: Tensors) -> Value:
-    """Read channels as places; nothing is moved."""
+    """Read channels as places; no number is moved."""
     channels, length = sides(value)
     if value.linear is not None:
         order = np.arange(value.size).reshape(channels, length).T.reshape(-1)

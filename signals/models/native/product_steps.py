@@ -16,11 +16,11 @@ from palpate.signals.models.native.shapes import at, by_length, fresh, is_list, 
 from palpate.signals.models.native.values import Linear, NotCompiled, Product, Spot, Value
 
 NARROW = 4
-"""A product is done together with the one before it where that one's input is so many times narrower than its own."""
+"""A product is merged with the one before it where that one's input is this many times narrower."""
 
 
 def dense(step: Dense, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Put weights into the order in which the numbers lie."""
+    """Add a dense layer, its weights in the order in which the input's numbers lie."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     if value.linear is None and not is_list(value):
         value = tight(draft, value)
@@ -35,14 +35,14 @@ def dense(step: Dense, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def dense_formula(step: Dense, linear: Linear, tensors: Tensors) -> Value:
-    """Return a dense layer on what is still a formula of the input, for a step that wants it so."""
+    """Return a dense layer applied to a value that is still a formula of the input, as a formula again."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     _require_small(len(bias), linear)
     return Value((len(bias),), linear=Linear(weight @ linear.matrix, weight @ linear.offset + bias))
 
 
 def conv_formula(step: Conv, value: Value, linear: Linear, tensors: Tensors) -> Value:
-    """Return the same for a convolution of width 1."""
+    """Return a convolution of width 1 applied to a value that is still a formula of the input, as a formula."""
     weight, bias = _reals(tensors, step.weight)[:, :, 0], _reals(tensors, step.bias)
     length = sides(value)[1]
     _require_small(len(bias) * length, linear)
@@ -59,7 +59,7 @@ def _require_small(rows: int, linear: Linear) -> None:
 def multiplied(
     draft: Draft, spot: Spot, steps: tuple[int, int, int], weight: Array, bias: Array, shape: tuple[int, ...]
 ) -> Value:
-    """Return the value that a product gives; steps: between rows, between columns, and how many rows."""
+    """Add a product of matrices and return its value; `steps`: between rows, between columns, and number of rows."""
     result = fresh(draft, shape, len(shape) == 2)
     product = Product(spot, steps[0], steps[1], steps[2], np.ascontiguousarray(weight), bias, result.spot)
     draft.multiply(product)
@@ -67,7 +67,7 @@ def multiplied(
 
 
 def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Lay windows side by side without copies: rows of places overlap."""
+    """Add a convolution; its windows are overlapping rows of places, without copies."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
     filters, channels, width = weight.shape
     length = sides(value)[1] + 2 * step.pad - width + 1
@@ -84,7 +84,9 @@ def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
-    """Return every place times a matrix (in, out); from the product before, if its input is far narrower."""
+    """Return every place times a matrix (in, out); merged with the product before it if that one's input is far
+    narrower.
+    """
     before, length = value.made, sides(value)[1]
     if before is not None and not before.relu and before.more is None and len(before.weight) * NARROW <= len(weight):
         steps = (before.row_step, before.col_step, before.m)
@@ -123,7 +125,7 @@ def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> 
 
 
 def lstm(step: Lstm, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Run the memory; the gates' inputs of all places are one product."""
+    """Add a long short-term memory; the gates' inputs of all places are one product."""
     state, length = _reals(tensors, step.state), sides(value)[1]
     hidden, lanes = state.shape[1], draft.instructions.lanes
     drive = projected(draft, value, _reals(tensors, step.weight).T, _reals(tensors, step.bias))

@@ -1,9 +1,9 @@
-"""From a card's steps to a flat program of the kernel, with what can be saved without changing the answer.
+"""Compile a card's steps to a flat program of the kernel, with optimisations that do not change the answer.
 
-Saved: normalisation of the input is done once, in double precision, as the numbers are read; a spectrum is one product
-with the input; 1 / sqrt(depth) is in the queries' weights; what adds or scales after a product is in the product; a
+Normalisation of the input is done once, in double precision, as the numbers are read; a spectrum is one product with
+the input; 1 / sqrt(depth) is in the queries' weights; additions and scales after a product are part of the product; a
 projection of a projection from few channels is one product (the first attention of an embedded signal); copies,
-transpositions and joins of views are not made.
+transpositions and joins of views are avoided.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from palpate.signals.models.native.shapes import is_list, settled, spread
 from palpate.signals.models.native.values import Linear, NotCompiled, Value
 
 LOOK_AHEAD = 4
-"""A spectrum's product, and what may stand between it and the step that takes it apart."""
+"""Number of steps that are searched for the one that reads a product as a spectrum."""
 MOST_FORMULA = 512
-"""Numbers of a spectrum, at most."""
+"""Greatest number of values of a spectrum."""
 MOST_INPUTS = 1024
-"""A formula has as many numbers for each of its own; the widest input here is a force profile, of 621."""
+"""Greatest number of inputs of a formula; the widest input here is a force profile, of 621."""
 Handler = Callable[[Any, Value, Draft, Tensors], Value]
 
 
 @dataclass(frozen=True)
 class Compiled:
-    """A program, and how its answer becomes the model's: gain * value + offset, in double precision."""
+    """A program, and how its output becomes the model's answer: gain * value + offset, in double precision."""
 
     numbers: Finished
     answer: int
@@ -46,8 +46,9 @@ class Compiled:
 
 
 def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Compiled:
-    """Return the program of a model whose steps fit (palpate.signals.models.runtime has seen to that). Raises
-    NotCompiled.
+    """Return the program of a model whose steps `palpate.signals.models.runtime` has checked.
+
+    Raises NotCompiled for a step that the kernel does not support.
     """
     draft, size = Draft(instructions), card.takes.size
     if size > MOST_INPUTS:
@@ -84,7 +85,7 @@ def _chain(steps: Sequence[Step], value: Value, draft: Draft, tensors: Tensors) 
 
 
 def _to_spectrum(steps: Sequence[Step], value: Value) -> bool:
-    """Return whether this is a product whose numbers will be taken for real and imaginary parts."""
+    """Return whether this step is a product whose outputs will be read as real and imaginary parts."""
     first, between = steps[0], (signals_of.Turn, steps_of.Reshape, Affine)
     if not isinstance(first, Dense) and not (isinstance(first, Conv) and not first.pad and len(value.shape) == 2):
         return False

@@ -1,4 +1,4 @@
-"""Values brought to where and how an operation needs them; most of it only reads them another way."""
+"""Bring values into the layout that an operation needs, mostly by reading them another way."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def is_list(value: Value) -> bool:
 
 
 def sides(value: Value) -> tuple[int, int]:
-    """Return the channels and length."""
+    """Return the channels and the length. Raises NotCompiled for a list."""
     if is_list(value):
         raise NotCompiled("a list comes where channels and length are needed")
     return value.shape[0], value.shape[1]
@@ -31,7 +31,7 @@ def fresh(draft: Draft, shape: tuple[int, ...], length_first: bool) -> Value:
 
 
 def settled(draft: Draft, value: Value) -> Value:
-    """Return the value in the workspace, where it was still a formula of the input; a list in its own order."""
+    """Return the value as numbers in the workspace, computed if it was still a formula; a list in its own order."""
     if value.linear is not None:
         return _computed(draft, value, value.linear)
     if value.sides is None:
@@ -54,7 +54,7 @@ def _computed(draft: Draft, value: Value, linear: Linear) -> Value:
 
 
 def by_length(draft: Draft, value: Value) -> Value:
-    """Return a row for each place."""
+    """Return the value with one row for each place."""
     value = settled(draft, value)
     channels, length = sides(value)
     if value.length_first:
@@ -67,7 +67,7 @@ def by_length(draft: Draft, value: Value) -> Value:
 
 
 def by_channel(draft: Draft, value: Value) -> Value:
-    """Return a row for each channel."""
+    """Return the value with one row for each channel."""
     value = settled(draft, value)
     channels, length = sides(value)
     if not value.length_first:
@@ -103,7 +103,7 @@ def _turned(draft: Draft, value: Value) -> Value:
 
 
 def spread(numbers: Array, value: Value) -> Array:
-    """Return numbers that fit a value's shape, as a matrix laid as the value lies; one row where all rows are alike."""
+    """Return numbers broadcast to a value's shape, as a matrix in the value's layout; one row if all rows are equal."""
     full = np.broadcast_to(numbers, value.shape).astype(np.float64)
     matrix = full[None] if is_list(value) else full.T if value.length_first else full
     alike = bool((matrix == matrix[:1]).all())
@@ -111,5 +111,5 @@ def spread(numbers: Array, value: Value) -> Array:
 
 
 def at(value: Value) -> tuple[Spot, int]:
-    """Return where it lies and how far its rows are apart."""
+    """Return where the value lies and how far apart its rows are."""
     return value.spot, value.step

@@ -16,7 +16,7 @@ from palpate.signals.models.triangles import Triangles
 
 
 def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Add a normalisation over each row."""
+    """Add a normalisation of each row."""
     value = settled(draft, value) if is_list(value) else by_length(draft, value)
     result = value if value.free else fresh(draft, value.shape, value.length_first)
     rows, cols = value.matrix
@@ -30,7 +30,7 @@ def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:
 
 
 def polar(_step: Polar, value: Value, draft: Draft, _tensors: Tensors) -> Value:
-    """Add polar coordinates in double precision from the input on: a phase needs the smaller of its two parts."""
+    """Add the conversion to magnitude and phase, in double precision because a phase needs its smaller part exactly."""
     length = value.shape[1]
     result = fresh(draft, (2, length), False)
     if value.linear is None:
@@ -42,7 +42,7 @@ def polar(_step: Polar, value: Value, draft: Draft, _tensors: Tensors) -> Value:
 
 
 def _spectrum(draft: Draft, linear: Linear) -> int:
-    """Return where the formula's values are put, in double precision."""
+    """Add the computation of the formula's values in double precision, and return where they lie."""
     used = np.flatnonzero(linear.matrix.any(axis=0))
     first, past = (int(used[0]), int(used[-1]) + 1) if len(used) else (0, 1)
     matrix, rows = linear.matrix[:, first:past], len(linear.matrix)
@@ -61,7 +61,7 @@ def cartesian(_step: Cartesian, value: Value, draft: Draft, _tensors: Tensors) -
 
 
 def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Tensors) -> Value:
-    """Add an autoregression in double precision, from the input itself."""
+    """Add an autoregression in double precision, computed from the input itself."""
     gains = _gains(value.linear)
     points, frequencies, log_sd = (
         np.asarray(tensors[name], dtype=np.float64) for name in (step.points, step.frequencies, step.log_sd)
@@ -81,7 +81,7 @@ def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Te
 
 
 def _gains(linear: Linear | None) -> Array:
-    """Return what the input's numbers are multiplied by, where nothing else was done to them."""
+    """Return the factors of the input's numbers. Raises NotCompiled if the value is anything but the scaled input."""
     if linear is None or linear.matrix.shape[0] != linear.matrix.shape[1] or linear.offset.any():
         raise NotCompiled("a predictor of anything but the input, each number by a factor")
     gains: Array = np.diagonal(linear.matrix).copy()

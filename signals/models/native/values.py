@@ -1,4 +1,4 @@
-"""Where a value lies while a program is put together, and how it is read."""
+"""Where a value lies while a program is compiled, and how it is read."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from palpate.signals.arrays import Array
 
 
 class NotCompiled(ValueError):
-    """A step that the kernel does not know, or not in this place; the message says which."""
+    """A step that the kernel does not support, or not in this place; the message says which."""
 
 
 @dataclass(eq=False)
 class Room:
-    """So many numbers of the workspace. `fixed`: nothing else may ever lie there (it holds zeros that stay)."""
+    """A part of the workspace, `size` numbers long. `fixed`: nothing else may use it (it holds zeros that must
+    stay).
+    """
 
     size: int
     fixed: bool = False
@@ -23,19 +25,19 @@ class Room:
 
 @dataclass(frozen=True)
 class Spot:
-    """A place in a room, which is given a start only when all operations are known."""
+    """A place in a room; the room's start is known only when all operations are."""
 
     room: Room
     past: int = 0
 
     def beyond(self, count: int) -> Spot:
-        """Return the spot so many numbers further on."""
+        """Return the spot `count` numbers further on."""
         return Spot(self.room, self.past + count)
 
 
 @dataclass(frozen=True)
 class Linear:
-    """A value that is still y = matrix x + offset of the input x, in double precision: nothing was run for it yet."""
+    """A value that is still a formula, y = matrix x + offset of the input x, in double precision."""
 
     matrix: Array
     offset: Array
@@ -43,7 +45,7 @@ class Linear:
 
 @dataclass(eq=False)
 class Product:
-    """A product of matrices that will be run: y = a weight + bias (+ more), then relu; bias (1 or m, n)."""
+    """A product of matrices to be run: y = a weight + bias (+ more), then relu; bias (1 or m, n)."""
 
     a: Spot
     row_step: int
@@ -62,9 +64,9 @@ class Value:
     """A value of shape (size,) or (channels, length).
 
     It lies as a matrix of `rows` that are `step` apart: a row is a place if `length_first`, else a channel; a list is
-    one row. `sides`: a list that still lies as (channels, length), length first. `made`: the product that gave it, and
-    `free`: nothing else has seen it yet, so it may be changed where it lies.
-    `wide`: where it lies in double precision too, or -1.
+    one row. `sides`: a list that still lies as (channels, length), length first. `made`: the product that computes it,
+    and `free`: nothing else reads it yet, so it may be changed in place. `wide`: where it lies in double precision too,
+    or -1.
     """
 
     shape: tuple[int, ...]
@@ -79,19 +81,19 @@ class Value:
 
     @property
     def size(self) -> int:
-        """Return how many numbers."""
+        """Return how many numbers the value has."""
         return math.prod(self.shape)
 
     @property
     def spot(self) -> Spot:
-        """Return where it lies."""
+        """Return where the value lies. Raises NotCompiled if it has no place yet."""
         if self.at is None:
             raise NotCompiled("a value was needed before it was computed")
         return self.at
 
     @property
     def matrix(self) -> tuple[int, int]:
-        """Return rows and columns as it lies."""
+        """Return the numbers of rows and columns in memory."""
         if len(self.shape) == 1:
             return 1, self.size
         channels, length = self.shape
@@ -99,6 +101,6 @@ class Value:
 
     @property
     def packed(self) -> bool:
-        """Return whether no gaps lie between its rows."""
+        """Return whether there are no gaps between its rows."""
         rows, cols = self.matrix
         return rows == 1 or self.step == cols
