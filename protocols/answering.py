@@ -1,4 +1,4 @@
-"""How a perceiver answers each form: plausible, keyed, and the same whenever it is asked again."""
+"""How a simulated perceiver answers each form: plausible, keyed, and the same for a repeated request."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.protocols.keyed import normal, shuffled, uniform
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 
 TICKED_WITHOUT_LATENT = -2.2
-"""Logit of ticking a word that the study's simulation says nothing about: one in ten."""
+"""Logit of ticking a word without latents in the study's simulation: one in ten."""
 VOCABULARY = (
     "smooth",
     "rough",
@@ -37,12 +37,12 @@ def rate(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
 
 
 def agree(person: Perceiver, ask: Ask, form: Form) -> tuple[Reply, float]:
-    """Agree to every item: a consent, or that one can take part."""
+    """Agree to every item, of a consent or of the eligibility questions."""
     return _after(person, ask, dict.fromkeys(form.items(), True))
 
 
 def leave_empty(person: Perceiver, ask: Ask, form: Form) -> tuple[Reply, float]:
-    """Leave every question in one's own words empty."""
+    """Leave all questions with free-text answers empty."""
     return _after(person, ask, dict.fromkeys(form.items(), ""))
 
 
@@ -52,18 +52,18 @@ def describe_oneself(person: Perceiver, ask: Ask, form: Demographics) -> tuple[R
 
 
 def _after(person: Perceiver, ask: Ask, answers: dict[str, Any]) -> tuple[Reply, float]:
-    """The reply, after one answer time for each item."""
+    """Return the reply and its seconds, with one answer time for each item."""
     return _taking(person, ask, answers, answers)
 
 
 def _taking(person: Perceiver, ask: Ask, answers: dict[str, Any], items: Iterable[str]) -> tuple[Reply, float]:
-    """The reply, after one answer time for each of `items`."""
+    """Return the reply and its seconds, with one answer time for each of `items`."""
     seconds = round(math.fsum(person.seconds(ask, item) for item in items), 3)
     return Reply({"answers": answers, "seconds": seconds}), seconds
 
 
 def compare(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
-    """Rate while switching to and fro a few times; every switch takes a second or two."""
+    """Rate while switching between the sides a few times; every switch takes a second or two."""
     reply, seconds = person.rate(ask, form)
     count = 2 + math.floor(5 * uniform(*person.moment("switches", ask, "")))
     gaps = [round(0.8 + 1.6 * uniform(*person.moment("switch", ask, str(n))), 3) for n in range(count)]
@@ -75,7 +75,7 @@ def compare(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
 
 
 def author(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
-    """Wish for something, try it, change one attribute after another, and settle after a few tries."""
+    """Choose a setting, try it, change one attribute after another, and settle after a few tries."""
     tries, tried = _tries(person, ask), 0
     if ask.former is not None:
         # Which try the former answers were is known by what was wished; of equal wishes (a coarse scale) the last
@@ -88,7 +88,7 @@ def author(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
 
 
 def feel_reference(person: Perceiver, ask: Ask, _form: Form) -> tuple[Reply, float]:
-    """Feel a reference once, or now and then twice, then go on."""
+    """Feel a reference once, sometimes twice, then go on."""
     felt = (ask.previous or {"felt": 0})["felt"]
     wanted = 1 + (uniform(*person.moment("felt", ask, "")) < 0.3)
     seconds = round(person.seconds(ask, f"felt {felt}"), 3)
@@ -101,7 +101,7 @@ def _tries(person: Perceiver, ask: Ask) -> int:
 
 
 def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, float]:
-    """The setting at the n-th try: attribute n was changed last, those before stay changed; the last wish stands."""
+    """Return the setting at the n-th try, at which attribute n is changed; after the last try it stays the same."""
     settled = min(tried, _tries(person, ask) - 1)
     scale = form.scale
     wish = {}
@@ -113,7 +113,7 @@ def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, f
 
 
 def tick_words(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
-    """Tick the words that fit; now and then add one."""
+    """Tick the words that fit; sometimes add one."""
     ticked = [word for word in form.words if _fits(person, ask, word)]
     further: list[str] = []
     if form.further and uniform(*person.moment("further", ask, "")) < 0.1:
@@ -122,7 +122,7 @@ def tick_words(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
 
 
 def _fits(person: Perceiver, ask: Ask, word: str) -> bool:
-    """Whether the word is ticked: a logit of its latents, the person's own leaning and the moment's noise."""
+    """Return whether the word is ticked, from its latents, the person's bias and noise, summed as a logit."""
     felt = TICKED_WITHOUT_LATENT
     if ask.trial is not None and word in person.simulation.latents:
         felt = person.latent(word, ask.trial.stimulus)
@@ -138,7 +138,7 @@ def write_words(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, floa
 
 
 def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Words that come to mind; who runs out of them says them again with a number."""
+    """Return words that come to mind; when they run out, repeat them with a number."""
     known = [word for word in person.simulation.vocabulary or VOCABULARY if word not in without]
     once = shuffled(known, *person.moment("memory", ask, ""))
     again = [f"{word} {times}" for times in range(2, count + 2) for word in once]
@@ -146,7 +146,7 @@ def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ..
 
 
 def rate_statements(person: Perceiver, ask: Ask, form: Likert) -> tuple[Reply, float]:
-    """Answer each statement by points around the middle, moved by its latent intercept."""
+    """Rate each statement by points around the middle, shifted by its latent intercept."""
     middle, points = (form.questionnaire.points + 1) / 2, form.questionnaire.points
     answers = {}
     for name in form.items():

@@ -1,4 +1,4 @@
-"""A certificate of balance: how often every item stood at every position and followed every other."""
+"""A certificate of balance: how often every item was at every position and followed every other item."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from palpate.protocols.trial import ParticipantRow
 class Balance:
     """Counts over sequences of the same items.
 
-    positions[item][p] counts the sequences with the item at position p (0-based); carry_over[(a, b)] counts
-    how often b came straight after a.
+    positions[item][p] counts the sequences with the item at position p (0-based); carry_over[(a, b)] counts how often b
+    came directly after a.
     """
 
     sequences: int
@@ -28,23 +28,23 @@ class Balance:
 
     @property
     def position_range(self) -> tuple[int, int]:
-        """Least and greatest position count: equal in a design balanced for order."""
+        """Return the least and the greatest position count, which are equal in a design balanced for order."""
         counts = [count for row in self.positions.values() for count in row]
         return (min(counts), max(counts)) if counts else (0, 0)
 
     @property
     def carry_over_range(self) -> tuple[int, int]:
-        """Least and greatest count over all ordered pairs of different items."""
+        """Return the least and the greatest count over all ordered pairs of different items."""
         counts = [self.carry_over.get((a, b), 0) for a in self.items for b in self.items if a != b]
         return (min(counts), max(counts)) if counts else (0, 0)
 
     @property
     def balanced(self) -> bool:
-        """Whether all positions and all carry-overs are equally frequent."""
+        """Return whether all positions and all carry-overs are equally frequent."""
         return all(low == high for low, high in (self.position_range, self.carry_over_range))
 
     def text(self) -> str:
-        """The certificate in words."""
+        """Return the certificate in words."""
         (p_low, p_high), (c_low, c_high) = self.position_range, self.carry_over_range
         verdict = "balanced" if self.balanced else "not balanced (yet)"
         return (
@@ -55,7 +55,7 @@ class Balance:
 
 
 def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
-    """Count positions and carry-overs; every sequence must hold the same items."""
+    """Return the counts of positions and carry-overs; every sequence must hold the same items."""
     rows = [tuple(row) for row in sequences]
     items = tuple(sorted(set(rows[0]))) if rows else ()
     for number, row in enumerate(rows):
@@ -69,10 +69,10 @@ def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
 
 
 def certificates(study: Study, people: Sequence[tuple[ParticipantRow, int]]) -> dict[str, Balance]:
-    """Certify the orders of these people (row and seed), who are of one group.
+    """Return the certificates of the orders of these people (row and seed), who belong to one group.
 
-    The first certificate, named "", is of all their sessions together; where the study declares several, each session
-    follows, by its name.
+    The first certificate, named "", covers all their sessions together; where the study declares several sessions, one
+    certificate for each follows, by its name.
     """
     by_session = {
         f"session {number}": [[s.id for _, s in main_order(study, who, seed, number)] for who, seed in people]
@@ -90,14 +90,14 @@ def _times(low: int, high: int) -> str:
 
 
 def balance_lines(group: str, certified: Mapping[str, Balance]) -> Iterator[str]:
-    """Say how balanced the orders of a group are: of all sessions together, then of each where there are several."""
+    """Yield lines on the balance of a group's orders: of all sessions together, then of each if there are several."""
     together = f", all {len(certified) - 1} sessions" if len(certified) > 1 else ""
     for session, balance in certified.items():
         yield f"group {group}{f', {session}' if session else together}: {balance.text()}"
 
 
 def balance_data(certified: Mapping[str, Balance]) -> dict[str, Any]:
-    """A group's certificates as JSON data: of all sessions together, with those of each where there are several."""
+    """Return a group's certificates as JSON data: of all sessions together, and of each if there are several."""
     of_sessions = {session: _balance_data(balance) for session, balance in certified.items() if session}
     return {**_balance_data(certified[""]), **({"sessions": of_sessions} if of_sessions else {})}
 

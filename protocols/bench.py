@@ -1,4 +1,4 @@
-"""A figure to reach, declared: what to run and how wrong its result is. `palpate bench` measures it."""
+"""Benchmark cases as declarations: what to run, and the error of its result. `palpate bench` measures them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Case:
-    """One method on one input; cases that share `case` and `input` are compared with each other.
+    """A method on an input; cases with the same `case` and `input` are compared with each other.
 
-    `run` is timed and takes nothing; what it needs is made before. `error` is called on run's result and gives
-    a number >= 0 in the unit that `error_kind` names, or None where the method refused by name.
-    Where `seconds` is given it is called on run's result and says itself how long the answer took, as of a training
-    that was timed while it ran: then `run` is called once only, and no memory is traced; `peak_MB` may say it then.
+    `run` is timed and takes no arguments; its inputs are prepared before. `error` is called with the result of `run`
+    and returns a number >= 0 in the unit that `error_kind` names, or None where the method refused by name. `seconds`,
+    where given, is called with the result of `run` and returns how long the answer took, as for a training that was
+    timed while it ran: then `run` is called only once and no memory is traced; `peak_MB` may return the memory.
     """
 
     area: str

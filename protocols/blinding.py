@@ -1,4 +1,4 @@
-"""What a blind console and the monitor leave out of texts that name a stimulus: faults of devices, demands, states."""
+"""What a blind console and the monitor hide in texts that name a stimulus: device faults, prompts, states."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ HIDDEN = "\N{HORIZONTAL ELLIPSIS}"
 
 
 def hider(study: Study, seen: tuple[str, ...] = ()) -> Callable[[str], str]:
-    """Return what takes the ids of a study's stimuli, and the levels of its blind columns, out of a text.
+    """Return a function that hides the ids of a study's stimuli, and the levels of its blind columns, in a text.
 
-    Words that stand in the columns `seen`, which the console shows anyway, stay. A study that keeps nothing blind
-    changes no text.
+    Words of the columns `seen`, which the console shows anyway, are kept. If the study has no blind columns, texts are
+    unchanged.
     """
     if not study.blind:
         return lambda text: text
@@ -32,9 +32,9 @@ def hider(study: Study, seen: tuple[str, ...] = ()) -> Callable[[str], str]:
 
 
 def aliases(study: Study) -> dict[str, str]:
-    """Return a name for each stimulus of a study that keeps something blind, which does not tell the stimulus; else {}.
+    """Return a neutral name for each stimulus of a study with blind columns; {} for other studies.
 
-    The numbers are dealt by a key of the study, so that they are no order of the stimulus table.
+    The numbers are assigned by a key of the study, so they do not follow the order of the stimulus table.
     """
     if not study.blind:
         return {}

@@ -1,4 +1,4 @@
-"""One value, one text: canonical JSON and the digests made from it."""
+"""Canonical JSON, one text for each value, and digests of it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ Json = Any  # None | bool | int | float | str | list[Json] | tuple[Json, ...] | 
 
 
 class NotCanonical(ValueError):
-    """The value has no canonical text: a key that is no text, a number that is not finite, a foreign type."""
+    """A value without a canonical text: a key that is not text, a number that is not finite, a foreign type."""
 
 
 def canonical(value: Json) -> bytes:
-    """The value's only UTF-8 JSON text: keys sorted by code point, no blanks, shortest float, no NaN.
+    """Return the value's unique UTF-8 JSON text: keys sorted by code point, no spaces, shortest floats, no NaN.
 
-    Equal on every machine and Python version. Raises NotCanonical and names the place ($.a[2]).
+    The text is equal on every machine and Python version. Raises NotCanonical that names the place ($.a[2]).
     """
     try:
         return encoded(value if _is_plain(value) else _plain(value, "$"))
@@ -26,12 +26,15 @@ def canonical(value: Json) -> bytes:
 
 
 def encoded(value: Json) -> bytes:
-    """The canonical text of a value whose types are known to be JSON's own, as those of one that was parsed."""
+    """Return the canonical text of a value whose types are known to be JSON's own, as after parsing."""
     return _text_of(value).encode("utf-8")
 
 
 def json_text(value: Json, indent: int | None = None, *, sort_keys: bool = False) -> str:
-    """The value as JSON to read or to keep, the last line ended. Raises NotCanonical where a number is not finite."""
+    """Return the value as JSON for people and files, ending with a newline.
+
+    Raises NotCanonical where a number is not finite.
+    """
     try:
         return json.dumps(value, indent=indent, sort_keys=sort_keys, ensure_ascii=False, allow_nan=False) + "\n"
     except ValueError:
@@ -45,12 +48,12 @@ def digest(value: Json) -> str:
 
 
 def parse(text: bytes) -> Json:
-    """Return the value of a canonical text. Raises NotCanonical on NaN, Infinity and a key that stands twice."""
+    """Return the value of a canonical text. Raises NotCanonical for NaN, Infinity and repeated keys."""
     return _DECODER.decode(text.decode("utf-8"))
 
 
 def difference(recorded: Json, now: Json, place: str = "$") -> str | None:
-    """Return the first place where two values differ and how; None if they are the same text."""
+    """Return the first place where two values differ, and how; None if their texts are the same."""
     if isinstance(recorded, Mapping) and isinstance(now, Mapping):
         return _mapping_difference(recorded, now, place)
     if isinstance(recorded, list | tuple) and isinstance(now, list | tuple):
@@ -82,7 +85,7 @@ def _list_difference(recorded: Json, now: Json, place: str) -> str | None:
 
 
 def _is_plain(value: Json) -> bool:
-    """Return whether the value is of finite numbers, texts, lists, tuples and dicts alone, so that it needs no copy."""
+    """Return whether the value consists of finite numbers, texts, lists, tuples and dicts, so that it needs no copy."""
     waiting = [value]
     for item in waiting:  # grows while it is read: no recursion
         kind = type(item)
@@ -136,10 +139,10 @@ def _short(value: Json) -> str:
 
 
 def _writer() -> Callable[[Json], str]:
-    """Return a function that writes a value's text.
+    """Return a function that writes the text of a value.
 
-    `JSONEncoder.encode` builds CPython's encoder for every value, which takes longer than a short value does: it is
-    built once here.
+    `JSONEncoder.encode` creates CPython's encoder for every value, which takes longer than a short value does: here it
+    is created once.
     """
     encoder = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     build = getattr(json.encoder, "c_make_encoder", None)

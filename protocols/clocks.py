@@ -1,6 +1,6 @@
-"""A device's clock seen through arrivals: blocks come late by an unknown, changing delay, and never early.
+"""Estimate a device's clock from arrivals: blocks come late by an unknown, changing delay, and never early.
 
-So the line under all arrivals is the clock, but for the least delay, which no arrival can show: it is part of the
+So the line under all arrivals is the clock, except for the least delay, which no arrival can show: it is part of the
 line's offset, the same for every sample, and has to be known from elsewhere (a calibration of the transport).
 """
 
@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 from palpate.protocols.undefined import finite_or_none
 
 TOLERANCE_PPM = 100.0
-"""What a crystal may be off its nominal rate. A rate that is measured less surely than this is not taken."""
+"""Greatest deviation of a crystal from its nominal rate; a rate with a greater standard error is not used."""
 SPACINGS, SPACINGS_OF = 8, 3
-"""Over so many of the smallest delays of each half their spacing is averaged: how far the least one is from 0. Of few
-arrivals it is over a third of them, no less than three: the larger ones lie further apart."""
+"""Number of the smallest delays of each half over which their spacing is averaged, to estimate how far the least one is
+above 0. Of few arrivals a third of them is used, at least three: the larger delays lie further apart.
+"""
 SURER = 1.5
-"""Errors are told so much larger than that spacing: the slope's real error was up to 1.5 of it (docs/how-to)."""
+"""Factor between that spacing and the reported errors: the slope's real error was up to 1.5 times it (docs/how-to)."""
 WINDOWS = 8
-"""Stretches in which the least delay is looked at: where it strays, the clock is no line."""
+"""Stretches whose least delays are compared: where they differ, the clock is not linear."""
 
 Point = tuple[float, float]
 
@@ -31,14 +32,14 @@ class ClockError(ValueError):
 
 @dataclass(frozen=True)
 class Clock:
-    """Sample n was taken at t0_s + n / rate_hz, in seconds of the host's clock.
+    """A linear clock: sample n was taken at t0_s + n / rate_hz, in seconds of the host's clock.
 
-    `drift_ppm` is how much faster the device's clock runs than its nominal rate says; +- `drift_error_ppm` (standard
-    error) as the arrivals tell it, None where they tell nothing. `measured` is False where the nominal rate was kept
-    because it is surer. `offset_error_s` is the standard error of the line at its middle, without the least delay.
-    `delay_s` and `jitter_s` are the median and the 95th percentile of the arrivals' delays over the least.
-    `wander_s` is the most that the least delay of an eighth of the recording lies above the line: of the size of
-    `offset_error_s` where the clock runs evenly.
+    `drift_ppm` is how much faster the device's clock runs than its nominal rate, `drift_error_ppm` its standard error,
+    None where the arrivals do not determine it. `measured` is False where the nominal rate was kept because it is more
+    certain. `offset_error_s` is the standard error of the line at its middle, without the least delay. `delay_s` and
+    `jitter_s` are the median and the 95th percentile of the arrivals' delays over the least. `wander_s` is how far the
+    least delay of an eighth of the recording lies above the line, at most: about `offset_error_s` where the clock runs
+    evenly.
     """
 
     t0_s: float
@@ -54,16 +55,19 @@ class Clock:
 
     @property
     def drift_ppm(self) -> float:
-        """How much faster than nominal the samples come, in millionths."""
+        """Return how much faster than nominal the samples come, in parts per million."""
         return (self.rate_hz / self.nominal_hz - 1.0) * 1e6
 
     def time_s(self, number: float) -> float:
-        """When sample `number` was taken."""
+        """Return when sample `number` was taken."""
         return self.t0_s + number / self.rate_hz
 
 
 def nominal_clock(rate_hz: float, first: int, t_s: float) -> Clock:
-    """The clock of a stream without arrivals: sample `first` at t_s, the rate as declared. Raises ClockError."""
+    """Return the clock of a stream without arrivals: sample `first` at t_s, at the declared rate.
+
+    Raises ClockError.
+    """
     _demand_rate(rate_hz)
     if not math.isfinite(t_s):
         raise ClockError(f"the time of sample {first} is {t_s}: a finite number of seconds is needed")
@@ -71,14 +75,14 @@ def nominal_clock(rate_hz: float, first: int, t_s: float) -> Clock:
 
 
 def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
-    """The line closest under all arrivals (n, t_s): sample n, the last of its block, was there at t_s.
+    """Fit the closest line under all arrivals (n, t_s): sample n, the last of its block, had arrived at t_s.
 
-    Among all lines that no arrival lies below, the one with the least sum of delays: the edge of the lower convex
+    Of all lines that no arrival lies below, it is the line with the least sum of delays: the edge of the lower convex
     hull at the mean sample number. It is exact where two arrivals, one in each half, had the least delay.
 
     Raises:
         ClockError: no arrivals, a number or time that is not finite, numbers that do not rise, times that fall,
-            a rate that is not positive, or arrivals that came at one moment.
+            a rate that is not positive, or arrivals that all have one time.
     """
     _demand_rate(rate_hz)
     if not arrivals:
@@ -118,7 +122,7 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
 
 
 def _placed(clock: Clock, n0: float) -> Clock:
-    """The clock with its offset at sample 0 rather than at the first arrival's."""
+    """Return the clock with its offset at sample 0 instead of the first arrival's sample `n0`."""
     return replace(clock, t0_s=clock.t0_s - n0 / clock.rate_hz)
 
 
@@ -128,7 +132,7 @@ def _demand_rate(rate_hz: float) -> None:
 
 
 def _line_under(points: Sequence[Point]) -> tuple[float, float]:
-    """Offset and slope of the edge of the lower hull at the mean of n."""
+    """Return offset and slope of the edge of the lower hull at the mean of n."""
     hull: list[Point] = []
     for point in points:
         while len(hull) > 1 and _turns_down(hull[-2], hull[-1], point):
@@ -142,15 +146,15 @@ def _line_under(points: Sequence[Point]) -> tuple[float, float]:
 
 
 def _turns_down(before: Point, last: Point, new: Point) -> bool:
-    """Whether `last` lies on or above the line from `before` to `new`."""
+    """Return whether `last` lies on or above the line from `before` to `new`."""
     return (last[1] - before[1]) * (new[0] - before[0]) >= (new[1] - before[1]) * (last[0] - before[0])
 
 
 def _errors(points: Sequence[Point], offset: float, slope: float) -> tuple[float, float]:
-    """Standard errors of the slope (seconds a sample) and of the line at its middle (seconds).
+    """Return the standard errors of the slope (seconds per sample) and of the line at its middle (seconds).
 
-    The least of m delays lies above the least possible one by about the spacing of the smallest delays, whatever
-    their distribution, as long as it does not vanish at its lower end (order statistics of a uniform density).
+    The least of m delays lies above the least possible delay by about the spacing of the smallest delays, whatever
+    their distribution, if its density does not vanish at the lower end (order statistics of a uniform density).
     """
     half = max(1, len(points) // 2)
     parts = points[:half], points[half:]
@@ -161,13 +165,13 @@ def _errors(points: Sequence[Point], offset: float, slope: float) -> tuple[float
 
 
 def _spacing(delays: Sequence[float]) -> float:
-    """How far the least delay of a sample is from the least possible one, about; nothing tells where there is one."""
+    """Return about how far the least observed delay is above the least possible one; infinite for a single delay."""
     ordered = sorted(delays)[: 1 + max(SPACINGS_OF, min(SPACINGS, len(delays) // SPACINGS_OF))]
     return (ordered[-1] - ordered[0]) / (len(ordered) - 1) if len(ordered) > 1 else math.inf
 
 
 def _wander(points: Sequence[Point], delays: Sequence[float]) -> float | None:
-    """The largest of the least delays of equal stretches of the recording; None where there are too few arrivals."""
+    """Return the largest of the least delays of equal stretches of the recording; None for too few arrivals."""
     if len(points) < 4 * WINDOWS:
         return None
     span = (points[-1][0] - points[0][0]) or 1.0

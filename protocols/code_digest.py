@@ -1,4 +1,4 @@
-"""Digests of the code that decides a result, so that a stored result of other code is never taken for a current one."""
+"""Digests of the code that determines a result, so that a result of other code is never taken for a current one."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = tuple(f"palpate.{room}" for room in ("protocols", "signals", "devices", "studies", "analysis", "modeling"))
 BESIDE = (".c", ".cal", ".csv", ".dat", ".h", ".json", ".yaml")
-"""Files in a module's folder that the module may read."""
+"""Suffixes of files in a module's folder that the module may read."""
 _NAMED = re.compile(rf"((?:{'|'.join(map(re.escape, PACKAGES))})(?:\.\w+)+)(\.\*)?(?::\w+)?")
 
 
 @cache
 def code_digest(*modules: str, files: tuple[str, ...] = (), registries: bool = False) -> str:
-    """Return the SHA-256 over modules, all that they import of this program, and the tables and C sources beside them.
+    """Return the SHA-256 of modules, all their imports within this program, and tables and C sources beside them.
 
-    Imports within functions count, those for type checkers alone do not. With `registries` the modules that are named
-    in strings ("module", "module:name" or "package.*") are followed too. `files` are further files, by their
-    paths from the program's root. Computed once in a process. Raises LookupError for a module or file that is missing.
+    Imports inside functions count, imports for type checkers alone do not. With `registries`, modules that are named in
+    strings ("module", "module:name" or "package.*") are followed too. `files` are further files, by their paths from
+    the program's root. Computed once per process. Raises LookupError for a module or file that is missing.
     """
     paths = {path for name in imported_by(*modules, registries=registries) for path in _with_tables(_source(name))}
     return files_digest([*sorted(paths), *(ROOT / file for file in files)])
 
 
 def files_digest(paths: Iterable[Path]) -> str:
-    """Return the SHA-256 over files in the given order: contents, and paths from the program's root.
+    """Return the SHA-256 of files in the given order: their contents, and their paths from the program's root.
 
     Raises LookupError for a file that does not exist: a digest that leaves it out would never change again.
     """
@@ -52,17 +52,17 @@ def sources_in(folder: Path) -> list[Path]:
 
 
 def module_of(call: Any) -> str:
-    """Return the name of the module that a function or an object that can be called is defined in."""
+    """Return the name of the module in which a function or callable object is defined."""
     while isinstance(call, partial):
         call = call.func
     return str(getattr(call, "__module__", "") or type(call).__module__)
 
 
 def imported_by(*modules: str, registries: bool = False) -> frozenset[str]:
-    """Return the modules and all that they import of this program, directly or not; see `code_digest`.
+    """Return the modules and everything that they import of this program, directly or not; see `code_digest`.
 
-    Of a module that is not of this program, such as a lab's own, what it imports of its own package counts too.
-    Raises LookupError for a module that does not exist.
+    For a module outside this program, such as a lab's own, its imports from its own package count too. Raises
+    LookupError for a module that does not exist.
     """
     own = frozenset((*PACKAGES, *(_top(module) for module in modules)))
     todo, seen = list(modules), set[str]()
@@ -100,7 +100,7 @@ def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str,
 
 
 def _executed(tree: ast.AST, expressions: bool) -> Iterator[ast.AST]:
-    """Walk a tree, but not what is under `if TYPE_CHECKING:`; without `expressions` only what may hold statements."""
+    """Yield a tree's nodes except those under `if TYPE_CHECKING:`; without `expressions`, no expressions."""
     todo = [tree]
     while todo:
         for child in ast.iter_child_nodes(todo.pop()):

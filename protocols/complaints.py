@@ -1,4 +1,4 @@
-"""Complaints about a file of settings: file, line, path and nearest valid name."""
+"""Error messages about a settings file, with file, line, path and the nearest valid name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.protocols.yaml_text import Document, Path
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong at a path of the study file."""
+    """A problem at a path of the study file."""
 
     path: Path
     message: str
@@ -26,7 +26,7 @@ _UNION_MEMBERS = {"constrained-int", "constrained-float", "int", "float", "float
 
 
 def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
-    """Return the problems, one line each: file, line, place and what is wrong; at most eight."""
+    """Return the problems, one line each, with file, line, place and message; at most eight."""
     lines = []
     for problem in problems:
         dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.path).lstrip(".")
@@ -39,7 +39,7 @@ def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
 
 
 def translated(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Return what a schema refuses in a file's data, in words of the file."""
+    """Return the problems that a schema finds in a file's data, in the file's own terms."""
     problems: dict[Path, Problem] = {}
     for detail in error.errors(include_url=False):
         # pydantic's location holds names of union members, which the file does not
@@ -66,7 +66,7 @@ def _message(detail: dict[str, Any], path: Path, model: type[BaseModel]) -> str:
 
 
 def expectation(detail: dict[str, Any]) -> str:
-    """Return what pydantic expected, without its words for Python's kinds of data."""
+    """Return what pydantic expected, without its names of Python types."""
     match detail["type"]:
         case "tuple_type" | "list_type":
             return "a list is expected, as [ONE, OTHER]"

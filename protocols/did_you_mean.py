@@ -1,4 +1,4 @@
-"""The known name that a mistaken one probably meant."""
+"""Suggest the known name that a mistaken name probably meant."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """', did you mean ...?' where a known name is close, else the known names."""
+    """Return ', did you mean ...?' if a known name is close, else the known names."""
     known = [str(candidate) for candidate in names]
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     if close:

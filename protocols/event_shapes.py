@@ -1,9 +1,9 @@
-"""The shape that the events of a ledger must have, so that whoever reads one later can rely on it.
+"""The shape that the events of a ledger must have, so that later readers can rely on it.
 
-A chain of hashes shows that nobody changed a ledger; it does not show that its events mean anything. `EventShapes`
-checks the bodies one after another, of all formats: required keys and the kinds of their values, the form's answers
-against the request that is open, and events of a trial against the trial that has started. Keys that no reader knows
-are allowed. Whether an answer fits the study is what a replay shows.
+A chain of hashes shows that nobody changed a ledger; it does not show that its events are meaningful. `EventShapes`
+checks the bodies one after another, in all formats: required keys and the types of their values, the form's answers
+against the open request, and events of a trial against the trial that has started. Unknown keys are allowed. Whether an
+answer fits the study is checked by a replay.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from palpate.protocols.forms import table_of
 from palpate.protocols.session_state import SessionState
 
 DEEPEST = 100
-"""How many lists and objects may lie inside each other."""
+"""Greatest depth of nested lists and objects."""
 _LARGEST = 1.7976931348623157e308
 
 
 class ShapeError(ValueError):
-    """An event whose body is not what an event of its kind holds; the message says what was expected and found."""
+    """An event whose body is not valid for its kind; the message says what was expected and found."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of value: how to recognise it, and its name in messages."""
+    """A type of JSON value: how to recognise it, and its name in messages."""
 
     matches: Callable[[Any], bool]
     name: str
 
     def or_null(self) -> Kind:
-        """Return the same kind, or null."""
+        """Return the kind of these values or null."""
         return Kind(lambda value: value is None or self.matches(value), f"{self.name} or null")
 
     def list(self) -> Kind:
@@ -128,7 +128,7 @@ _BODIES: dict[str, tuple[dict[str, Kind], dict[str, Kind]]] = {
     "trial_ended": ({"as": TEXT}, {}),
     "session_ended": ({"trials": WHOLE}, {"as": TEXT}),
 }  # fmt: skip
-"""Of each kind of event, the keys that it must have and the kinds of those that it may have."""
+"""For each kind of event, its required keys and its optional keys, with the kinds of their values."""
 _REQUESTS: dict[str, dict[str, Kind]] = {
     "present": {"stimulus": TEXT},
     "ask": {"form": TEXT, "items": TEXT.list(), "back": FLAG, "previous": OBJECT.or_null()},
@@ -145,12 +145,12 @@ _ANCHOR = fields(
 
 @dataclass
 class EventShapes:
-    """Checks the events of a session in their order and folds them; `state` is what those before came to."""
+    """A checker of a session's events in their order; `state` is the session's state after the events so far."""
 
     state: SessionState = field(default_factory=SessionState)
 
     def take(self, event: Event) -> None:
-        """Check the next event and its body, and take it into the state. Raises ShapeError where it is wrong."""
+        """Check the next event and its body, and apply it to the state. Raises ShapeError for an invalid event."""
         if event.kind not in _BODIES:
             raise ShapeError(f"an event of the kind {event.kind!r:.40} does not exist")
         self._demand_place(event)
@@ -167,7 +167,7 @@ class EventShapes:
         self.state.apply(event)
 
     def _demand_place(self, event: Event) -> None:
-        """The event's own columns, and that it stands where an event of its kind can stand."""
+        """Raise ShapeError unless the event's own columns are valid and an event of its kind can occur here."""
         for name in ("trial", "attempt"):
             if (value := getattr(event, name)) is not None and not WHOLE.matches(value):
                 raise ShapeError(f"{name}: a whole number is expected, found {_short(value)}")
@@ -189,7 +189,10 @@ class EventShapes:
             raise ShapeError("no request is open that it could belong to")
 
     def _demand_reply(self, event: Event, body: Mapping[str, Any]) -> None:
-        """The answers of a form in the shape that its readers rely on; a form that was left has none."""
+        """Raise ShapeError unless the answers to a form have the shape that readers rely on.
+
+        A form that was left has no answers.
+        """
         request = {} if self.state.request is None else self.state.request.value
         if request["do"] != "ask":
             if "go" in body:
@@ -213,7 +216,7 @@ class EventShapes:
 
 
 def parse_canonical(text: bytes) -> Any:
-    """Return the value of a canonical JSON text. Raises ShapeError where it is anything else, or nested too deeply."""
+    """Return the value of a canonical JSON text. Raises ShapeError for other texts and too deep nesting."""
     return _demand_canonical(text, lambda: parse(text))
 
 
@@ -244,12 +247,12 @@ def _depth_is_fine(text: bytes, value: Any) -> bool:
 
 
 def demand_header(header: Any) -> None:
-    """Raise ShapeError unless this is the body of session_started."""
+    """Raise ShapeError unless this is the body of a session_started event."""
     demand_fields(header, *_BODIES["session_started"])
 
 
 def demand_fields(body: Any, required: Mapping[str, Kind], optional: Mapping[str, Kind]) -> None:
-    """Raise ShapeError unless the body is an object with the required keys, and all values are of their kinds."""
+    """Raise ShapeError unless the body is an object with the required keys and all values have their kinds."""
     if type(body) is not dict:
         what = f"an object with {', '.join(required)}" if required else "an object"
         raise ShapeError(f"{what} is expected, found {_short(body)}")
@@ -264,7 +267,7 @@ def demand_fields(body: Any, required: Mapping[str, Kind], optional: Mapping[str
 
 
 def demand_samples(block: Samples) -> None:
-    """Raise ShapeError unless a block has a name, a unit for each channel, a rate, and whole rows of samples."""
+    """Raise ShapeError unless a block has a name, a unit for each channel, a rate, and complete rows of samples."""
     named = all(type(name) is str for name in (block.stream, block.clock, *block.channels, *block.units))
     if not named or not block.channels or len(block.units) != len(block.channels):
         raise ShapeError("samples: names of a stream, its clock, its channels and a unit of each are expected")

@@ -1,7 +1,7 @@
-"""What passes between a task and the world, and the events that it is recorded as.
+"""Requests and replies between a task and the world, and the events that they are recorded as.
 
-A task makes requests; a reply comes back, or something to record before. A session is made of numbered events, appended
-one at a time.
+A task makes requests; the world returns a reply, or something to record before it. A session is a sequence of numbered
+events, appended one at a time.
 """
 
 from __future__ import annotations
@@ -19,29 +19,32 @@ from palpate.protocols.trial import Trial
 NS = 1_000_000_000
 """Nanoseconds in a second."""
 ANSWERED, CAPTURED, LEFT, REPEATED, FAULTED = "answered", "captured", "left", "repeated", "faulted"
-"""How an attempt at a trial ends: with an answer, with a recording, because the participant went back, and two ways
-after which the trial is repeated: the experimenter had it so, or a device failed."""
+"""How an attempt at a trial ends: with an answer, with a recording, because the participant went back, or in two ways
+after which the trial is repeated: on the experimenter's request, or after a device failed.
+"""
 
 
 class ReplyError(ValueError):
-    """A reply that does not answer its request: a fault of the presenter, never of the participant."""
+    """A reply that does not answer its request: an error of the presenter, never of the participant."""
 
 
 @dataclass(frozen=True)
 class Present:
-    """Let the participant feel the trial's stimulus, or what is generated for `wish` ({attribute: value})."""
+    """A request to let the participant feel the trial's stimulus, or the one generated for `wish` ({attribute:
+    value}).
+    """
 
     trial: Trial
     wish: Mapping[str, float] | None = None
 
     @property
     def live_form(self) -> Sliders | None:
-        """Return the form that the stimulus follows while it is felt; None if it stays as it is."""
+        """Return the form that the stimulus follows while it is felt; None if the stimulus does not change."""
         form = self.trial.form
         return form if isinstance(form, Sliders) and form.live and self.wish is not None else None
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         wished = {} if self.wish is None else {"wish": dict(self.wish)}
         live = {} if self.live_form is None else {"live": True}
         anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
@@ -50,9 +53,10 @@ class Present:
 
 @dataclass(frozen=True)
 class Ask:
-    """Put a form before the participant: it is to be answered, or left by going back where the trial allows it.
+    """A request to show a form to the participant, who answers it or, where the trial allows it, goes back.
 
-    Outside a trial `trial` is None. `former` are answers that the form starts from; else those of an earlier attempt.
+    Outside a trial `trial` is None. `former` are the answers that the form starts from; else those of an earlier
+    attempt.
     """
 
     form: Form
@@ -61,7 +65,7 @@ class Ask:
 
     @property
     def may_go_back(self) -> bool:
-        """Return whether the participant may go to the trial before."""
+        """Return whether the participant may go back to the trial before."""
         return self.trial is not None and self.trial.may_go_back
 
     @property
@@ -88,7 +92,7 @@ class Ask:
             raise ReplyError(f"{where}: the reply goes on, and {problem}")
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         return {
             "do": "ask",
             "form": self.form.name,
@@ -101,52 +105,52 @@ class Ask:
 
 @dataclass(frozen=True)
 class Sense:
-    """Record a device's channels for some seconds."""
+    """A request to record a device's channels for some seconds."""
 
     device: str
     seconds: float
     trial: Trial
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         return {"do": "sense", "device": self.device, "seconds": self.seconds}
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A break; `done` of `total` counted trials are behind the participant."""
+    """A request for a break, after `done` of `total` counted trials."""
 
     done: int
     total: int
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         return {"do": "rest", "done": self.done, "total": self.total}
 
 
 @dataclass(frozen=True)
 class Instruct:
-    """Show a page of text, by its name in the study."""
+    """A request to show a page of text, by its name in the study."""
 
     page: str
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         return {"do": "instruct", "page": self.page}
 
 
 @dataclass(frozen=True)
 class Confirm:
-    """Have the experimenter confirm something before the session goes on.
+    """A request for the experimenter to confirm something before the session goes on.
 
-    `calibration`: the drawn length. `setup N`: the N-th step of setting up, which `text` describes.
+    `calibration`: the length of a line on the screen. `setup N`: the N-th step of the setup, which `text` describes.
     """
 
     what: str
     text: str | None = None
 
     def body(self) -> dict[str, Any]:
-        """Return the request as the ledger has it."""
+        """Return the request as it is stored in the ledger."""
         return {"do": "confirm", "what": self.what} | ({} if self.text is None else {"text": self.text})
 
 
@@ -157,9 +161,8 @@ Request = Present | Ask | Sense | Rest | Instruct | Confirm
 class Samples:
     """A block of samples of one stream: `data` holds rows of channels, little-endian float32.
 
-    `units` has the unit of each channel.
-    Where things were noted as they happened, rate_hz is 0 and a channel holds the time. `first` is the number of the
-    first sample in its stream; `clock` names what the samples were timed by.
+    `units` has the unit of each channel. Where events were recorded as they happened, rate_hz is 0 and a channel holds
+    the time. `first` is the number of the first sample in its stream; `clock` names the clock that timed the samples.
     """
 
     stream: str
@@ -181,7 +184,9 @@ class Samples:
         return hashlib.sha256(self.data).digest()
 
     def form(self) -> bytes:
-        """Return what the bytes mean, as canonical JSON; `first` and `clock` where they are not 0 and the host's."""
+        """Return the meaning of the bytes as canonical JSON; with `first` and `clock` if they are not 0 and the
+        host's.
+        """
         form = {
             "channels": self.channels,
             "units": self.units,
@@ -199,7 +204,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Reply:
-    """What the world answered: JSON data, and the samples recorded meanwhile."""
+    """The world's reply to a request: JSON data, and the samples recorded meanwhile."""
 
     value: Mapping[str, Any]
     samples: tuple[Samples, ...] = ()
@@ -207,7 +212,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class Aside:
-    """Something the experimenter did while a request was being performed: the request goes on.
+    """An action of the experimenter while a request is being performed; the request goes on.
 
     {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}. A participant who
     rests pauses the session too: {do: pause or go_on, by: participant}.
@@ -218,7 +223,7 @@ class Aside:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Samples recorded so far while a request is being performed: written at once, the request goes on.
+    """Samples recorded so far while a request is being performed; they are written at once, and the request goes on.
 
     `value` holds, by stream, what the samples do not: {streams: {NAME: {first, lost, why, arrived: [[n, t_ns]]}}}.
     """
@@ -229,7 +234,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Fault:
-    """A device failed while a request was being performed, and has been made safe: {device, what, message}.
+    """A failure of a device, which has been made safe, while a request was being performed: {device, what, message}.
 
     The trial is marked and repeated.
     """
@@ -238,12 +243,12 @@ class Fault:
 
 
 WorldEvent = Reply | Aside | Chunk | Fault
-"""What performing a request returns: its reply, or something to record before the request is performed on."""
+"""What performing a request returns: its reply, or something to record before the request is continued."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happened; `body` is canonical JSON, `trial` and `attempt` are set inside a trial."""
+    """A recorded event; `body` is canonical JSON, `trial` and `attempt` are set inside a trial."""
 
     seq: int
     t_ns: int
@@ -255,22 +260,22 @@ class Event:
 
     @cached_property
     def value(self) -> Any:
-        """The body as data, parsed once: whoever reads it leaves it as it is."""
+        """Return the body as data. It is parsed once and shared: callers must not change it."""
         return parse(self.body)
 
     @property
     def ended_as(self) -> str | None:
-        """How the event ends the session: complete, declined, ineligible, aborted; None where it does not."""
+        """Return how the event ends the session: complete, declined, ineligible, aborted; None if it does not."""
         return str(self.value.get("as", "complete")) if self.kind == "session_ended" else None
 
     def place(self) -> str:
-        """Where the event stands, for messages."""
+        """Return where the event is in the session, for messages."""
         within = f", trial {self.trial}" if self.trial is not None else ""
         return f"event {self.seq} ({self.kind}{within})"
 
 
 def event_hash(previous: str, happened: Event) -> str:
-    """Return the link of the event chain: over the hash before, every field of the event, and its samples."""
+    """Return the hash of an event in the chain, over the hash before, all fields of the event, and its samples."""
     link = hashlib.sha256(previous.encode())
     link.update(encoded([happened.seq, happened.t_ns, happened.kind, happened.trial, happened.attempt]))
     link.update(b"\n" + happened.body)
@@ -281,21 +286,21 @@ def event_hash(previous: str, happened: Event) -> str:
 
 
 class Log(Protocol):
-    """Where events go; an event is durable when `append` returns."""
+    """Storage for events; an event is durable when `append` returns."""
 
     def append(self, event: Event) -> None:
         """Write the event."""
 
 
 class World(Protocol):
-    """The one seam: all that the program does not decide enters here and nowhere else."""
+    """Everything outside the program's control: time, the participant and the devices enter here and nowhere else."""
 
     def now(self) -> int:
-        """Nanoseconds since the session began; never runs backwards."""
+        """Return nanoseconds since the session began; the value never decreases."""
 
     def perform(self, request: Request) -> WorldEvent:
         """Perform the request and return its Reply when it is done.
 
-        What comes back before is put on record, and the same request is performed on: an Aside when the experimenter
-        did something meanwhile, a Chunk of what is being recorded. A Fault ends the request: its trial is repeated.
+        Anything else that is returned is recorded, and the same request is continued: an Aside for an action of the
+        experimenter, a Chunk of samples. A Fault ends the request: its trial is repeated.
         """

@@ -1,4 +1,4 @@
-"""Which extra installs a package that may be missing, and the one sentence that says so before any work."""
+"""Which optional extra installs a missing package, and the error message for it."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ FEATURES = ("librosa", "pywt", "skimage")
 
 
 class ExtraMissing(ValueError):
-    """A package that only an extra installs is missing."""
+    """An error for a missing package that only an extra installs."""
 
 
 def demand_packages(what: str, *packages: str, hint: str = "") -> None:
-    """Raise ExtraMissing, with the command that installs them, unless all packages are there."""
+    """Raise ExtraMissing, with the command to install them, unless all packages are installed."""
     if missing := [name for name in packages if not _is_there(name)]:
         raise ExtraMissing(missing_sentence(what, missing, hint))
 
@@ -43,7 +43,7 @@ def _is_there(name: str) -> bool:
 
 
 def missing_sentence(what: str, missing: list[str], hint: str = "") -> str:
-    """Return what needs which packages, and the command that installs them."""
+    """Return the message that says what needs which packages, and the command to install them."""
     names = f"{', '.join(missing[:-1])} and {missing[-1]}" if len(missing) > 1 else missing[0]
     extras = ",".join(dict.fromkeys(EXTRAS[name] for name in missing))
     there = "which are not installed" if len(missing) > 1 else "which is not installed"

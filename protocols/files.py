@@ -1,8 +1,8 @@
-"""Write files whole or not at all: the only module of the product that writes them.
+"""Write files completely or not at all: the only module of the product that writes files.
 
-A file is written beside its place under another name, synced to the disk, and then renamed. Whatever stops the
-writing, an error or an interrupt, removes the unfinished file and leaves the earlier one as it was. The module stands
-in `protocols` because every room may import from here; nothing else in `protocols` uses it.
+A file is written beside its place under another name, synced to the disk, and then renamed. If an error or an interrupt
+stops the writing, the unfinished file is removed and the earlier one is left as it was. The module is in `protocols`
+because every package may import from here; nothing else in `protocols` uses it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import IO, Any
 from palpate.protocols.interrupts import holding_interrupts
 
 UNFINISHED = ".unfinished-"
-"""Every name of an unfinished file or folder begins so."""
+"""Prefix of the names of unfinished files and folders."""
 REASONS = {
     errno.ENOSPC: "no space left on the device",
     errno.EDQUOT: "the disk quota is used up",
@@ -44,14 +44,14 @@ REASONS = {
 
 
 def reason(error: OSError) -> str:
-    """Return in plain words what the system reports, without the file's name."""
+    """Return the system's error in plain words, without the file's name."""
     if error.errno in REASONS:
         return REASONS[error.errno]
     return error.strerror[:1].lower() + error.strerror[1:] if error.strerror else str(error)
 
 
 Check = Callable[[Path], object]
-"""Reads an unfinished file and raises where it must not get its name."""
+"""Checks an unfinished file, and raises if it must not get its name."""
 
 
 def file_sha256(path: Path) -> str:
@@ -61,7 +61,7 @@ def file_sha256(path: Path) -> str:
 
 
 def write_bytes(path: Path, content: bytes, check: Check | None = None) -> Path:
-    """Write a file whole or not at all, making its folder where it is missing, and return its path.
+    """Write a file completely or not at all, creating its folder if it is missing, and return its path.
 
     Raises OSError with the path as its file name, and the note that the earlier file was left as it was.
     """
@@ -71,12 +71,12 @@ def write_bytes(path: Path, content: bytes, check: Check | None = None) -> Path:
 
 
 def write_text(path: Path, text: str, errors: str = "strict") -> Path:
-    """Write a text as UTF-8, its line ends as they are, as `write_bytes` does."""
+    """Write a text as UTF-8 with its line ends unchanged, as `write_bytes` does."""
     return write_bytes(path, text.encode("utf-8", errors))
 
 
 def write_texts(folder: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write all texts into the folder, by their names there, or none of them; return the paths."""
+    """Write all texts into the folder, by their names there, or none of them, and return their paths."""
     with staged_files(folder) as draft:
         for name, text in texts.items():
             write_text(draft / name, text)
@@ -116,7 +116,7 @@ def open_bytes(path: Path, check: Check | None = None) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def open_text(path: Path, errors: str = "strict") -> Iterator[IO[str]]:
-    """Open a UTF-8 file for writing, line ends as they are written, as `open_bytes` does."""
+    """Open a UTF-8 file for writing with line ends unchanged, as `open_bytes` does."""
     with open_bytes(path) as file:
         text = io.TextIOWrapper(file, "utf-8", errors, newline="")
         try:
@@ -129,9 +129,9 @@ def open_text(path: Path, errors: str = "strict") -> Iterator[IO[str]]:
 
 @contextmanager
 def staged_folder(folder: Path) -> Iterator[Path]:
-    """Give an empty folder to write into, which takes the place of `folder` when the block ends.
+    """Yield an empty folder to write into, which takes the place of `folder` when the block ends.
 
-    What stood there before is removed then, and left as it was if the block raises.
+    The old folder is removed then; if the block raises, it is left as it was.
     """
     outer = _unfinished(folder.parent)
     draft, replaced = outer / "new", outer / "replaced"
@@ -155,10 +155,10 @@ def staged_folder(folder: Path) -> Iterator[Path]:
 def staged_files(
     folder: Path, last: Sequence[str] = (), obsolete: Iterable[str] = (), check: Check | None = None
 ) -> Iterator[Path]:
-    """Give an empty folder to write into, whose contents take their places in `folder` at the end, `last` as the last.
+    """Yield an empty folder to write into, whose files are moved to `folder` at the end, those in `last` as the last.
 
-    The files named in `obsolete`, read when the block ends, are removed from `folder`. If the block raises, `check` of
-    the synced draft raises, or a file cannot be placed, `folder` stays as it was.
+    The files named in `obsolete`, which is read when the block ends, are removed from `folder`. If the block raises,
+    `check` of the synced draft raises, or a file cannot be placed, `folder` stays as it was.
     """
     if _is_staged(folder / "file"):
         folder.mkdir(parents=True, exist_ok=True)
@@ -211,7 +211,7 @@ def _place(draft: Path, folder: Path, last: Sequence[str], obsolete: Iterable[st
 
 
 def _restoring(path: Path, copy: Path) -> Callable[[], object]:
-    """Keep a second name of the file, without taking its own away, and return what brings it back."""
+    """Make a second link to the file, and return a function that restores the file from it."""
     if not path.exists():
         return path.unlink
     copy.parent.mkdir(parents=True, exist_ok=True)
@@ -232,9 +232,9 @@ def _set_aside(folder: Path, names: Iterable[str], held: Path, undo: list[Callab
 
 
 def make_folder(folder: Path, mode: int = 0o777) -> list[Path]:
-    """Make a folder and those above it where they are missing, their names on the disk; return the new ones in order.
+    """Create a folder and its missing parents, synced to the disk, and return the new ones in order.
 
-    Raises OSError, and removes again what it made.
+    Raises OSError after removing the folders that it created.
     """
     made: list[Path] = []
     try:
@@ -256,7 +256,7 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Put a folder's names on the disk, where the system can do that."""
+    """Sync a folder's entries to the disk, where the system can do that."""
     if os.name != "posix":
         return
     try:
@@ -270,7 +270,7 @@ def sync_folder(folder: Path) -> None:
 
 
 class _Raw(io.FileIO):
-    """A file whose errors carry the name that the user knows it by."""
+    """A file whose errors carry the name that the user knows."""
 
     def __init__(self, file: Path, mode: str, path: Path) -> None:
         self.path = path
@@ -307,7 +307,7 @@ def _earlier(path: Path) -> str:
 
 @contextmanager
 def _reporting(draft: Path, path: Path, note: str) -> Iterator[None]:
-    """Name the file in an error as the user knows it, and say what became of it."""
+    """Put the user's name of the file into an OSError within the block, and add a note on what became of it."""
     try:
         yield
     except OSError as error:
@@ -324,7 +324,7 @@ def _reporting(draft: Path, path: Path, note: str) -> Iterator[None]:
 
 @contextmanager
 def _folder_of(path: Path) -> Iterator[None]:
-    """Make the folder of a file; remove it again if the block raises and left it empty."""
+    """Create the folder of a file; remove it again if the block raises and left it empty."""
     made = make_folder(path.parent)
     try:
         yield

@@ -1,7 +1,7 @@
-"""The forms that can be put before a participant: what each holds, and what counts as an answer to it.
+"""The forms that a participant can be shown: what each contains, and which answers to it are valid.
 
-A reply's value holds `answers`, in a shape that the form fixes; how and when they were given may stand beside it.
-`FORMS` says of each form, by its name in the ledger, what the rest of the platform needs to know of it.
+A reply's value holds `answers`, in a shape that the form defines, possibly with details such as times. `FORMS`
+describes each form, by its name in the ledger, for the rest of the platform.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ MOST_WORDS = 200
 
 
 class Form(Protocol):
-    """What is put before a participant, as plain data.
+    """The content of a form, as plain data.
 
-    A form that may be left and come back to (go: try) has `tries = True`, and `unfinished(answers)`, where there is
-    one, says why answers to it are none to go on with.
+    A form that may be left and resumed (go: try) has `tries = True`; its `unfinished(answers)`, if it has that, returns
+    why answers are not complete enough to go on.
     """
 
     @property
     def name(self) -> str:
-        """The form's name in the ledger and in `FORMS`."""
+        """Return the form's name in the ledger and in `FORMS`."""
 
     def items(self) -> list[str]:
-        """Return the names of what is answered."""
+        """Return the names of the items to answer."""
 
     def problem(self, answers: Any) -> str | None:
-        """Return why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
 
 
 @dataclass(frozen=True)
 class Sliders:
     """Bipolar attributes, each rated on the scale: {attribute: number}.
 
-    `sides` are two or more things that the participant switches between while rating; `tries` marks a form whose
-    answers may be tried out (go: try) before they are final. `live` forms stay on while what is tried is felt, and it
-    follows them; `shows_force` draws what is made.
+    `sides` are two or more stimuli that the participant switches between while rating; `tries` marks a form whose
+    answers may be tried out (go: try) before they are final. `live` forms stay on the screen while the stimulus is
+    felt, and it follows them; `shows_force` draws its force.
     """
 
     attributes: tuple[Attribute, ...]
@@ -55,15 +55,15 @@ class Sliders:
 
     @property
     def name(self) -> str:
-        """The form's name in the ledger."""
+        """Return the form's name in the ledger."""
         return "similarity" if self.sides else "authoring" if self.tries else "sliders"
 
     def items(self) -> list[str]:
-        """The attributes' names."""
+        """Return the attributes' names."""
         return [attribute.name for attribute in self.attributes]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
             return f"answers to {self.items()} expected, found {answers!r:.200}"
         for name, answer in answers.items():
@@ -81,11 +81,11 @@ class Words:
     name: Literal["adjectives"] = "adjectives"
 
     def items(self) -> list[str]:
-        """The words, as shown."""
+        """Return the words in the order shown."""
         return list(self.words)
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or set(answers) != {"ticked", "further"}:
             return f"ticked and further words expected, found {answers!r:.200}"
         ticked, further = answers["ticked"], answers["further"]
@@ -98,17 +98,17 @@ class Words:
 
 @dataclass(frozen=True)
 class Lexicon:
-    """Words of the participant's own, at least so many: {words: [word, ...]}."""
+    """Words that participants write themselves, at least `at_least` of them: {words: [word, ...]}."""
 
     at_least: int = 1
     name: str = "lexicon"
 
     def items(self) -> list[str]:
-        """One item."""
+        """Return the name of the only item."""
         return ["words"]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or set(answers) != {"words"} or not _texts(answers["words"]):
             return f"words expected, found {answers!r:.200}"
         found = len(answers["words"])
@@ -123,11 +123,11 @@ class Likert:
     name: Literal["likert"] = "likert"
 
     def items(self) -> list[str]:
-        """The items' names."""
+        """Return the items' names."""
         return [item.name for item in self.questionnaire.items]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
             return f"answers to {self.items()} expected, found {answers!r:.200}"
         points = self.questionnaire.points
@@ -139,7 +139,7 @@ class Likert:
 
 @dataclass(frozen=True)
 class Question:
-    """One question about the participant; `levels` are (value, label) pairs, low and high bound a number."""
+    """A question about the participant; `levels` are (value, label) pairs, low and high bound a number."""
 
     name: str
     text: str
@@ -151,7 +151,7 @@ class Question:
     optional: bool = True
 
     def problem(self, answer: Any) -> str | None:
-        """Why this is no answer, or None; null is one where the question is optional."""
+        """Return why the answer is not valid, or None; null is valid where the question is optional."""
         if answer is None:
             return None if self.optional else f"{self.name} is not answered"
         match self.kind:
@@ -183,11 +183,11 @@ class Demographics:
     name: Literal["demographics"] = "demographics"
 
     def items(self) -> list[str]:
-        """The questions' names."""
+        """Return the questions' names."""
         return [question.name for question in self.questions]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
             return f"answers to {self.items()} expected, found {answers!r:.200}"
         return next(filter(None, (question.problem(answers[question.name]) for question in self.questions)), None)
@@ -195,34 +195,34 @@ class Demographics:
 
 @dataclass(frozen=True)
 class Consent:
-    """The consent text, agreed to or not: {agreed: true or false}. Who declines takes no part."""
+    """The consent text and its answer: {agreed: true or false}. A participant who declines takes no part."""
 
     text: str
     name: Literal["consent"] = "consent"
 
     def items(self) -> list[str]:
-        """One item."""
+        """Return the name of the only item."""
         return ["agreed"]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         good = isinstance(answers, Mapping) and set(answers) == {"agreed"} and type(answers["agreed"]) is bool
         return None if good else f"agreed: true or false expected, found {answers!r:.80}"
 
 
 @dataclass(frozen=True)
 class Interview:
-    """Questions that are answered in the participant's own words, or left empty: {question: text}."""
+    """Questions with free-text answers, which may be empty: {question: text}."""
 
     questions: tuple[Item, ...]
     name: Literal["interview"] = "interview"
 
     def items(self) -> list[str]:
-        """The questions' names."""
+        """Return the questions' names."""
         return [question.name for question in self.questions]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
             return f"answers to {self.items()} expected, found {answers!r:.200}"
         for name, answer in answers.items():
@@ -235,27 +235,28 @@ class Interview:
 class Eligibility:
     """Questions that decide whether the person can take part: {eligible: true or false}.
 
-    Which of them was answered how is nobody's to know: only the outcome leaves the screen.
+    Only the outcome leaves the screen; the answers to the single questions are private.
     """
 
     criteria: tuple[Criterion, ...]
     name: Literal["eligibility"] = "eligibility"
 
     def items(self) -> list[str]:
-        """One item."""
+        """Return the name of the only item."""
         return ["eligible"]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         good = isinstance(answers, Mapping) and set(answers) == {"eligible"} and type(answers["eligible"]) is bool
         return None if good else f"eligible: true or false expected, found {answers!r:.80}"
 
 
 @dataclass(frozen=True)
 class AnchorForm:
-    """A reference stimulus, number `number` of `of` before its block: {felt: how often it was felt}.
+    """A reference stimulus, the one with `number` of `of` before its block: {felt: how often it was felt}.
 
-    It is felt as often as wished (go: try), once at least. `wish` is what it is made from, complete.
+    It is felt as often as the participant wants (go: try), at least once. `wish` is the complete setting that it is
+    made from.
     """
 
     anchor: Anchor
@@ -267,27 +268,27 @@ class AnchorForm:
     name: Literal["anchor"] = "anchor"
 
     def items(self) -> list[str]:
-        """One item."""
+        """Return the name of the only item."""
         return ["felt"]
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         good = isinstance(answers, Mapping) and set(answers) == {"felt"} and type(answers["felt"]) is int
         return None if good and answers["felt"] >= 0 else f"felt: a whole number expected, found {answers!r:.80}"
 
     def unfinished(self, answers: Mapping[str, Any]) -> str | None:
-        """Why these answers are none to go on with, or None."""
+        """Return why these answers are not complete enough to go on, or None."""
         return "the reference was not felt yet" if answers == {"felt": 0} else None
 
     def describe(self) -> dict[str, Any]:
-        """Return what the ledger keeps of the reference beside its stimulus."""
+        """Return what the ledger stores of the reference beside its stimulus."""
         place = {"number": self.number, "of": self.of, "block": self.block}
         return {**place, **self.anchor.model_dump(mode="json", exclude_none=True)}
 
 
 @dataclass(frozen=True)
 class OwnColumn:
-    """A column of an `OwnTable`, and what it means; with the number of the reply, `key` columns name a row."""
+    """A column of an `OwnTable`, and its meaning; `key` columns and the number of the reply identify a row."""
 
     name: str
     description: str
@@ -298,10 +299,10 @@ class OwnColumn:
 
 @dataclass(frozen=True)
 class OwnTable:
-    """A collected table of one form's answers, which are numbers by item.
+    """A collected table of the answers of one form, which are numbers by item.
 
-    `rows` makes its rows of an answered form in a trial: from the form, what was answered, and the whole reply. Whose
-    answer it was, in which trial, and whether it counts is added to each row by those who collect.
+    `rows` makes the rows of a form answered in a trial, from the form, the answers, and the whole reply. The
+    participant, the trial, and whether the answer counts are added to each row when sessions are collected.
     """
 
     name: str
@@ -314,11 +315,11 @@ class OwnTable:
 class FormKind:
     """A kind of form, by its name in the ledger.
 
-    `doing` is what the console says while it is answered, with {n} for the number of items. `simulate` returns a
+    `doing` is what the console says while the form is answered, with {n} for the number of items. `simulate` returns a
     simulated participant's reply and the seconds that it took, from the participant, the request and the form. `table`
     is the collected table of the answers; None: `responses` for numbers by item in a trial, else `answers`, where
-    `answer_kind` says what each answer is, or that its question says it. `title` names the form in exports; forms
-    without one are not exported. `timed` screens record samples from the time at which they are shown.
+    `answer_kind` is the type of each answer, or refers to its question. `title` names the form in exports; forms
+    without a title are not exported. `timed` screens record samples from the time at which they are shown.
     """
 
     doing: str
@@ -385,11 +386,11 @@ FORMS: Registry[FormKind] = Registry(
         ),
     },
 )
-"""The kinds of forms by their names in the ledger; a task with a module of its own brings one (`FORM`)."""
+"""The kinds of forms by their names in the ledger; a task with a module of its own adds one (`FORM`)."""
 
 
 def table_of(name: Any) -> str | None:
-    """Return the table of a form's own answers, by its name in a ledger; None where it has none, or is unknown."""
+    """Return the table of a form's own answers, by the form's name in a ledger; None if it is unknown or has none."""
     kind = FORMS.get(name) if isinstance(name, str) else None
     table = None if kind is None else kind.table
     return table.name if isinstance(table, OwnTable) else table
@@ -397,25 +398,25 @@ def table_of(name: Any) -> str | None:
 
 @cache
 def own_tables() -> Mapping[str, OwnTable]:
-    """Return the tables that forms bring with them, by their names."""
+    """Return the tables that forms declare, by their names."""
     tables = (FORMS[name].table for name in FORM_PLACES)
     return {table.name: table for table in tables if isinstance(table, OwnTable)}
 
 
 @dataclass(frozen=True)
 class LabForms:
-    """What a lab puts before every participant: its consent text and its questions about the person."""
+    """The forms that a lab shows to every participant: its consent text and its questions about the person."""
 
     consent: str
     questions: tuple[Question, ...]
 
     def definition(self) -> dict[str, Any]:
-        """The forms as JSON data, for the ledger."""
+        """Return the forms as JSON data, for the ledger."""
         return {"consent": self.consent, "questions": [asdict(question) for question in self.questions]}
 
     @classmethod
     def from_definition(cls, data: Mapping[str, Any]) -> LabForms:
-        """The forms that a ledger holds."""
+        """Return the forms that are stored in a ledger."""
         questions = [
             Question(**{**question, "levels": tuple((value, label) for value, label in question["levels"])})
             for question in data["questions"]
@@ -424,7 +425,7 @@ class LabForms:
 
 
 def _texts(value: Any) -> bool:
-    """Whether the value is a list of at most so many texts of a sensible length."""
+    """Return whether the value is a list of texts, neither too many nor too long."""
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > MOST_WORDS:
         return False
     return all(isinstance(word, str) and 0 < len(word.strip()) <= LONGEST_WORD for word in value)

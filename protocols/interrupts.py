@@ -1,4 +1,4 @@
-"""Ctrl-C where it must wait, or must not be heard by the processes that are started."""
+"""Delay Ctrl-C, or keep it from processes that are started."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def holding_interrupts() -> Iterator[None]:
-    """Hold back an interrupt (Ctrl-C) until the block has ended: for the few renames that belong together."""
+    """Hold back an interrupt (Ctrl-C) until the block has ended, for a few renames that belong together."""
     before = signal.getsignal(signal.SIGINT)
     if before is None or threading.current_thread() is not threading.main_thread():
         yield  # interrupts reach the main thread only
@@ -27,7 +27,7 @@ def holding_interrupts() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let no Ctrl-C, which a terminal sends to all, reach a process started within the block: it inherits that."""
+    """Make processes that are started within the block ignore Ctrl-C, which a terminal sends to all processes."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,6 +1,6 @@
-"""Where each task is described: names alone, so that reading a study file imports none of them.
+"""The module of each task, by name alone, so that reading a study file imports none of them.
 
-So a session imports the one task that its study names; what a rating session imports is held by tests/test_palpate.py.
+So a session imports only the task that its study names; tests/test_palpate.py checks what a rating session imports.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ _OF_THEIR_OWN = sorted(
     module.name for module in iter_modules([str(Path(__file__).with_name("tasks"))]) if module.name not in _SHARED
 )
 TASK_PLACES: Mapping[str, str] = {**_PLACES, **{name: place_in(_TASKS, name, "TASK") for name in _OF_THEIR_OWN}}
-"""Where each task is: in the table above, or `TASK` of a module in `protocols/tasks/` that is named like the task."""
+"""The place of each task: in the table above, or `TASK` of a module in `protocols/tasks/` that is named like the
+task.
+"""
 FORM_PLACES: Mapping[str, str] = {name: place_in(_TASKS, name, "FORM") for name in _OF_THEIR_OWN}
-"""Where the forms of these modules are, each named like its task: such a module has both `TASK` and `FORM`."""
+"""The places of forms that come with a task: such a module, named like the task, has both `TASK` and `FORM`."""

@@ -1,4 +1,4 @@
-"""Labels that a reader takes for one and a program for two: "01" and "1", "P001" and "p1", two ways to write "é"."""
+"""Labels that look the same to a reader but not to a program: "01" and "1", "P001" and "p1", two forms of "é"."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _NUMBER = re.compile(r"[+-]?[0-9]+(?:[.,][0-9]+)?")
 
 
 def looks(label: str) -> str:
-    """The same text for labels that look alike: one way for each letter, no case, no outer or doubled blanks."""
+    """Return the same text for labels that look alike: Unicode normalised, no case, no outer or repeated spaces."""
     text = " ".join(unicodedata.normalize("NFKC", label).casefold().split())
     if _NUMBER.fullmatch(text):
         whole, _, fraction = text.replace(",", ".").lstrip("+").partition(".")

@@ -1,4 +1,4 @@
-"""What a study may need: each need by name, what it does in a study, and what it takes of a rig."""
+"""The needs that a study may have: each by name, its role in a study, and the devices that it takes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ Role = Literal["presents", "records", "beside"]
 
 @dataclass(frozen=True)
 class Taken:
-    """What a need takes of one kind of device: the name of the stream that the device's first signal becomes, if it is
-    recorded, and that stream's rate in a simulated session, in Hz."""
+    """A device of one kind that a need takes.
+
+    `stream` is the name of the stream that the device's first signal becomes, if it is recorded; `rate_hz` is that
+    stream's rate in a simulated session.
+    """
 
     stream: str = ""
     rate_hz: float = 0.0
@@ -22,12 +25,12 @@ class Taken:
 
 @dataclass(frozen=True)
 class Need:
-    """A need of a study: what its devices do, and one device of each kind that it `takes`, by kind.
+    """A need of a study: the role of its devices, and the device of each kind that it `takes`.
 
     `presents`: they let the participant feel the stimuli, which are checked before a session; a study has at most one
-    such need, beside samples put in place by hand. `records`: they record a stimulus while it is explored. `beside`:
-    they work beside whatever presents or records; what they measure is kept with each reply. Without a role, nothing
-    of a rig has to be there. `makes` says that stimuli are made from wishes, `plays_models` that models play them.
+    such need, apart from samples placed by hand. `records`: they record a stimulus while it is explored. `beside`: they
+    run during presenting and recording; what they measure is stored with each reply. Without a role, no device of a rig
+    is required. `makes` says that stimuli are made from wishes, `plays_models` that models play them.
     """
 
     role: Role | None = None
@@ -60,16 +63,16 @@ NEEDS: Registry[Need] = Registry(
         "skin_temperature": Need("beside", {"thermometer": Taken("skin_temperature", 1.0)}),
     }
 )
-"""The rates are those of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""
+"""The needs by name; the rates are those of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""
 
 
 def recorded_beside(needs: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the needs whose devices are recorded beside everything that is done in trials."""
+    """Return the needs whose devices are recorded during everything that is done in trials."""
     return tuple(
         need for need in needs if NEEDS[need].role == "beside" and any(t.stream for t in NEEDS[need].takes.values())
     )
 
 
 def needs_with(role: Role) -> tuple[str, ...]:
-    """Return the needs of this role, in their order."""
+    """Return the needs with this role, in the order of NEEDS."""
     return tuple(name for name, need in NEEDS.items() if need.role == role)

@@ -9,14 +9,14 @@ Order = tuple[int, ...]
 
 
 def latin_row(n: int, row: int) -> Order:
-    """Row of the cyclic Latin square of size n: every item once per row and once per position."""
+    """Return a row of the cyclic Latin square of size n: every item once per row and once per position."""
     return tuple((item + row) % n for item in range(n))
 
 
 def williams_row(n: int, row: int) -> Order:
-    """Row of a Williams design: every item precedes every other equally often (Williams 1949).
+    """Return a row of a Williams design: every item precedes every other equally often (Williams 1949).
 
-    n rows where n is even (each carry-over once), 2n where it is odd (twice; the second n mirror the first).
+    There are n rows where n is even (each carry-over once), 2n where it is odd (twice; the second n mirror the first).
     """
     if n % 2 == 1 and row % (2 * n) >= n:
         return williams_row(n, row % n)[::-1]
@@ -25,7 +25,7 @@ def williams_row(n: int, row: int) -> Order:
 
 
 def rows_of(design: Design, n: int) -> int:
-    """How many different rows the design has for n items; a participant's row is taken modulo this."""
+    """Return how many different rows the design has for n items; a participant's row is taken modulo this."""
     if design == "latin":
         return n
     if design == "williams":
@@ -34,6 +34,6 @@ def rows_of(design: Design, n: int) -> int:
 
 
 def square(design: Literal["williams", "latin"], n: int) -> tuple[Order, ...]:
-    """All rows of the design for n items."""
+    """Return all rows of the design for n items."""
     row_of = williams_row if design == "williams" else latin_row
     return tuple(row_of(n, row) for row in range(rows_of(design, n)))

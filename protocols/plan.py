@@ -27,12 +27,14 @@ from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import ParticipantRow, Recording, Trial
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
-"""What the databases that sessions are collected into can hold."""
+"""The largest numbers that the databases of collected sessions can hold."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What one participant will meet. Same study, participant row and seed: same plan, same digest, everywhere."""
+    """The session plan of one participant. The same study, participant row and seed give the same plan and digest
+    everywhere.
+    """
 
     study: Study
     who: ParticipantRow
@@ -43,13 +45,16 @@ class Plan:
 
     @property
     def occasion(self) -> tuple[Key, ...]:
-        """What tells chance in this session from chance in the participant's first one, which has no key of its own."""
+        """Return the part of random keys that is specific to this session; empty for a participant's first session."""
         return () if self.session == 1 else ("session", self.session)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over what the participant meets of the study, the row, the seed, the order, the lab's forms, and
-        the number of a session after the first."""
+        """Return the SHA-256 over the participant's part of the study, the row, the seed, the order, and the lab's
+        forms.
+
+        It also covers the number of a session after the first.
+        """
         return digest(
             {
                 "plan": 1,
@@ -68,9 +73,9 @@ class Plan:
 
     @cached_property
     def anchors(self) -> Mapping[int, tuple[Trial, ...]]:
-        """Place in `trials` -> the references that are felt before that trial, in the form of trials.
+        """Return the references that are felt before a trial, as trials, by the trial's place in `trials`.
 
-        Their numbers count down from -1: no trial has them.
+        Their numbers count down from -1, so no trial has them.
         """
         if (anchors := self.study.anchors) is None:
             return {}
@@ -85,19 +90,19 @@ class Plan:
 
     @property
     def presented(self) -> tuple[Trial, ...]:
-        """Everything that is felt: the stimuli of the trials, and the references before their blocks."""
+        """Return all that is felt: the stimuli of the trials, and the references before their blocks."""
         return (*self.felt_in_trials, *(anchor for several in self.anchors.values() for anchor in several))
 
     @property
     def felt_in_trials(self) -> tuple[Trial, ...]:
-        """The trials, each once for every stimulus that is felt in it."""
+        """Return the trials, each once for every stimulus that is felt in it."""
         return tuple(part for trial in self.trials for part in trial.each())
 
     @property
     def opening(self) -> tuple[Form, ...]:
-        """The forms before the first trial; a lab without questions asks none.
+        """Return the forms before the first trial, without questions if the lab has none.
 
-        Raises PlanError if the study has some and the lab's were not given.
+        Raises PlanError if the study has opening forms and the lab's forms were not given.
         """
         if not self.study.opening:
             return ()
@@ -115,7 +120,7 @@ class Plan:
 
     @property
     def closing(self) -> tuple[Form, ...]:
-        """The forms after the last trial."""
+        """Return the forms after the last trial."""
         forms: dict[str, Form] = {"suggestions": Lexicon(0, "suggestions")}
         if self.study.questionnaire is not None:
             forms["questionnaire"] = Likert(self.study.questionnaire)
@@ -124,7 +129,7 @@ class Plan:
 
 
 class PlanError(ValueError):
-    """The participant's row does not fit the study."""
+    """A participant's row that does not fit the study."""
 
 
 def compile_plan(
@@ -132,8 +137,8 @@ def compile_plan(
 ) -> Plan:
     """Order the study's stimuli for one session of a participant: practice first, then the counterbalanced trials.
 
-    `lab_forms` are needed to run a study that opens with them; they do not touch the order.
-    Raises PlanError on an unknown group, a group where the study has none, or a row, seed or session out of range.
+    `lab_forms` are needed to run a study that opens with them; they do not affect the order. Raises PlanError for an
+    unknown group, a group where the study has none, or a row, seed or session out of range.
     """
     if not 0 <= who.row < LARGEST_ROW:
         raise PlanError(f"participant {who.participant}: row {who.row}; a row from 0 to {LARGEST_ROW - 1} is expected")
@@ -165,8 +170,8 @@ def compile_plan(
 def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[tuple[str, Stimulus]]:
     """Yield (block, stimulus) of every counted trial; a repeat takes the next row of the square.
 
-    The study's rule orders a later session: `next_row` goes on with the rows after those of the session before,
-    `mirrored` reverses the first session's order in every second one, `same` repeats it.
+    The study's rule orders later sessions: `next_row` goes on with the rows after those of the session before,
+    `mirrored` reverses the first session's order in every second session, `same` repeats it.
     """
     stimuli, repeats = study.stimuli_of(who.group), study.order.repeats
     first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
@@ -175,7 +180,7 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
 
 
 def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
-    """Gather what is felt in a row: a set ends with its block, and before a stimulus that it has already."""
+    """Yield the consecutive stimuli in sets: a set ends with its block, and before a stimulus that it already has."""
     last, together = "", list[Stimulus]()
     for block, stimulus in felt:
         if together and (block != last or stimulus in together):
@@ -188,7 +193,7 @@ def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[
 
 
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
-    """Return how many trials, without practice, a session has that is about these stimuli."""
+    """Return the number of trials, without practice, in a session with these stimuli."""
     if TASKS[study.task].block_form is None:
         return len(stimuli) * study.order.repeats
     blocks = study.order.blocks
@@ -200,8 +205,8 @@ def ordered(
 ) -> list[str]:
     """Return the items in the order of a design's row.
 
-    A square's item numbers are dealt to the items by the key `label`, one deal for the whole study;
-    `random` draws by the key `chance`, which holds the participant.
+    A square's item numbers are assigned to the items by the key `label`, once for the whole study; `random` draws by
+    the key `chance`, which includes the participant.
     """
     if design == "as_listed":
         return list(items)
@@ -215,7 +220,7 @@ def ordered(
 def _one_pass(
     study: Study, who: ParticipantRow, seed: int, turn: int, stimuli: Sequence[Stimulus]
 ) -> Iterator[tuple[str, Stimulus]]:
-    """Yield the order of one pass; `turn` counts the rows that the participant has taken before."""
+    """Yield the order of one pass; `turn` is the number of rows that the participant has used before."""
     by_id = {stimulus.id: stimulus for stimulus in stimuli}
     label = ("deal", study.study, who.group, study.order.seed)
     chance = ("order", study.study, seed, who.participant, turn)
@@ -230,8 +235,8 @@ def _blocks(
 ) -> Iterator[tuple[str, list[str], int]]:
     """Yield (name, stimulus ids, row within) of every block in order.
 
-    The row within a block moves on once more after each common round of the two designs, so that every block
-    order meets every order within equally often in rows(blocks) x rows(within) participants.
+    The row within a block advances once more after each common round of the two designs, so that every block order is
+    combined with every order within equally often in rows(blocks) x rows(within) participants.
     """
     blocks = study.order.blocks
     if blocks is None:
@@ -247,7 +252,7 @@ def _blocks(
 
 
 def _anchor(study: Study, block: str, number: int, met: int) -> Trial:
-    """Return the study's anchor of this number before a block, which is the `met`-th that the participant meets."""
+    """Return the study's anchor of this number before a block, as the `met`-th reference of the session."""
     several = study.anchors.stimuli if study.anchors is not None else ()
     anchor = several[number - 1]
     wish = None
@@ -262,7 +267,7 @@ def _anchor(study: Study, block: str, number: int, met: int) -> Trial:
 def _trial(
     study: Study, form: Form | None, number: int, block: str, stimuli: tuple[Stimulus, ...], counted: int
 ) -> Trial:
-    """`counted` is the 0-based place among the counted trials, negative in practice."""
+    """Return a trial; `counted` is its 0-based place among the counted trials, negative in practice."""
     make = TASKS[study.task].block_form
     first_of_phase = number == 1 or counted == 0
     every = study.rest.every if study.rest is not None else None

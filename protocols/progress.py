@@ -1,4 +1,4 @@
-"""Lines that tell how far a long computation is and how long it will still take."""
+"""Lines that report the progress of a long computation and the time that it still needs."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 Report = Callable[[str], None]
-"""Takes a line that says how far a computation is."""
+"""Takes a line that reports the progress of a computation."""
 Progress = Callable[[int, int, str], None]
-"""Shows how far the work is: how many are done, of how many, of what."""
+"""Shows the progress of a computation: how many steps are done, of how many, and of what."""
 Clock = Callable[[], float]
-"""Gives seconds; only their differences count."""
+"""Returns seconds; only differences matter."""
 RECENT = 5
 
 
 def silent(_line: str) -> None:
-    """Reports nothing."""
+    """Report nothing."""
 
 
 def lasting(seconds: float) -> str:
-    """A time as a person says it: 8 s, 3 min, 2 h 05 min."""
+    """Return a time for people to read: 8 s, 3 min, 2 h 05 min."""
     whole = round(seconds)
     if whole < 1:
         return "less than 1 s"
@@ -31,7 +31,7 @@ def lasting(seconds: float) -> str:
 
 @dataclass
 class Pace:
-    """How long steps take: the time left is judged by the last few, since the first are slower than the others."""
+    """The pace of a computation: the time left is estimated from the last few steps, as the first are slower."""
 
     steps: int
     clock: Clock
@@ -42,12 +42,12 @@ class Pace:
         self._times.append(self.clock())
 
     def step(self) -> None:
-        """One more step is done."""
+        """Record that one more step is done."""
         self.done += 1
         self._times = [*self._times[-RECENT:], self.clock()]
 
     @property
     def left_s(self) -> float:
-        """Seconds until all steps are done, if they go on as the last few went; 0 before the first."""
+        """Return the seconds until all steps are done at the pace of the last few; 0 before the first."""
         taken = len(self._times) - 1
         return (self._times[-1] - self._times[0]) / taken * (self.steps - self.done) if taken else 0.0

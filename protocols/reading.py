@@ -1,6 +1,6 @@
-"""From the text of study.yaml to a Study, or to complaints that name file, line, path and nearest valid name.
+"""Read a Study from the text of study.yaml, or report problems with file, line, path and nearest valid name.
 
-The parts of a study must fit together: names that are used exist, and nothing stands twice.
+The parts of a study must fit together: names that are used exist, and nothing appears twice.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from palpate.protocols.yaml_text import Document, Path
 
 
 class StudyError(ValueError):
-    """The study file cannot be used; the message lists what is wrong, one line each."""
+    """A study file that cannot be used; the message lists the problems, one line each."""
 
 
 def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: str) -> Study:
@@ -44,7 +44,9 @@ def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: s
 
 
 def _texts_as_keys(value: Any) -> Any:
-    """Return the value with texts as keys: YAML lets a key be a number (groups: {1: ...}). Raises StudyError."""
+    """Return the value with all keys as texts: YAML also allows numbers as keys (groups: {1: ...}). Raises
+    StudyError.
+    """
     if isinstance(value, dict):
         texts = {str(key): _texts_as_keys(inner) for key, inner in value.items()}
         if len(texts) < len(value):
@@ -57,7 +59,7 @@ def _texts_as_keys(value: Any) -> Any:
 
 
 def inconsistencies(study: Study) -> Iterator[Problem]:
-    """Yield every misfit between the parts of a study that is well-formed by itself."""
+    """Yield all inconsistencies between the parts of a study that each follow the schema."""
     yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
     yield from parts_of_task(study)
     yield from _adjectives(study)
@@ -104,7 +106,7 @@ def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
 
 
 def _anchors(study: Study) -> Iterator[Problem]:
-    """Yield misfits of anchors: they are stimuli; what they stand for, or are made from, is on an attribute's scale."""
+    """Yield problems of anchors: they must be stimuli, with values on the scale of an attribute."""
     if study.anchors is None:
         return
     task = TASKS[study.task]
@@ -130,7 +132,7 @@ def _anchors(study: Study) -> Iterator[Problem]:
 
 
 def _sample(study: Study) -> Iterator[Problem]:
-    """Yield misfits of the sample with the groups, and of rules over sessions without sessions to order."""
+    """Yield inconsistencies between the sample and the groups, and rules over sessions without several sessions."""
     sample, groups = study.participants, len(study.groups)
     if sample is not None and sample.per_group is not None:
         if not groups:
@@ -221,14 +223,14 @@ def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
 
 
 def _repeated_at(names: Sequence[str], path: Path, what: str) -> Iterator[Problem]:
-    """Yield a problem at the place of each name that stands before it already."""
+    """Yield a problem at each name that appeared before."""
     for index, name in enumerate(names):
         if name in names[:index]:
             yield Problem((*path, index), f"{what} {name!r} appears twice")
 
 
 def parts_of_task(study: Study) -> Iterator[Problem]:
-    """Yield each part that the task needs and the file lacks, or that no such task has."""
+    """Yield a problem for each part that the task requires and the file does not have, or that the task cannot have."""
     task = TASKS[study.task]
     tasks_with: dict[str, list[str]] = {}
     for name, other in TASKS.items():
@@ -248,7 +250,7 @@ def parts_of_task(study: Study) -> Iterator[Problem]:
 
 
 def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
-    """Yield each device that records or makes stimuli and is not listed, and each listed one that has no use."""
+    """Yield a problem for each device that is needed and not listed, and for each listed device without a use."""
     used = task.device(study)
     if used and used not in study.needs:
         yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")

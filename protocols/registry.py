@@ -1,4 +1,4 @@
-"""Registries: the parts of one kind by name, each imported only when it is asked for, as is all named "module:NAME"."""
+"""Registries: the parts of one kind by name, each imported only when it is used, named as "module:NAME"."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ T = TypeVar("T")
 
 
 def load_object(place: str) -> Any:
-    """Import the module of "module:NAME" and return its NAME. Raises ImportError and AttributeError."""
+    """Import the module of "module:NAME" and return the object NAME. Raises ImportError and AttributeError."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
 
 def place_in(package: str, module: str, name: str) -> str:
-    """Return the place "package.module:name" of a part that a package has in a module of its own."""
+    """Return the place "package.module:name" of a part in a module of a package."""
     return f"{package}.{module}:{name}"
 
 
@@ -33,9 +33,9 @@ def lazy_function(place: str) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class Registry(Mapping[str, T], Generic[T]):
-    """The parts of one kind by name: tests, figures, devices, methods, in the order that lists show.
+    """The parts of one kind by name, such as tests, figures, devices or methods, in the order of lists.
 
-    `places` says where each one is ("module:NAME"). Parts that are light to import may stand in `families` instead:
+    `places` holds the place of each part ("module:NAME"). Parts that are quick to import may be in `families` instead:
     modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module. `parts` are plain
     data, which need no import. `folder` ("package.*") is a package each of whose modules is a part, named like the
     module and described by its `KIND`: a new part is a new file.
@@ -48,7 +48,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     @cached_property
     def all_places(self) -> Mapping[str, str]:
-        """Where the parts are that `places` and `folder` name; nothing of them is imported."""
+        """Return the places of the parts in `places` and `folder`, without importing them."""
         if not self.folder:
             return self.places
         from pkgutil import iter_modules

@@ -1,6 +1,6 @@
-"""The runner: walks a plan and records each request before it is performed, its reply before the next.
+"""The runner: it goes through a plan and records each request before it is performed, and its reply before the next.
 
-A session is resumed or replayed by the same walk, in the world of what was recorded (`Recorded`).
+A session is resumed or replayed by the same code, in a world of recorded replies (`Recorded`).
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", 
 
 
 def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
-    """Run the session from its first event to its last; `header` is the body of the first.
+    """Run the session from its first event to its last; `header` is the body of the first event.
 
-    Interrupted at any point, the log holds an exact prefix of the session. A reply that does not answer its request
-    is not recorded (ReplyError): the session can be resumed at that request.
+    When it is interrupted, the log holds an exact prefix of the session. A reply that does not answer its request is
+    not recorded (ReplyError): the session can be resumed at that request.
     """
     record = _Recorder(world, log)
     record.note("session_started", header)
@@ -76,11 +76,11 @@ def _session(plan: Plan, record: _Recorder, header: Mapping[str, Any]) -> str:
 
 
 class _Aborted(Exception):
-    """The experimenter ended the session for good."""
+    """Raised when the experimenter ends the session for good."""
 
 
 class _Repeat(Exception):
-    """A trial is to be repeated: by the experimenter (`repeated`, this one or the last), or by a fault (`faulted`)."""
+    """Raised to repeat a trial, by the experimenter (`repeated`, this one or the last) or after a fault (`faulted`)."""
 
     def __init__(self, ended_as: str, last: bool = False) -> None:
         super().__init__()
@@ -89,7 +89,7 @@ class _Repeat(Exception):
 
 @dataclass
 class _Recorder:
-    """Numbers, times and records what happens."""
+    """A recorder that numbers, times and writes the events of a session."""
 
     world: World
     log: Log
@@ -116,7 +116,7 @@ class _Recorder:
         return reply
 
     def record_event(self, event: Aside | Chunk | Fault) -> None:
-        """Record what came before the reply; to repeat, to abort and a fault leave the request without one."""
+        """Record what comes before the reply; a repeat, an abort and a fault end the request without a reply."""
         match event:
             case Chunk():
                 self.note("samples", event.value, event.samples)
@@ -126,14 +126,16 @@ class _Recorder:
                 self.record_aside(event)
 
     def record_fault(self, fault: Fault) -> None:
-        """Record that a device failed. Raises ReplyError outside trials and references: nothing can be repeated."""
+        """Record that a device failed. Raises ReplyError outside trials and references, where nothing can be
+        repeated.
+        """
         if self.trial is None and not self.in_anchor:
             raise ReplyError(f"a fault outside a trial: {fault.value.get('message')}")
         self.note("fault", fault.value)
         raise _Repeat(FAULTED)
 
     def record_aside(self, aside: Aside) -> None:
-        """Record what the experimenter did."""
+        """Record an action of the experimenter."""
         what, which = aside.value.get("do"), aside.value.get("which")
         repeats = what == "repeat" and which in {"this", "last"} and self.trial is not None
         if what not in {"note", "pause", "go_on", "abort"} and not repeats:
@@ -147,7 +149,7 @@ class _Recorder:
 
 @dataclass
 class _Progress:
-    """How far the participant is: answers given, attempts made, and the furthest trial reached."""
+    """The participant's progress: answers given, attempts made, and the furthest trial reached."""
 
     answers: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     attempts: dict[int, int] = field(default_factory=dict)
@@ -173,7 +175,7 @@ def _walk(plan: Plan, record: _Recorder) -> None:
 
 
 def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder) -> int:
-    """Run one attempt at the trial; return how many places of the plan to move on from it."""
+    """Run one attempt at the trial, and return by how many places of the plan to move on."""
     trial = plan.trials[position]
     try:
         outcome = _attempt(plan.study.task, progress.begin(trial), record)
@@ -190,7 +192,7 @@ def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder
 
 
 def _feel(anchor: Trial, record: _Recorder) -> None:
-    """Let a reference be felt, outside all trials; where a device fails, from the beginning again."""
+    """Present a reference outside all trials, from the beginning again if a device fails."""
     record.in_anchor, felt = True, False
     while not felt:
         with suppress(_Repeat):
@@ -225,22 +227,22 @@ def _interact(steps: Steps, record: _Recorder) -> Outcome:
 
 
 class Divergence(ValueError):
-    """What the code does now is not what was recorded."""
+    """Raised when the code produces an event that differs from the recorded one."""
 
 
 BROKEN_OFF = Fault({"device": "session", "what": "interrupted", "message": "the session was interrupted meanwhile"})
 
 
 class EndOfRecord(Exception):
-    """The record ends here and nobody is there to go on."""
+    """Raised at the end of a record without a world to continue in."""
 
 
 @dataclass
 class Recorded:
-    """A recorded session as World and Log at once: replies and times come from the record.
+    """A recorded session as World and Log at once: replies and times are read from the record.
 
-    Every event that the runner appends must be the recorded one, byte for byte (Divergence otherwise).
-    Where the record ends, `world` and `log` take over; without them EndOfRecord is raised.
+    Every event that the runner appends must equal the recorded one, byte for byte, else Divergence is raised. At the
+    end of the record `world` and `log` take over; without them EndOfRecord is raised.
     """
 
     events: Sequence[Event]
@@ -277,7 +279,7 @@ class Recorded:
         raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
 
     def append(self, event: Event) -> None:
-        """Compare with the record, or write to the live log."""
+        """Compare the event with the record, or write it to the live log past the end of the record."""
         if self.position == len(self.events):
             self._live()[1].append(event)
             return
@@ -285,7 +287,7 @@ class Recorded:
         self.position += 1
 
     def demand_end(self) -> None:
-        """Raise Divergence if the session is over and events are left in the record."""
+        """Raise Divergence if the session is over and the record holds more events."""
         if self.position < len(self.events):
             raise Divergence(f"{self.events[self.position].place()}: recorded, but the session is over before it")
 
@@ -296,7 +298,7 @@ class Recorded:
 
 
 def demand_equal(recorded: Event, now: Event) -> None:
-    """Raise Divergence naming the event, the place in it and both values, unless the two are equal."""
+    """Raise Divergence that names the event, the place in it and both values, unless the two are equal."""
     if recorded == now:
         return
     if recorded.kind != now.kind or recorded.trial != now.trial or recorded.attempt != now.attempt:

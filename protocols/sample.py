@@ -1,4 +1,4 @@
-"""What a study plans of its sample: how many people, how many sessions of each, how many minutes a session."""
+"""The sample that a study plans: how many people, how many sessions for each, how many minutes per session."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from palpate.protocols.wording import count
 
 
 def planned_people(study: Study, group: str | None = None) -> int | None:
-    """Return how many participants are planned in all, or in a group; None where the study does not say."""
+    """Return how many participants are planned, in all or in a group; None if the study does not say."""
     sample = study.participants
     if sample is None:
         return None
@@ -19,17 +19,16 @@ def planned_people(study: Study, group: str | None = None) -> int | None:
 
 
 def sample_of(study: Study) -> dict[str, Any]:
-    """Return what is planned as JSON data: planned, per_group, sessions, apart_days, minutes; {} where nothing is."""
+    """Return the planned sample as JSON data: planned, per_group, sessions, apart_days, minutes; {} if none."""
     declared = {} if study.participants is None else study.participants.model_dump(mode="json", exclude_none=True)
     everybody = {"planned": planned_people(study), "minutes": study.minutes}
     return {**declared, **{key: value for key, value in everybody.items() if value is not None}}
 
 
 def describe_sample(study: Study) -> str:
-    """Return what is planned in words: "40 participants (20 in each group), 2 sessions 1 to 14 days apart, 90 minutes
-    a session".
+    """Return the planned sample in words, an empty text if none is planned.
 
-    An empty text where nothing is.
+    For example: "40 participants (20 in each group), 2 sessions 1 to 14 days apart, 90 minutes a session".
     """
     sample = sample_of(study)
     parts = []

@@ -1,8 +1,8 @@
-"""The state of a session, folded from its events: what became of each trial, which attempt counts, what is open.
+"""The state of a session, computed from its events: the outcome of each trial, the attempt that counts, open requests.
 
-The runner writes the events and every reader takes what they come to from here: collected tables, console, monitor,
-streams. The runner itself does not, so that its own course can be held against this fold (a test does, after every
-event of random sessions). Trials are numbered from 1 in the order of the plan, as `compile_plan` numbers them.
+The runner writes the events and all readers take the state from here: collected tables, console, monitor, streams. The
+runner itself does not, so that its own state can be compared with this one (a test does, after every event of random
+sessions). Trials are numbered from 1 in the order of the plan, as `compile_plan` numbers them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from palpate.protocols.events import ANSWERED, CAPTURED, LEFT, REPEATED, Event
 
 
 class Answer(NamedTuple):
-    """A form that was answered; one that was left, or a setting that was only tried, is no answer.
+    """An answered form; a form that was left, or a setting that was only tried, is not an answer.
 
     `seq` and `t_ns` are the number and the time of the reply, `request` is the number of the request. `values`: item
     -> value, or kind of words -> words.
@@ -33,10 +33,10 @@ class Answer(NamedTuple):
 
 @dataclass
 class Attempt:
-    """One attempt at a trial: its events have the numbers `first` to `last`, None while it lasts.
+    """An attempt at a trial: its events have the numbers `first` to `last`, None while it lasts.
 
-    `form_shown_ns` is when its form was first shown, in session time. `withdrawn`: the experimenter had the trial
-    repeated since, and what this attempt came to does not count.
+    `form_shown_ns` is when its form was first shown, in session time. `withdrawn`: the experimenter has repeated the
+    trial since, and the result of this attempt does not count.
     """
 
     trial: int
@@ -53,20 +53,20 @@ class Attempt:
 
     @property
     def done_ns(self) -> int | None:
-        """Return when it came to its answer or recording; None where it did not."""
+        """Return when it got its answer or recording; None if it did not."""
         if self.answer is not None:
             return self.answer.t_ns
         return self.ended_ns if self.ended_as == CAPTURED else None
 
     @property
     def valid(self) -> bool:
-        """Return whether it came to an answer or a recording that was not withdrawn."""
+        """Return whether it got an answer or a recording that was not withdrawn."""
         return not self.withdrawn and self.done_ns is not None
 
 
 @dataclass
 class TrialState:
-    """What has become of one trial: its attempts in their order, at least one."""
+    """The state of a trial: its attempts in their order, at least one."""
 
     attempts: list[Attempt] = field(default_factory=list)
 
@@ -106,12 +106,12 @@ class Pause:
 
 @dataclass
 class SessionState:
-    """A session so far; `apply` takes in its next event.
+    """The state of a session so far; `apply` updates it with the next event.
 
-    attempts: all, in the order in which they started. answers: all forms that were answered, those outside trials
-    too. asides: the events of what the experimenter did, and of faults. current: the attempt under way. request: the
-    open one. next_trial: the number of the trial under way or, where none is, of the next one (one past
-    the last where none is left). Of other events only their numbers are kept: a monitor has thousands of states.
+    attempts: all, in the order in which they started. answers: all answered forms, also those outside trials. asides:
+    the events of the experimenter's actions, and of faults. current: the attempt under way. request: the open request.
+    next_trial: the number of the trial under way or, if none is, of the next one (one past the last if none is left).
+    Of other events only the numbers are kept: a monitor has thousands of states.
     """
 
     header: Mapping[str, Any] = field(default_factory=dict)
@@ -128,22 +128,22 @@ class SessionState:
 
     @property
     def counting(self) -> list[Attempt]:
-        """Return the attempt that counts of each trial that has one, in the order in which they started."""
+        """Return the attempt that counts of each trial that has one, in the order in which the trials started."""
         counting = [attempt for trial in self.trials.values() if (attempt := trial.counting) is not None]
         return sorted(counting, key=lambda attempt: attempt.first)
 
     @property
     def pause(self) -> Pause | None:
-        """Return the pause that the session is in."""
+        """Return the current pause, None if the session is not paused."""
         last = self.pauses[-1] if self.pauses and self.ended is None else None
         return last if last is not None and last.ended_ns is None else None
 
     def counts(self, answer: Answer) -> bool:
-        """Return whether this answer is the one of its trial that counts; outside trials every one does."""
+        """Return whether this answer is the one of its trial that counts; outside trials every answer counts."""
         return answer.trial is None or self.trials[answer.trial].answer is answer
 
     def apply(self, event: Event) -> None:
-        """Take in the next event: one that `palpate.protocols.event_shapes` accepts after those before it."""
+        """Apply the next event, one that `palpate.protocols.event_shapes` accepts after those before it."""
         self.t_ns = event.t_ns
         match event.kind:
             case "request":
@@ -215,13 +215,13 @@ def fold(events: Iterable[Event]) -> SessionState:
 
 
 def repeated_trial(event: Event) -> int:
-    """Return the number of the trial that the experimenter has repeated: the one under way, or the one before."""
+    """Return the number of the trial that the experimenter repeats: the one under way, or the one before."""
     number = event.trial or 1
     return max(1, number - 1) if event.value.get("which") == "last" else number
 
 
 def active_ns(pauses: Sequence[Pause], t_ns: int) -> int:
-    """Return session time without the pauses that began before."""
+    """Return a session time minus the pauses that began before it."""
     if not pauses:
         return t_ns
     ends = [(pause.started_ns, t_ns if pause.ended_ns is None else min(pause.ended_ns, t_ns)) for pause in pauses]

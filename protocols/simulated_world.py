@@ -1,4 +1,4 @@
-"""The simulated world: a simulated participant at simulated devices, under a virtual clock."""
+"""The simulated world: a simulated participant with simulated devices, under a virtual clock."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from palpate.protocols.simulated_participants import SimulatedParticipant
 
 @dataclass(frozen=True)
 class Done:
-    """A simulated act: its reply and how long it took."""
+    """A simulated action: its reply and how long it took."""
 
     reply: Reply
     seconds: float
@@ -23,29 +23,29 @@ Twin = Callable[[Request, int], Done]
 
 @dataclass
 class VirtualClock:
-    """A clock that only acts move on."""
+    """A clock that advances only with simulated actions."""
 
     t_ns: int = 0
 
     def advance(self, seconds: float) -> None:
-        """Let time pass."""
+        """Advance the clock by some seconds."""
         self.t_ns += round(seconds * NS)
 
 
 @dataclass
 class Simulated:
-    """A simulated participant at simulated devices under a virtual clock."""
+    """A simulated participant with simulated devices under a virtual clock."""
 
     person: SimulatedParticipant
     device: Twin
     clock: VirtualClock
 
     def now(self) -> int:
-        """Return virtual nanoseconds since the session began."""
+        """Return the virtual nanoseconds since the session began."""
         return self.clock.t_ns
 
     def perform(self, request: Request) -> Reply:
-        """Answer at once; the clock moves on by what the act would have taken."""
+        """Reply at once, and advance the clock by the time that the action would have taken."""
         done = self._act(request)
         self.clock.advance(done.seconds)
         return done.reply

@@ -1,4 +1,4 @@
-"""What every part of a file that is read is checked by."""
+"""The base of all schemas for files that are read."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ Tensor = Annotated[str, Field(min_length=1)]
 
 
 class Strict(BaseModel):
-    """Unknown keys are refused, and so are numbers that are none."""
+    """A schema that refuses unknown keys and numbers that are not finite."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -1,4 +1,4 @@
-"""What a study is: the schema of study.yaml, frozen and strict."""
+"""The schema of study.yaml, frozen and strict."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_ADJECTIVES = 80
 MOST_LABELS, MOST_STEPS = 21, 100
 MOST_ANCHORS = 20
 ROUNDING = 1e-6
-"""How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
+"""Greatest deviation, in steps, of a decimal from a step of its scale: doubles do not represent tenths exactly."""
 
 
 def _plain_name(value: str) -> str:
@@ -40,7 +40,7 @@ def _plain_name(value: str) -> str:
 
 
 def _one_of(names: Collection[str]) -> BeforeValidator:
-    """Return a validator that refuses other names as pydantic refuses what is no literal."""
+    """Return a validator that refuses unknown names with the error that pydantic gives for a literal."""
 
     def known(value: Any) -> Any:
         if not isinstance(value, str) or value not in names:
@@ -54,7 +54,7 @@ def _one_of(names: Collection[str]) -> BeforeValidator:
 Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
 Name = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
 Level = Annotated[Text, BeforeValidator(lambda value: str(value) if type(value) is int else value)]
-"""A level may be written as a whole number; it is a text from then on."""
+"""A level of a factor, which may be written as a whole number and becomes a text."""
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Whole
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
@@ -70,7 +70,7 @@ NeedName = Annotated[str, _one_of(NEEDS)]
 
 
 def is_number(text: str) -> bool:
-    """Whether the text is a finite number."""
+    """Return whether the text is a finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -79,18 +79,18 @@ def is_number(text: str) -> bool:
 
 
 def _digits(size: float) -> int:
-    """Decimals that tell apart a ten-thousandth of `size`; four from 1 upwards."""
+    """Return the decimals that distinguish a ten-thousandth of `size`; four from 1 upwards."""
     return 4 - min(0, floor(log10(size)))
 
 
 class Strict(BaseModel):
-    """Frozen, and no key that the schema does not know."""
+    """A frozen schema that refuses unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Attribute(Strict):
-    """A bipolar adjective pair; written as [low, high] or with its category, its explanation and a name of its own."""
+    """A bipolar adjective pair, written as [low, high] or with its category, its explanation and its own name."""
 
     low: Text
     high: Text
@@ -109,12 +109,12 @@ class Attribute(Strict):
 
     @property
     def name(self) -> str:
-        """What the answers are called: the name that the study gives, else the low pole."""
+        """Return the name of the answers: the one that the study gives, else the low pole."""
         return self.outcome or self.low
 
 
 def _pairs_of_labels(value: Any) -> Any:
-    """Labels are written {VALUE: TEXT}; the keys of a study are texts by now."""
+    """Return the labels as pairs; they are written {VALUE: TEXT}, with keys that are texts by now."""
     if not isinstance(value, dict):
         return value
     if bad := [key for key in value if not is_number(str(key))]:
@@ -125,9 +125,8 @@ def _pairs_of_labels(value: Any) -> Any:
 class Scale(Strict):
     """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero.
 
-    Its line is 127 mm long on every screen unless the study says otherwise (thesis 3.3.3). `labels` are words below
-    the line, by the value that they stand at. `ticks` mark the labels or the steps; without them no place of the line
-    draws answers to itself.
+    Its line is 127 mm long on every screen unless the study says otherwise (thesis 3.3.3). `labels` are words below the
+    line, by their values. `ticks` mark the labels or the steps; without ticks no place on the line attracts answers.
     """
 
     low: Number = Field(validation_alias=AliasChoices("from", "low"))
@@ -142,12 +141,12 @@ class Scale(Strict):
 
     @property
     def labelled(self) -> tuple[tuple[float, str], ...]:
-        """The labels with their values, from the low end to the high one."""
+        """Return the labels with their values, from the low end to the high end."""
         return tuple(sorted((float(value), text) for value, text in self.labels))
 
     @property
     def ticked(self) -> tuple[float, ...]:
-        """The values that are marked by ticks, from the low end to the high one."""
+        """Return the values that are marked by ticks, from the low end to the high end."""
         if self.ticks == "steps" and self.step is not None:
             steps = round((self.high - self.low) / self.step)
             return tuple(float(self.nearest(self.low + n * self.step)) for n in range(steps + 1))
@@ -177,7 +176,9 @@ class Scale(Strict):
         return self
 
     def nearest(self, value: float) -> float:
-        """The scale's answer closest to `value`: clipped, on a step where it has steps, else to four digits."""
+        """Return the scale's answer closest to `value`: clipped, and rounded to a step if it has steps, else to four
+        digits.
+        """
         inside = min(max(value, self.low), self.high)
         if self.step is None:
             return self._clipped(round(float(inside), _digits(self.high - self.low)))
@@ -188,7 +189,7 @@ class Scale(Strict):
         return min(max(value, self.low), self.high)
 
     def holds(self, value: object) -> bool:
-        """Whether `value` is an answer that the scale allows."""
+        """Return whether `value` is an answer that the scale allows."""
         if type(value) not in (int, float):
             return False
         number = float(value)  # type: ignore[arg-type]
@@ -198,7 +199,7 @@ class Scale(Strict):
 
 
 class Blocks(Strict):
-    """Stimuli gathered into blocks by a column, and the design that orders the blocks."""
+    """The column that divides the stimuli into blocks, and the design that orders the blocks."""
 
     by: Text
     design: Design = "latin"
@@ -222,16 +223,16 @@ class Order(Strict):
 
 
 class Practice(Strict):
-    """Stimuli met first, by their ids, in the order they are listed; their answers are kept but do not count."""
+    """Stimuli of the practice trials, by id, in the order listed; their answers are stored but do not count."""
 
     stimuli: Annotated[tuple[Level, ...], Field(min_length=1)]
 
 
 class Anchor(Strict):
-    """A reference stimulus, by its id, with the text that says what it stands for while it is felt (thesis 5.8.3).
+    """A reference stimulus, by its id, with the text shown while it is felt (thesis 5.8.3).
 
-    `attribute` and `value` say the same as data: where on that attribute's scale it stands. Where doors are made from
-    wishes, `wish` is what this one is made from; attributes that it does not name are at the middle of the scale.
+    `attribute` and `value` say the same as data: where it is on that attribute's scale. Where doors are made from
+    wishes, `wish` is the setting that this one is made from; attributes without a value are at the middle of the scale.
     """
 
     id: Level
@@ -248,9 +249,9 @@ class Anchor(Strict):
 
 
 class Anchors(Strict):
-    """Reference stimuli that are felt before each block, or once before the first trial; they are no trials.
+    """Reference stimuli that are felt before each block, or once before the first trial; they are not trials.
 
-    `rated: false` takes them out of the trials: then they are met as references only.
+    `rated: false` takes them out of the trials, so that they are felt as references only.
     """
 
     stimuli: Annotated[tuple[Anchor, ...], Field(min_length=1, max_length=MOST_ANCHORS)]
@@ -259,10 +260,10 @@ class Anchors(Strict):
 
 
 class Participants(Strict):
-    """The sample: how many people are planned, how many sessions each has, and how many days lie between two.
+    """The sample: how many people are planned, how many sessions each has, and how many days lie between sessions.
 
-    `planned` counts everybody, `per_group` those of each group. Without `sessions` the study declares none beyond
-    the first. `apart_days` are the fewest and the most calendar days from one session to the next.
+    `planned` counts all people, `per_group` those of each group. Without `sessions` the study has one. `apart_days` are
+    the least and the greatest number of calendar days from one session to the next.
     """
 
     planned: People | None = None
@@ -280,7 +281,7 @@ class Participants(Strict):
 
 
 class Rest(Strict):
-    """A rest before every trial that follows this many counted ones; a button to rest at any time in a trial's form."""
+    """Rests: after how many counted trials they come, and whether a button offers a rest in every trial's form."""
 
     every: Annotated[Whole, Field(ge=1)] | None = None
     button: bool = False
@@ -293,7 +294,7 @@ class Rest(Strict):
 
 
 class Word(Strict):
-    """An adjective of a list, and where it comes from."""
+    """An adjective of a list, and its source."""
 
     word: Text
     source: Text | None = None
@@ -305,7 +306,7 @@ class Word(Strict):
 
 
 class Adjectives(Strict):
-    """The list that a participant ticks words of: in the listed order, or shuffled once for each participant."""
+    """The list of words that a participant can tick, in the listed order or shuffled for each participant."""
 
     words: Annotated[tuple[Word, ...], Field(min_length=1, max_length=MOST_ADJECTIVES)]
     order: Literal["as_listed", "random"] = "as_listed"
@@ -313,26 +314,26 @@ class Adjectives(Strict):
 
 
 class Lexicon(Strict):
-    """Words of the participant's own."""
+    """The least number of words that participants write themselves."""
 
     at_least: Annotated[Whole, Field(ge=0, le=20)] = 1
 
 
 class Capture(Strict):
-    """A recording of each stimulus: which device, for how many seconds or by which column of the stimulus table."""
+    """A recording of each stimulus: which device, and for how many seconds or by which column of the stimulus table."""
 
     device: Annotated[str, _one_of(needs_with("records"))]
     seconds: RecordingSeconds | Text
 
 
 class Live(Strict):
-    """Task authoring: the door follows the sliders while it is felt; `show_force` draws its force beside them."""
+    """Live authoring: the door follows the sliders while it is felt; `show_force` draws its force beside them."""
 
     show_force: bool = True
 
 
 class Noise(Strict):
-    """The masking noise that a study allows: its level at the ear, in dB(A), is this at most, and known."""
+    """The masking noise of a study: its level at the ear must be known and at most this, in dB(A)."""
 
     at_most_db_a: Annotated[float, Field(ge=20, le=80, allow_inf_nan=False)]
 
@@ -345,7 +346,7 @@ class Item(Strict):
 
 
 class Questionnaire(Strict):
-    """Statements that are agreed with from 1 to `points`; the ends are labelled."""
+    """Statements rated from 1 to `points`, with labels for the ends."""
 
     items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=20)]
     ends: tuple[Text, Text] = ("Strongly disagree", "Strongly agree")
@@ -353,7 +354,7 @@ class Questionnaire(Strict):
 
 
 class Criterion(Strict):
-    """A question that is answered by yes or no before anything else, and the answer of those who can take part."""
+    """A yes/no question before everything else, and the answer of people who can take part."""
 
     name: Name
     text: Text
@@ -361,13 +362,13 @@ class Criterion(Strict):
 
 
 class Simulation(Strict):
-    """How simulated participants perceive.
+    """How simulated participants perceive stimuli.
 
-    latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli;
-    the column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
-    `vocabulary` holds the words that come to mind. gain_sd, bias_sd (scale units) vary between participants and
+    latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli; the
+    column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
+    `vocabulary` holds the words that come to mind. gain_sd and bias_sd (scale units) vary between participants and
     attributes, noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale. `anchored` is the
-    share of a person's own gain and bias that an anchor takes away, on the attributes that have one.
+    share of a person's own gain and bias that an anchor removes, for the attributes that have one.
     """
 
     latents: dict[Text, dict[Text, Number]]
@@ -383,7 +384,7 @@ class Simulation(Strict):
 
 
 class Analysis(Strict):
-    """What the report tests: factors crossed within a group, the factor all participants share, its families."""
+    """The tests of the report: factors crossed within a group, the factor that all participants share, its families."""
 
     within: tuple[Text, ...] = ()
     pooled: Text | None = None
@@ -391,7 +392,7 @@ class Analysis(Strict):
 
 
 class Stimulus(Strict):
-    """A row of the stimulus table: its columns as written, and the SHA-256 of its file where it has one."""
+    """A row of the stimulus table: its columns as written, and the SHA-256 of its file if it has one."""
 
     id: Level
     columns: dict[Text, Annotated[str, Field(strict=True)]] = {}
@@ -399,14 +400,15 @@ class Stimulus(Strict):
 
 
 NOT_MET = ("participants", "minutes", "questions")
-"""Keys of a study that change nothing that a participant meets in its trials: they are on record, but two studies
-that differ in nothing else are one and the same. The questions that a participant is asked stand in the lab's forms."""
+"""Keys of a study that change nothing in the trials: they are recorded, but studies that differ only in them count as
+the same. The questions about a participant are in the lab's forms.
+"""
 
 
 def conditions_of(definition: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a participant meets of a study's definition: all but the sample, the planned minutes, the questions.
+    """Return the part of a study's definition that participants encounter: all but sample, minutes and questions.
 
-    A rule of orders over sessions counts by what it does: the default as the rule that it stands for.
+    A rule for orders over sessions is compared by its effect: the default counts as the rule that it stands for.
     """
     order = dict(definition["order"])
     sessions = (definition.get("participants") or {}).get("sessions") or 1
@@ -417,18 +419,18 @@ def conditions_of(definition: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def rule_for(sessions: int) -> OverSessions:
-    """Return how sessions are ordered where the study does not say: by the next row, if it declares several."""
+    """Return the rule that orders sessions if the study gives none: the next row if it declares several sessions."""
     return "next_row" if sessions > 1 else "same"
 
 
 class Console(Strict):
-    """What the experimenter's console does not show: columns of the stimulus table, and with them the stimulus' id."""
+    """What the experimenter's console hides: columns of the stimulus table, and with them the stimulus' id."""
 
     blind: Annotated[tuple[Text, ...], Field(min_length=1)]
 
 
 class Study(Strict):
-    """A study with its stimuli: everything that a plan is made from."""
+    """A study with its stimuli: everything that plans are compiled from."""
 
     study: Name
     title: Text | None = None
@@ -467,7 +469,7 @@ class Study(Strict):
     @field_validator("settings", mode="plain")
     @classmethod
     def _of_the_task(cls, value: Any, info: ValidationInfo) -> Strict | None:
-        """Read the settings by the schema that the task declares; where the task is wrong, only that is a fault."""
+        """Read the settings by the schema of the task; with an unknown task, report only that."""
         if value is None or "task" not in info.data:
             return None
         task = info.data["task"]
@@ -477,34 +479,36 @@ class Study(Strict):
         return schema.model_validate(value)
 
     def definition(self) -> dict[str, Any]:
-        """The study as JSON data, only what its author set: a default added later changes no digest."""
+        """Return the study as JSON data with only the keys that its author set, so that new defaults change no
+        digest.
+        """
         return self.model_dump(mode="json", exclude_unset=True)
 
     def conditions(self) -> dict[str, Any]:
-        """Return what a participant meets, as JSON data: what plans, sessions and analyses are compared by."""
+        """Return what participants encounter, as JSON data by which plans, sessions and analyses are compared."""
         return conditions_of(self.definition())
 
     @property
     def sessions(self) -> int:
-        """How many sessions each participant has; 1 where the study declares none."""
+        """Return the number of sessions of each participant; 1 if the study declares none."""
         return (self.participants and self.participants.sessions) or 1
 
     @property
     def over_sessions(self) -> OverSessions:
-        """The rule that gives a later session its order."""
+        """Return the rule that orders later sessions."""
         return self.order.over_sessions or rule_for(self.sessions)
 
     def is_mirrored(self, session: int) -> bool:
-        """Return whether the session of this number has the first one's order reversed."""
+        """Return whether the session of this number reverses the first one's order."""
         return self.over_sessions == "mirrored" and session % 2 == 0
 
     @property
     def blind(self) -> tuple[str, ...]:
-        """The columns of the stimulus table that the experimenter must not see."""
+        """Return the columns of the stimulus table that the experimenter must not see."""
         return () if self.console is None else self.console.blind
 
     def stimuli_of(self, group: str | None) -> tuple[Stimulus, ...]:
-        """Return what a group's trials are about, in the order of the table; all stimuli where there are no groups.
+        """Return the stimuli of a group's trials, in the order of the table; all stimuli if there are no groups.
 
         Anchors that are not rated are left out.
         """

@@ -1,7 +1,7 @@
-"""Read tables of delimited text: bytes to a header, rows with their lines, and columns of numbers.
+"""Read tables of delimited text: from bytes to a header, rows with their lines, and columns of numbers.
 
-A kind of file declares its columns, how its tables are written and its own messages (`TableFormat`), and nothing else.
-Numbers come as `array('d')`: 8 bytes each, and `numpy.asarray` takes them without a copy.
+A kind of file declares its columns, the format of its tables and its own messages (`TableFormat`), and nothing else.
+Numbers are stored as `array('d')`: 8 bytes each, and `numpy.asarray` takes them without a copy.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ UTF8_MARK = b"\xef\xbb\xbf"
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 DELIMITERS = ",;\t"
 BATCH = 512
-"""Rows that `Table.numbers` reads at once."""
+"""Number of rows that `Table.numbers` reads at once."""
 
 
 class TableError(ValueError):
-    """A table cannot be read; the message names file, line and column."""
+    """A table that cannot be read; the message names file, line and column."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is wrong in a table, and where; a field that a mistake does not have is empty.
+    """A mistake in a table, and its place; fields that do not apply are empty.
 
     `place` is the column's index from 0, `cells` the number of cells in the row, `header` the columns' names as found.
     """
@@ -50,17 +50,17 @@ class Mistake:
 
     @property
     def where(self) -> str:
-        """The file and the line, as most messages begin."""
+        """Return the file and the line, as most messages begin."""
         return f"{self.path}, line {self.line}"
 
     @property
     def byte(self) -> int:
-        """The first byte that the encoding does not know, from 0."""
+        """Return the position of the first byte that the encoding cannot decode, from 0."""
         return self.problem.start if isinstance(self.problem, UnicodeDecodeError) else 0
 
     @property
     def reason(self) -> str:
-        """What the system, the codec or the parser says, without the file's name."""
+        """Return the message of the system, the codec or the parser, without the file's name."""
         own = getattr(self.problem, "strerror", None) or getattr(self.problem, "reason", None)
         return str(own or self.problem)
 
@@ -69,7 +69,7 @@ Message = Callable[[Mistake], str]
 
 
 def has_cells(cells: Sequence[str]) -> bool:
-    """Return whether a row has cells: a blank line has none."""
+    """Return whether a row has cells; a blank line has none."""
     return bool(cells)
 
 
@@ -80,13 +80,13 @@ def has_text(cells: Sequence[str]) -> bool:
 
 @dataclass(frozen=True)
 class TableFormat:
-    """How a kind of table is written, and what is said of mistakes in it.
+    """The format of a kind of table, and the messages for mistakes in it.
 
-    The first of `encodings` that fits is used (UTF-16 only with its mark), and the commonest of `delimiters` in the
-    first line that is not blank; where that is not the comma, a comma in a number is decimal. `strip` takes the spaces
-    around names and cells away. Rows that are not `counted` are passed over; `blank_above` passes over blank lines
-    above the header. A message that is None: the error of the system or of the csv module is not caught, a column
-    that stands twice is the last one, a row may be short, its missing cells empty.
+    The first of `encodings` that fits is used (UTF-16 only with its mark), and the most frequent of `delimiters` in the
+    first line that is not blank; with any other than the comma, a comma in a number is the decimal mark. `strip`
+    removes spaces around names and cells. Rows that are not `counted` are skipped; `blank_above` skips blank lines
+    above the header. If a message is None, the error of the system or of the csv module is not caught; the last column
+    of a name that appears twice is used; a row may be short, its missing cells empty.
     """
 
     error: Callable[[str], Exception] = TableError
@@ -110,7 +110,7 @@ class TableFormat:
     short: Message | None = None
 
     def content(self, path: Path) -> bytes:
-        """Read a file. Raises the format's error where it cannot be read, OSError where there is no message."""
+        """Read a file. Raises the format's error if it cannot be read, OSError if there is no message."""
         try:
             return path.read_bytes()
         except OSError as problem:
@@ -120,7 +120,7 @@ class TableFormat:
 
 
 class Record(NamedTuple):
-    """The cells of one record, and the first and the last line that it takes, from 1."""
+    """The cells of a record, and the first and the last line that it takes, from 1."""
 
     first: int
     line: int
@@ -128,7 +128,7 @@ class Record(NamedTuple):
 
 
 class RecordError(ValueError):
-    """The text is no delimited text; `first` is the line where the record begins, `line` the last one read."""
+    """An error in delimited text; `first` is the line where the record begins, `line` the last line read."""
 
     def __init__(self, problem: csv.Error, first: int, line: int) -> None:
         super().__init__(str(problem))
@@ -136,7 +136,7 @@ class RecordError(ValueError):
 
 
 def split_records(lines: Iterable[str], delimiter: str = ",", *, strict: bool = False) -> Iterator[Record]:
-    """Split lines into records, blank ones too. Raises RecordError."""
+    """Split lines into records, including blank ones. Raises RecordError."""
     reader = csv.reader(lines, delimiter=delimiter, strict=strict)
     first = 1
     try:
@@ -153,7 +153,7 @@ def split_line(line: str) -> list[str]:
 
 
 def commonest_delimiter(line: str, delimiters: str = DELIMITERS) -> str:
-    """Return the delimiter that stands most often in a line, the first of them where there is none."""
+    """Return the most frequent delimiter of a line, the first of `delimiters` if there is none."""
     return max(delimiters, key=line.count)
 
 
@@ -167,19 +167,19 @@ class Row:
 
     @property
     def where(self) -> str:
-        """The file and the line, as most messages begin."""
+        """Return the file and the line, as most messages begin."""
         return f"{self.table.path}, line {self.line}"
 
     def __getitem__(self, column: str) -> str:
         return self.cells[column]
 
     def number(self, column: str) -> float:
-        """Return the finite number in a column. Raises the format's error with its message on a number."""
+        """Return the finite number in a column. Raises the format's error on numbers."""
         return self.table.finite(self.line, column, self.cells[column])
 
 
 class Table:
-    """A table whose header is read; its rows are read once, by `rows` or by `numbers`."""
+    """A table whose header was read; its rows can be read once, by `rows` or by `numbers`."""
 
     def __init__(self, path: Path, lines: Iterator[str], layout: TableFormat) -> None:
         self.path, self.layout = path, layout
@@ -202,11 +202,11 @@ class Table:
 
     @property
     def empty(self) -> bool:
-        """Whether the file has no line at all."""
+        """Return whether the file has no lines."""
         return not self._reader.line_num
 
     def demand(self, columns: Iterable[str]) -> None:
-        """Raise the format's error where a column is missing, or stands twice and must not."""
+        """Raise the format's error if a column is missing, or appears twice and must not."""
         for name in columns:
             if name not in self.places:
                 raise self._refusal(self.layout.missing, column=name)
@@ -214,14 +214,14 @@ class Table:
                 raise self._refusal(self.layout.twice, column=name)
 
     def records(self) -> Iterator[list[str]]:
-        """Read the rows as they stand. Raises the format's error where quotes are wrong."""
+        """Yield the rows as lists of cells. Raises the format's error for wrong quotes."""
         try:
             yield from filter(self.layout.counted, self._reader)
         except csv.Error as problem:
             raise self._quoting(problem) from None
 
     def rows(self) -> Iterator[Row]:
-        """Read the rows as texts. Raises the format's error on one with too few or too many cells."""
+        """Yield the rows as texts by column. Raises the format's error for a row with too few or too many cells."""
         header, count = self.header, len(self.header)
         width, strip = self.layout.width, self.layout.strip
         for cells in self.records():
@@ -233,10 +233,10 @@ class Table:
             yield Row(self, self._reader.line_num, dict(zip(header, texts, strict=False)))
 
     def numbers(self, columns: Sequence[str], *, gaps: bool = False, finite: bool = True) -> dict[str, array[float]]:
-        """Read the rows as numbers, a column each.
+        """Return the columns as numbers.
 
         With `gaps` an empty cell is NaN, and one beyond the row's end too unless the format has a message for it.
-        Raises the format's error on a cell that is no number, or not `finite`.
+        Raises the format's error for a cell that is not a number, or not finite where `finite`.
         """
         columns = list(dict.fromkeys(columns))
         read = {name: array("d") for name in columns}
@@ -263,7 +263,7 @@ class Table:
         return value
 
     def _column(self, batch: Sequence[tuple[int, Sequence[str]]], place: int, finite: bool) -> list[float]:
-        """Read a column of some rows. Raises ValueError or IndexError, which cell it is: `_numbers`."""
+        """Return a column of some rows. Raises ValueError or IndexError; `_numbers` finds the cell."""
         if self.delimiter == ",":
             values = [float(cells[place]) for _, cells in batch]
         else:
@@ -275,7 +275,7 @@ class Table:
     def _numbers(
         self, line: int, cells: Sequence[str], columns: Sequence[str], gaps: bool, finite: bool
     ) -> list[float]:
-        """Read a row. Raises the format's error at the first cell that is no number."""
+        """Return the numbers of a row. Raises the format's error at the first cell that is not a number."""
         values = []
         for name in columns:
             place = self.places[name]
@@ -305,16 +305,16 @@ class Table:
 
 
 def read_table(path: Path, columns: Iterable[str] = (), layout: TableFormat = TableFormat()) -> Table:
-    """Open a table in which the columns must stand.
+    """Open a table that must have these columns.
 
-    Raises the format's error, with its message, on a file that cannot be read or is no text, a column that is missing
-    and, where the format minds, one that stands twice.
+    Raises the format's error, with its message, for a file that cannot be read or is not text, a missing column and, if
+    the format forbids it, a column that appears twice.
     """
     return parse_table(layout.content(path), path, columns, layout)
 
 
 def parse_table(content: bytes, path: Path, columns: Iterable[str] = (), layout: TableFormat = TableFormat()) -> Table:
-    """Open a table in which the columns must stand, from the bytes of its file. Raises as `read_table` does."""
+    """Open a table that must have these columns, from the bytes of its file. Raises as `read_table` does."""
     _text, encoding = _decoded(content, path, layout)
     del _text  # decoded once more, line by line: a text in memory is larger than its file
     table = Table(path, io.TextIOWrapper(io.BytesIO(content), encoding, newline=""), layout)
@@ -323,13 +323,13 @@ def parse_table(content: bytes, path: Path, columns: Iterable[str] = (), layout:
 
 
 def read_lines(path: Path, layout: TableFormat = TableFormat()) -> list[str]:
-    """Read a file's lines, without their ends. Raises as `read_table` does."""
+    """Return a file's lines without their ends. Raises as `read_table` does."""
     text, _encoding = _decoded(layout.content(path), path, layout)
     return text.splitlines()
 
 
 def table_text(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """Return a table as text: a header and rows, commas between cells, quotes where they are needed."""
+    """Return a table as text: a header and rows, commas between cells, quotes where needed."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -355,7 +355,7 @@ def _decoded(content: bytes, path: Path, layout: TableFormat) -> tuple[str, str]
 
 
 def _up_to_text(lines: Iterator[str]) -> Iterator[str]:
-    """Take lines up to the first one that is not blank, and that one."""
+    """Yield lines up to and including the first one that is not blank."""
     for line in lines:
         yield line
         if line.strip():

@@ -1,4 +1,4 @@
-"""A trial, and whose session it stands in."""
+"""A trial, and the participant of its session."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ParticipantRow:
 
 @dataclass(frozen=True)
 class Recording:
-    """What is recorded of a stimulus: the device and for how long."""
+    """What is recorded of a stimulus: by which device and for how long."""
 
     device: str
     seconds: float
@@ -29,10 +29,10 @@ class Recording:
 
 @dataclass(frozen=True)
 class Trial:
-    """One stimulus and what is asked about it, or recorded; `attempt` and `previous` are set when it is repeated.
+    """A stimulus and its form or recording; `attempt` and `previous` are set for later attempts.
 
-    A trial about a set has all its `stimuli`, in the order of the plan; `stimulus` is then the one to be felt, and the
-    first where the trial is meant as a whole.
+    A trial about a set has all its `stimuli`, in the order of the plan; `stimulus` is then the one to be felt, or the
+    first if the trial is meant as a whole.
     """
 
     number: int

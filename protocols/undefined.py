@@ -1,4 +1,4 @@
-"""Numbers that are undefined, as rows, JSON and files hold them: None."""
+"""Undefined numbers as None, for rows, JSON and files."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 
 
 def nan_to_none(value: float) -> float | None:
-    """Return the value, None where it is not a number; an infinite one stays."""
+    """Return the value, None if it is NaN; an infinite value stays."""
     return None if math.isnan(value) else value
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return the value, None where it is infinite or not a number."""
+    """Return the value, None if it is infinite or NaN."""
     return value if math.isfinite(value) else None

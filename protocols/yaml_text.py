@@ -1,4 +1,4 @@
-"""YAML as data only: one document, no aliases, no tags, no key twice, and the line where each value stood."""
+"""YAML as data only: one document, no aliases, no tags, no repeated keys, and the line of each value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ALLOWED = {_PREFIX + kind for kind in ("str", "map", "seq", *(name for name, _,
 
 
 class YamlError(ValueError):
-    """The text is not the plain YAML that Palpate reads; the message names file, line and reason."""
+    """An error for text that is not the plain YAML that Palpate reads; the message names file, line and reason."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Document:
 
 
 def load(text: bytes, name: str) -> Document:
-    """The document in `text`; `name` is the file's name for messages.
+    """Return the document in `text`; `name` is the file's name in messages.
 
     Raises YamlError on text that is not UTF-8 or too large, on anchors, aliases, tags, repeated keys and syntax.
     """
@@ -58,7 +58,7 @@ def load(text: bytes, name: str) -> Document:
 
 
 class _PlainLoader(yaml.SafeLoader):
-    """Scalars of YAML 1.2's core only: `no`, `12:30` and `2024-01-01` stay the texts that they look like."""
+    """A loader for the core scalars of YAML 1.2 only: `no`, `12:30` and `2024-01-01` stay texts."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, Any]]]] = {  # type: ignore[misc]
         first: [(_PREFIX + kind, re.compile(pattern)) for kind, pattern, firsts in _CORE if first in firsts]

@@ -1,4 +1,4 @@
-"""The kinds of simulated participants: each a module of this folder, found by its name."""
+"""The kinds of simulated participants: each is a module of this folder, found by its name."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ Feels = Callable[[Stimulus], Mapping[str, float]]
 
 
 class SimulatedParticipant(Protocol):
-    """One person in one session. The same request is answered the same whenever it comes: a session is repeatable."""
+    """A person in a session. Equal requests get equal answers, so that a session is reproducible."""
 
     @property
     def reading_s(self) -> float:
-        """How long the person reads a page, in seconds."""
+        """Return how long the person reads a page, in seconds."""
 
     def answer(self, ask: Ask) -> tuple[Reply, float]:
         """Return the reply to a form and the seconds it took; a reply may go back where the trial allows it."""
 
     def leave_sliders(self, request: Present) -> Mapping[str, float]:
-        """Return where the person leaves the sliders of `request.live_form`, moved while the stimulus is felt."""
+        """Return the final positions of the sliders of `request.live_form`, moved while the stimulus is felt."""
 
     def rest_s(self, rest: Rest) -> float:
         """Return how long the person rests, in seconds."""
@@ -34,9 +34,9 @@ class SimulatedParticipant(Protocol):
 
 @dataclass(frozen=True)
 class ParticipantKind:
-    """A kind of simulated participants: `make(plan, feels)` returns the person of a session's plan.
+    """A kind of simulated participant: `make(plan, feels)` returns the person for a session's plan.
 
-    `feels` is None where all that is known of a stimulus stands in the study's table.
+    `feels` is None if all that is known of a stimulus is in the study's table.
     """
 
     make: Callable[[Plan, Feels | None], SimulatedParticipant]
@@ -47,5 +47,5 @@ SHIPPED_KIND = "perceiver"
 
 
 def simulated_participant(plan: Plan, feels: Feels | None = None, kind: str = SHIPPED_KIND) -> SimulatedParticipant:
-    """Return the simulated participant of a session's plan. Raises KeyError where there is no such kind."""
+    """Return the simulated participant for a session's plan. Raises KeyError if there is no such kind."""
     return KINDS[kind].make(plan, feels)

@@ -1,4 +1,4 @@
-"""A simulated participant: perceives latent attributes of a stimulus and answers on the study's scale."""
+"""A simulated participant who perceives latent attributes of a stimulus and answers on the study's scale."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ INTERCEPT = "intercept"
 
 @dataclass(frozen=True)
 class Perceiver:
-    """One person: own gain and bias per attribute, noise per answer, now and then a lapse or a second thought.
+    """A person with a gain and bias per attribute, noise per answer, and occasional lapses and revisions.
 
     answer = gain x (sum of weight x z-score of the stimulus column) + bias + noise, put on the scale. What a device
-    made of a stimulus is felt in place of what its table says: `feels`.
-    Every draw is keyed by seed, participant, trial, attempt and attribute: nothing depends on what came before. Gain
-    and bias are the person's in every session; noise and lapses are of one session.
+    measured of a stimulus replaces the values of its table: `feels`. Every draw is keyed by seed, participant, trial,
+    attempt and attribute: nothing depends on earlier draws. Gain and bias are the same in all of a person's sessions;
+    noise and lapses differ between sessions.
     """
 
     plan: Plan
@@ -35,33 +35,35 @@ class Perceiver:
 
     @cached_property
     def simulation(self) -> Simulation:
-        """The study's simulation, or people who answer by noise alone where it has none."""
+        """Return the study's simulation, or one of people who answer by noise alone if it has none."""
         return self.plan.study.simulation or Simulation(latents={})
 
     @cached_property
     def z_scores(self) -> Mapping[str, Mapping[str, float]]:
-        """column -> stimulus id -> z-score over all stimuli of the study (0 where a column is constant)."""
+        """Return z-scores over all stimuli of the study, by column and stimulus id; 0 where a column is constant."""
         return {column: z_scores(self.plan.study.stimuli, column) for column in self.columns}
 
     @cached_property
     def standings(self) -> Mapping[str, tuple[float, float]]:
-        """column -> mean and SD over all stimuli of the study."""
+        """Return the mean and SD over all stimuli of the study, by column."""
         return {column: standing(self.plan.study.stimuli, column) for column in self.columns}
 
     @property
     def columns(self) -> list[str]:
-        """The columns of the stimulus table that anything is felt by."""
+        """Return the columns of the stimulus table that affect any answer."""
         return sorted({c for weights in self.simulation.latents.values() for c in weights} - {INTERCEPT})
 
     def latent(self, item: str, stimulus: Stimulus) -> float:
-        """What everybody would feel: scale units around the middle of the scale, or logits of ticking a word."""
+        """Return the percept common to all people: scale units around the middle of the scale, or a logit for a
+        word.
+        """
         if self.feels is not None and (felt := self.feels(stimulus)):
             columns = {column: float(stimulus.columns[column]) for column in self.columns}
             return self.latent_of(item, {**columns, **felt})
         return weighed(self.simulation.latents.get(item, {}), lambda column: self.z_scores[column][stimulus.id])
 
     def latent_of(self, item: str, columns: Mapping[str, float]) -> float:
-        """What everybody would feel at a stimulus that the study does not have, by the columns of its table.
+        """Return the percept common to all people of a stimulus outside the study, by the columns of its table.
 
         Each column is z-scored as the study's own stimuli are. Raises ValueError for a column that is missing.
         """
@@ -71,29 +73,29 @@ class Perceiver:
         return weighed(weights, lambda column: z_score(columns[column], self.standings[column]))
 
     def gain(self, attribute: Attribute) -> float:
-        """The participant's own gain, at least 0.1."""
+        """Return the participant's own gain, at least 0.1."""
         spread = self.simulation.gain_sd * self._left_by_anchors(attribute)
         return max(GAIN_FLOOR, 1.0 + spread * normal(*self.trait("gain", attribute.name)))
 
     def bias(self, attribute: Attribute) -> float:
-        """The participant's own bias in scale units."""
+        """Return the participant's own bias in scale units."""
         spread = self.simulation.bias_sd * self._left_by_anchors(attribute)
         return spread * normal(*self.trait("bias", attribute.name))
 
     def _left_by_anchors(self, attribute: Attribute) -> float:
-        """The share of a person's own gain and bias that the study's references leave."""
+        """Return the share of a person's own gain and bias that remains after the study's references."""
         anchors = self.plan.study.anchors
         known = {anchor.attribute for anchor in anchors.stimuli} if anchors is not None else set()
         return 1.0 - self.simulation.anchored if attribute.name in known else 1.0
 
     def answer(self, ask: Ask) -> tuple[Reply, float]:
-        """Return the reply to any form and the seconds it took; on second thoughts the participant goes back."""
+        """Return the reply to any form and the seconds it took; the reply may go back to the trial before."""
         if ask.may_go_back and self.has_second_thoughts(ask):
             return Reply({"go": "back", "seconds": 1.0}), 1.0
         return self._fill_in(ask)
 
     def leave_sliders(self, request: Present) -> Mapping[str, float]:
-        """Return where the sliders are left that are moved while the door is felt: as at the next wish.
+        """Return where the sliders are left that are moved while the door is felt: at the next setting.
 
         Raises ValueError for a request without such sliders.
         """
@@ -106,7 +108,7 @@ class Perceiver:
         return cast(tuple[Reply, float], FORMS[ask.form.name].simulate(self, ask, ask.form))
 
     def rate(self, ask: Ask, form: Sliders) -> tuple[Reply, float]:
-        """The reply to a rating form and the seconds it took."""
+        """Return the reply to a rating form and the seconds it took."""
         if ask.trial is None:
             raise ValueError("a rating form needs a trial")
         answers, at_s, clock = {}, {}, 0.0
@@ -118,38 +120,38 @@ class Perceiver:
         return Reply({"answers": answers, "at_s": at_s, "seconds": clock}), clock
 
     def lapses(self, ask: Ask, attribute: Attribute) -> bool:
-        """Whether this answer is a lapse."""
+        """Return whether this answer is a lapse."""
         return self._lapses(attribute, place(ask))
 
     def rest_s(self, rest: Rest) -> float:
-        """How long the participant rests."""
+        """Return how long the participant rests, in seconds."""
         who = self.plan.who.participant
         return round(60.0 + 60.0 * uniform("rest", self.plan.seed, who, *self.plan.occasion, rest.done), 3)
 
     def has_second_thoughts(self, ask: Ask) -> bool:
-        """Whether the participant, meeting a trial first, goes back to the one before."""
+        """Return whether the participant goes back to the trial before, at the first attempt at a trial."""
         first = ask.trial is not None and ask.trial.attempt == 1
         return first and uniform(*self.moment("revise", ask, "")) < self.simulation.revise_rate
 
     def seconds(self, ask: Ask, item: str) -> float:
-        """How long the answer to one item takes."""
+        """Return how long the answer to one item takes."""
         return self.simulation.answer_s * math.exp(0.4 * normal(*self.moment("time", ask, item)))
 
     def trait(self, what: str, item: str) -> tuple[Key, ...]:
-        """The key of what is the participant's own, in every session."""
+        """Return the key of a property that the participant has in every session."""
         return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, item)
 
     def moment(self, what: str, ask: Ask, item: str) -> tuple[Key, ...]:
-        """The key of what is drawn for one item of one form."""
+        """Return the key of a draw for one item of one form."""
         return self.keyed(what, place(ask), item)
 
     def keyed(self, what: str, at: tuple[Key, ...], item: str) -> tuple[Key, ...]:
-        """The key of what is drawn for one item at one moment of one session."""
+        """Return the key of a draw for one item at one moment of one session."""
         plan = self.plan
         return (what, plan.study.study, plan.seed, plan.who.participant, *plan.occasion, *at, item)
 
     def rating(self, latent: float, attribute: Attribute, scale: Scale, at: tuple[Key, ...]) -> float:
-        """The answer where everybody would feel `latent`; `at` keys what the moment adds: noise, or a lapse."""
+        """Return the answer for a common percept `latent`; `at` is the key of its noise or lapse."""
         if self._lapses(attribute, at):
             anywhere = uniform(*self.keyed("anywhere", at, attribute.name))
             return scale.nearest(scale.low + anywhere * (scale.high - scale.low))
@@ -165,29 +167,29 @@ KIND = ParticipantKind(lambda plan, feels: Perceiver(plan, feels=feels))
 
 
 def place(ask: Ask) -> tuple[Key, ...]:
-    """What tells the moment of a form from all others of a session."""
+    """Return a key that distinguishes this form from all others of a session."""
     return (ask.form.name, 0) if ask.trial is None else (ask.trial.number, ask.trial.attempt)
 
 
 def weighed(weights: Mapping[str, float], z_of: Callable[[str], float]) -> float:
-    """The sum of weight x z-score over the columns, with the intercept."""
+    """Return the sum of weight x z-score over the columns, with the intercept."""
     return math.fsum([w * (1.0 if column == INTERCEPT else z_of(column)) for column, w in weights.items()])
 
 
 def z_scores(stimuli: tuple[Stimulus, ...], column: str) -> dict[str, float]:
-    """z-score of a numeric column by stimulus id (population SD); 0 where the column is constant."""
+    """Return the z-scores of a numeric column by stimulus id (population SD); 0 where the column is constant."""
     stands = standing(stimuli, column)
     return {stimulus.id: z_score(float(stimulus.columns[column]), stands) for stimulus in stimuli}
 
 
 def standing(stimuli: tuple[Stimulus, ...], column: str) -> tuple[float, float]:
-    """Mean and population SD of a numeric column over all stimuli."""
+    """Return the mean and the population SD of a numeric column over all stimuli."""
     values = {stimulus.id: float(stimulus.columns[column]) for stimulus in stimuli}
     mean = math.fsum(values.values()) / len(values)
     return mean, math.sqrt(math.fsum((value - mean) ** 2 for value in values.values()) / len(values))
 
 
 def z_score(value: float, stands: tuple[float, float]) -> float:
-    """How many SD above the mean; 0 where nothing varies."""
+    """Return how many SDs the value lies above the mean; 0 where nothing varies."""
     mean, sd = stands
     return (value - mean) / sd if sd > 0 else 0.0

@@ -1,7 +1,7 @@
-"""The tasks: what a study file says of each, what is asked, and how a trial goes. A new one is a module here.
+"""The tasks: their keys in a study file, their forms, and the steps of their trials. A new task is a module here.
 
-A module that is named like its task, with `TASK` and `FORM`, is found by itself, and its form's screen is the module of
-the same name in `devices/window/screens/`; a task that shares a form has a line in `palpate.protocols.known_tasks`.
+A module that is named like its task, with `TASK` and `FORM`, is found by its name, and its form's screen is the module
+of the same name in `devices/window/screens/`; a task that shares a form has a line in `palpate.protocols.known_tasks`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ TASKS: Registry[Task] = Registry(TASK_PLACES)
 
 
 def gives_ratings(study: Study) -> bool:
-    """Return whether what is answered in the study's trials are ratings of its attributes."""
+    """Return whether the answers of the study's trials are ratings of its attributes."""
     return TASKS[study.task].answers == "ratings"
 
 

@@ -21,7 +21,7 @@ def capture(trial: Trial) -> Steps:
 
 
 def _durations(study: Study) -> Iterator[Problem]:
-    """Where the seconds are a column of the stimulus table, every stimulus has some."""
+    """Yield a problem for the first stimulus without seconds, where they are a column of the stimulus table."""
     column = study.capture.seconds if study.capture is not None else None
     if not isinstance(column, str):
         return

@@ -1,4 +1,4 @@
-"""The task that puts the stimuli of a set in order: each is felt, and placed among those that were felt before."""
+"""The task that orders the stimuli of a set: each is felt, and placed among those that were felt before."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from palpate.protocols.tasks.steps import Steps, Task, TaskError, form_of, outco
 from palpate.protocols.trial import Trial
 
 MOST = 12
-"""How many stimuli a set may have: the row of their places is one line on the smallest screen."""
+"""Greatest number of stimuli in a set: the row of their places is one line on the smallest screen."""
 FELT_AGAIN = 0.3
-"""How often a simulated participant feels a stimulus again before the order stands."""
+"""Probability that a simulated participant feels a stimulus again before the order is final."""
 
 
 class Settings(Strict):
-    """What a study file says of this task: `again` lets a stimulus be felt again while the order is made."""
+    """The settings of this task in a study file: `again` lets a stimulus be felt again while the order is made."""
 
     again: bool = True
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """A set in the order in which it is felt: {stimulus: rank}, from 1 at the attribute's low end; 0 has no place yet.
+    """A set in the order in which it is felt: {stimulus: rank}, from 1 at the attribute's low end; 0 for no place yet.
 
-    The places are those among the stimuli that have one. While some have none, the reply goes on to feel another
-    (go: try, feel: stimulus); with `again` any other reply may, too.
+    Ranks count only the stimuli that have a place. While some have none, the reply goes on to feel another (go: try,
+    feel: stimulus); with `again` any other reply may do so too.
     """
 
     stimuli: tuple[str, ...]
@@ -43,11 +43,11 @@ class Ranking:
     name: Literal["ranking"] = "ranking"
 
     def items(self) -> list[str]:
-        """The stimuli, by their ids."""
+        """Return the stimuli, by their ids."""
         return list(self.stimuli)
 
     def problem(self, answers: Any) -> str | None:
-        """Why these are no answers, or None."""
+        """Return why the answers are not valid, or None."""
         if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.stimuli):
             return f"ranks of {self.items()} expected, found {answers!r:.200}"
         if not all(type(rank) is int for rank in answers.values()):
@@ -57,19 +57,20 @@ class Ranking:
         return None if good else f"ranks from 1 to {len(ranks)}, each once, expected, found {answers!r:.200}"
 
     def unfinished(self, answers: Mapping[str, Any]) -> str | None:
-        """Why these answers are none to go on with, or None."""
+        """Return why these answers are not complete enough to go on, or None."""
         without = [stimulus for stimulus in self.stimuli if not answers[stimulus]]
         return f"these have no rank yet: {', '.join(without)}" if without else None
 
     def new(self, ranks: Mapping[str, int]) -> str | None:
-        """Return the stimulus that is felt next, or was just felt: the first that has no rank; else None."""
+        """Return the stimulus that is felt next or was just felt, the first without a rank; else None."""
         return next((stimulus for stimulus in self.stimuli if not ranks.get(stimulus)), None)
 
 
 def put_in_order(trial: Trial) -> Steps:
-    """Feel the stimuli one after another, each placed before the next is felt, then again as often as wished.
+    """Feel the stimuli one after another, each placed before the next is felt, then again as often as wanted.
 
-    Asked again to revise, the participant sees the former order and feels nothing that has a place in it.
+    With `trial.previous`, the order of an earlier attempt, the form starts from it and stimuli with a place in it are
+    not felt again.
     """
     form = form_of(trial)
     ranks: Mapping[str, Any] | None = trial.previous
@@ -91,7 +92,7 @@ def _stimulus(trial: Trial, name: str) -> Stimulus:
 
 
 def simulated(person: Any, ask: Ask, form: Ranking) -> tuple[Reply, float]:
-    """Place the stimulus that was just felt by what is perceived of each; now and then feel one again at the end.
+    """Place the stimulus that was just felt by its percept; sometimes feel one again at the end.
 
     `person` is a simulated participant of the kind `perceiver`.
     """
@@ -119,7 +120,7 @@ def _reply(
 
 
 def _perceived(person: Any, ask: Ask, form: Ranking, name: str) -> float:
-    """What is felt of a stimulus, in units of the simulation's latents; the same whenever it is asked in a trial."""
+    """Return the percept of a stimulus in units of the simulation's latents, the same throughout a trial."""
     if ask.trial is None:
         raise ValueError("a ranking needs a trial")
     latent = person.latent(form.attribute.name, _stimulus(ask.trial, name))
@@ -143,7 +144,10 @@ def _form(study: Study, stimuli: tuple[Stimulus, ...]) -> Ranking | None:
 
 
 def _sets(study: Study) -> Iterator[Problem]:
-    """The study asks for one order, of sets that can be put in one. Columns that are missing are named elsewhere."""
+    """Yield problems unless the study has one attribute, and sets that can be ordered.
+
+    Missing columns are reported elsewhere.
+    """
     if len(study.attributes) > 1:
         yield Problem(
             ("attributes",), f"one pair to put stimuli in order by is expected, found {len(study.attributes)}"

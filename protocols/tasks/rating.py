@@ -1,4 +1,4 @@
-"""Tasks that rate attributes on a scale: of a stimulus, of two sides, or of what is made from a wish."""
+"""Tasks that rate attributes on a scale: of a stimulus, of two sides, or of a stimulus made from a setting."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ RATED = ("attributes", "scale")
 
 
 def author(trial: Trial) -> Steps:
-    """Set sliders, feel what is made from them, as often as wished; the last setting stands (thesis 5.7.2.1).
+    """Set sliders and feel what is made from them, as often as wanted; the last setting counts (thesis 5.7.2.1).
 
-    Where the form is live, the sliders were moved while it was felt: the next form starts from where they were left.
+    If the form is live, the sliders were moved while the stimulus was felt: the next form starts from their last
+    positions.
     """
     former: Mapping[str, Any] | None = None
     while True:

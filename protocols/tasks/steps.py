@@ -1,4 +1,4 @@
-"""How a trial goes: generators that yield requests, receive replies and return the trial's outcome."""
+"""The steps of a trial: generators that yield requests, receive replies and return the trial's outcome."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from palpate.protocols.trial import ParticipantRow, Trial
 
 @dataclass(frozen=True)
 class Answered:
-    """The answers as the trial's form shapes them: one value per attribute, words ticked, words written."""
+    """The answers in the shape of the trial's form: one value per attribute, ticked words, or written words."""
 
     answers: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Captured:
-    """The stimulus was recorded; the samples lie beside the reply."""
+    """The outcome that the stimulus was recorded; the samples are stored with the reply."""
 
 
 @dataclass(frozen=True)
 class WentBack:
-    """The participant left the trial for the one before."""
+    """The outcome that the participant left the trial for the one before."""
 
 
 Outcome = Answered | Captured | WentBack
@@ -35,21 +35,20 @@ Steps = Generator[Request, Reply, Outcome]
 
 
 class TaskError(ValueError):
-    """A trial that lacks what its task needs: the study was not checked."""
+    """A trial without something that its task needs: the study was not checked."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A kind of task: which keys of a study file belong to it, what is asked in a trial, and how a trial goes.
+    """A kind of task: its keys of a study file, the form of its trials, and the steps of a trial.
 
-    `description` is what exports say of it, `summary` says in a few words what a trial asks or records. `keys` are the
-    keys of the file that only tasks which name them may have, `required` those of them that must be there; `settings`
-    is the schema of the key `settings`. `form` makes what is asked in every trial, from the study, the participant's
-    row, the seed and the session's number; None asks nothing. `block_form` stands in its place where a trial is about
-    all stimuli of a block: it makes the form from the study and these stimuli, in the order in which they are felt.
-    `answers` is the collected table that holds the answers. `forward_only` tasks have nothing to go back to. `device`
-    names the need that the task cannot do without, `makes` says that what is felt is made from a wish. `check` yields
-    what else is wrong with a study.
+    `description` is for exports, `summary` says in a few words what a trial asks or records. `keys` are the keys of the
+    file that only tasks which name them may have, `required` those of them that must be there; `settings` is the schema
+    of the key `settings`. `form` makes the form of every trial, from the study, the participant's row, the seed and the
+    session's number; None: there is no form. `block_form` replaces it where a trial is about all stimuli of a block: it
+    makes the form from the study and these stimuli, in the order in which they are felt. `answers` is the collected
+    table that holds the answers. `forward_only` tasks do not allow going back. `device` names the need that the task
+    requires, `makes` says that stimuli are made from wishes. `check` yields further problems of a study.
     """
 
     description: str
@@ -68,14 +67,15 @@ class Task:
 
     @property
     def asks(self) -> bool:
-        """Whether a trial asks the participant anything; where it does not, devices record."""
+        """Return whether a trial asks the participant anything; if not, devices record."""
         return self.form is not None or self.block_form is not None
 
 
 def feel_and_answer(trial: Trial) -> Steps:
     """Feel the stimulus, then answer the trial's form (thesis 3.3.2, 3.3.3, 4.7.1, 5.3.3, 5.3.4.2, 5.7.1.2).
 
-    Asked again to revise, the participant sees the former answers and does not feel the stimulus again.
+    With `trial.previous`, the answers of an earlier attempt, the form starts from them and the stimulus is not felt
+    again.
     """
     if trial.previous is None:
         yield Present(trial)
@@ -83,7 +83,7 @@ def feel_and_answer(trial: Trial) -> Steps:
 
 
 def feel_anchor(trial: Trial) -> Steps:
-    """Read what a reference stands for and feel it, as often as wished (thesis 5.8.3)."""
+    """Read what a reference stands for and feel it, as often as wanted (thesis 5.8.3)."""
     form, felt = form_of(trial), 0
     while (reply := (yield Ask(form, trial, {"felt": felt}))).value.get("go") == "try":
         felt += 1
@@ -93,12 +93,12 @@ def feel_anchor(trial: Trial) -> Steps:
 
 
 def outcome_of(reply: Reply) -> Outcome:
-    """Return what a reply to a form means; the runner has made sure that it answers the form."""
+    """Return the outcome that a reply to a form means; the runner has checked that it answers the form."""
     return WentBack() if reply.value.get("go") == "back" else Answered(reply.value["answers"])
 
 
 def form_of(trial: Trial) -> Form:
-    """Return the trial's form. Raises TaskError where there is none."""
+    """Return the trial's form. Raises TaskError if there is none."""
     if trial.form is None:
         raise TaskError(f"trial {trial.number}: nothing to ask")
     return trial.form

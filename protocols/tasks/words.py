@@ -1,4 +1,4 @@
-"""Tasks that are answered by words: ticked on a list, or the participant's own."""
+"""Tasks that are answered by words: ticked on a list, or written by the participant."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.protocols.trial import ParticipantRow
 
 
 def _list_of(study: Study, who: ParticipantRow, seed: int, session: int) -> Words | None:
-    """The order of the list may be the participant's own, session by session."""
+    """Return the list of words, shuffled by participant and session if the study says so."""
     if study.adjectives is None:
         return None
     words = [adjective.word for adjective in study.adjectives.words]
