@@ -1,6 +1,6 @@
-"""An act that the experimenter may interrupt: what is waited for, and its time without the pauses.
+"""A request in progress that the experimenter may interrupt: its waiting, and its time without pauses.
 
-After a fault somebody puts the device right and says so, before the act goes on.
+After a fault, a person repairs the device and confirms that, before the request goes on.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from palpate.protocols.events import NS, Aside, Fault, Request
 
 @dataclass
 class Act:
-    """A request being performed; it is performed on with the same object after every aside."""
+    """A request in progress; it continues with the same object after every aside."""
 
     request: Request
     started_ns: int
@@ -23,14 +23,14 @@ class Act:
     paused_ns: int = 0
 
     def seconds(self, t_ns: int) -> float:
-        """Return the seconds since the act began, without pauses."""
+        """Return the seconds since the request began, without pauses."""
         until = t_ns if self.paused_at_ns is None else self.paused_at_ns
         return round((until - self.started_ns - self.paused_ns) / NS, 3)
 
     def wait(
         self, key: str, window: Pages, desk: Desk, now_ns: Callable[[], int], ready: Callable[[], bool]
     ) -> Aside | None:
-        """Show the page until `ready` (None) or until the experimenter did something; a pause stops the time."""
+        """Show the page until `ready` (returns None) or an action of the experimenter; a pause stops the time."""
         aside = window.wait_for(key, desk, ready)
         if aside is not None:
             t_ns = now_ns()
@@ -44,24 +44,24 @@ class Act:
 
 
 def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Act:
-    """Return the act of this very request, if that is under way; else a new one."""
+    """Return the act of this very request if it is in progress; else a new one."""
     return act if act is not None and act.request is request else Act(request, now_ns())
 
 
 @dataclass
 class UnconfirmedFault:
-    """The last device fault that the experimenter has not confirmed as put right."""
+    """The last device fault whose repair the experimenter has not confirmed."""
 
     message: str = ""
-    """Empty where there is none."""
+    """Empty if there is no fault."""
 
     def record(self, fault: DeviceFault) -> Fault:
-        """Return the fault as an event; from now on it has to be confirmed first."""
+        """Return the fault as an event; from now on its repair must be confirmed first."""
         self.message = str(fault)
         return Fault({"device": fault.device, "what": fault.what, "message": str(fault)})
 
     def demand_confirmation(self, page: str, window: Pages, desk: Desk) -> Aside | None:
-        """Show what has to be put right and wait for the confirmation; return None at once without an open fault."""
+        """Show what has to be repaired and wait for the confirmation; return None at once without an open fault."""
         if not self.message:
             return None
         desk.demand(Prompt(f"{self.message.rstrip('.')}. Put it right, then confirm."))

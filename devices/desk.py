@@ -1,4 +1,4 @@
-"""The experimenter's side, as the window and the devices see it: demands put to a person, and what that person did."""
+"""The experimenter's side for windows and devices: prompts to a person, and that person's actions."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from palpate.protocols.events import Aside, Confirm, Reply
 
 @dataclass(frozen=True)
 class Prompt:
-    """A demand on the experimenter: a confirmation, or a number that may have a default.
+    """A prompt for the experimenter: a confirmation, or a number that may have a default.
 
-    With `codes`, a barcode that is scanned answers as well, by its text.
+    With `codes`, a scanned barcode is an answer too, by its text.
     """
 
     text: str
@@ -23,7 +23,7 @@ class Prompt:
 
 
 def confirmed(request: Confirm, desk: Desk) -> Reply | None:
-    """Demand the step of setting up; the reply once it is confirmed."""
+    """Prompt for a step of the setup, and return the reply once it is confirmed."""
     desk.demand(Prompt(f"{request.what.capitalize()}: {request.text}"))
     if desk.answer() is None:
         return None
@@ -37,21 +37,21 @@ class Desk(Protocol):
     def poll(self) -> Aside | None:
         """Return the experimenter's next action since the last poll, or None.
 
-        Raise palpate.studies.sessions.interrupts.Interrupted where the experimenter ends the session.
+        Raises palpate.studies.sessions.interrupts.Interrupted if the experimenter ends the session.
         """
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Put a demand before the experimenter, or take the standing one away; an equal one stays as it stands."""
+        """Show a prompt to the experimenter, or remove the current one; an equal one stays unchanged."""
 
     def answer(self) -> float | bool | str | None:
-        """Return the answer to the prompt: True once confirmed, a number or a code once given, None until then."""
+        """Return the answer to the prompt: True once confirmed, a number or code once entered, None until then."""
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Show the state of a window or device; given keys replace earlier ones, None removes one."""
+        """Show the state of a window or device; given keys replace earlier ones, None removes a key."""
 
 
 class Pages(Protocol):
-    """The pages that the participant sees while something else is waited for."""
+    """The pages that the participant sees while the program waits for something else."""
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Show the page of that text key until `ready` (None), or until the experimenter did something."""
+        """Show the page of that text key until `ready` (returns None), or until an action of the experimenter."""

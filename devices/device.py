@@ -1,7 +1,7 @@
 """The interface of every device: named signals, opening, making safe, closing, and its abilities.
 
-A device is a small dataclass that keeps to `Device`; one that records also keeps to `Sensor`, one that lets a hand feel
-something to `Presents`, one that records a whole act to `Records`.
+A device is a small dataclass that implements `Device`; one that records also implements `Sensor`, one that presents
+stimuli `Presents`, one that records a whole act `Records`.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 NowNs = Callable[[], int]
-"""A clock in nanoseconds that never runs backwards; any thread may call it."""
+"""A clock in nanoseconds that never decreases; any thread may call it."""
 FAULTS = (
     "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "underrun",
     "refused", "limit", "emergency_stop", "firmware",
 )  # fmt: skip
-"""What can go wrong with a device, by the word that a record counts it by."""
+"""Categories of device faults, by which a record counts them."""
 
 
 class DeviceError(ValueError):
@@ -33,9 +33,9 @@ class DeviceError(ValueError):
 
 
 class DeviceFault(Exception):
-    """A failure of a device in use: silent, out of range, not a number, gone. The device is made safe for it.
+    """A failure of a device in use: silent, out of range, not a number, gone. The device is then made safe.
 
-    `device` is the device's name in the rig; `what` is a word to count by (see FAULTS), the message is for people.
+    `device` is the device's name in the rig; `what` is the fault's category (see FAULTS), the message is for people.
     """
 
     def __init__(self, device: str, what: str, message: str) -> None:
@@ -43,7 +43,7 @@ class DeviceFault(Exception):
         self.device, self.what = device, what
 
     def named(self) -> DeviceFault:
-        """Return the fault with a message that begins with the device's name, as a record has it."""
+        """Return the fault with a message that begins with the device's name, as it is recorded."""
         message = str(self)
         return (
             self
@@ -54,7 +54,7 @@ class DeviceFault(Exception):
 
 @contextmanager
 def closed_on_failure(close: Callable[[], object]) -> Iterator[None]:
-    """Close what is open in part where the block fails; its exception is raised, whatever closing raises."""
+    """Close a device that is partly open if the block raises; the block's exception is raised in any case."""
     try:
         yield
     except BaseException:
@@ -65,7 +65,7 @@ def closed_on_failure(close: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def faults_as_errors() -> Iterator[None]:
-    """Raise a DeviceFault of the block as a DeviceError: a device that fails while it is opened cannot be had."""
+    """Raise a DeviceFault of the block as a DeviceError: a device that fails on opening is not available."""
     try:
         yield
     except DeviceFault as fault:
@@ -77,8 +77,8 @@ class Signal:
     """One stream of samples: channels that are sampled together by one clock.
 
     `units` has the unit of each channel, as the ledger records it (`palpate.protocols.events.Samples`).
-    `clock` names what the samples are timed by: `host`, or a device whose own clock may drift against the host's.
-    `calibration` says what turned raw readings into these units (maker's number, date, digest); None where nothing did.
+    `clock` names the clock that times the samples: `host`, or a device whose own clock may drift against the host's.
+    `calibration` says what converted raw readings to these units (maker's number, date, digest); None if nothing did.
     """
 
     name: str
@@ -91,12 +91,12 @@ class Signal:
 
 @dataclass(frozen=True)
 class Block:
-    """Consecutive samples of a signal as they came in.
+    """Consecutive samples of a signal as they arrived.
 
-    `first` is the number of the first one since the start, lost ones counted; `data` holds rows of channels,
-    little-endian float32; `at_ns` is the host's clock when the last one was there; `device_s` the device's own clock
-    for the last one, where it has one (in the time of `now_ns` where the signal's clock is `lsl`). `lost` samples are
-    missing just before `first`, because of `why`.
+    `first` is the number of the first sample since the start, counting lost ones; `data` holds rows of channels,
+    little-endian float32; `at_ns` is the host's clock when the last sample had arrived; `device_s` the device's own
+    clock for the last sample, if it has one (in the time of `now_ns` if the signal's clock is `lsl`). `lost` samples
+    are missing just before `first`, because of `why`.
     """
 
     first: int
@@ -109,7 +109,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Reading:
-    """The readings of a signal at rest: per channel the mean and the noise (SD), in its units."""
+    """A reading of a signal at rest: per channel the mean and the noise (SD), in its units."""
 
     signal: Signal
     rate_hz: float
@@ -120,7 +120,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Health:
-    """The state of a device: a `summary` in one line; `facts` are further things to show, by name."""
+    """The state of a device: a `summary` in one line; `facts` are further details to show, by name."""
 
     ok: bool
     summary: str
@@ -136,59 +136,63 @@ class Device(Protocol):
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """Its signals; () for a device without any."""
+        """Return the device's signals; () if it has none."""
 
     def open(self) -> None:
-        """Connect, and leave the device safe. Raises DeviceError where it cannot be had."""
+        """Connect, and leave the device safe. Raises DeviceError if it is not available."""
 
     def safe(self) -> None:
-        """Bring it to rest: motor off, brake on, output silent. May be called at any time, from any thread, twice."""
+        """Bring it to rest: motor off, brake on, output silent. May be called at any time, repeatedly, from any
+        thread.
+        """
 
     def close(self) -> None:
-        """Make it safe and let go of it; also where it is not open."""
+        """Make it safe and release it, also if it is not open."""
 
     def describe(self) -> Mapping[str, Any]:
-        """Return what the ledger keeps of it, as JSON data: kind, driver or twin, versions, calibration, limits."""
+        """Return the device's description for the ledger as JSON data: kind, driver or twin, versions, calibration,
+        limits.
+        """
 
     def health(self, seconds: float) -> Health:
-        """Read it for so long and return its state; called while it is open."""
+        """Read the open device for some seconds and return its state."""
 
 
 class Sensor(Device, Protocol):
     """A device that gives samples. One thread reads it, another may start and stop it."""
 
     def expect(self, scene: Scene | None) -> None:
-        """Take the scene that is sensed next; a twin uses it (None: at rest), a real sensor ignores it."""
+        """Set the scene that is sensed next; a twin uses it (None: at rest), a real sensor ignores it."""
 
     def start(self, now_ns: NowNs) -> None:
-        """Begin to sample; blocks carry times of that clock. Raises DeviceError."""
+        """Begin to sample; blocks carry times of the clock `now_ns`. Raises DeviceError."""
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Return the blocks since the last call, by the signal's name; wait at most that long for some.
+        """Return the blocks since the last call, by signal name, waiting at most `timeout_s` for some.
 
         Raises DeviceFault.
         """
 
     def stop(self) -> None:
-        """End sampling; also where it has not started."""
+        """Stop sampling, also if it has not started."""
 
 
 class Presents(Protocol):
-    """A device that presents stimuli, while the window shows a page and the desk may break in."""
+    """A device that presents stimuli, while the window shows a page and the desk may interrupt."""
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
+        """Perform the request; called again after anything but a Reply, it continues where it was."""
 
 
 class Records(Protocol):
-    """A device that records a stimulus while it is explored, in the same way."""
+    """A device that records a stimulus while it is explored, and can be interrupted in the same way."""
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Perform the request; called again with it after anything but a Reply, it goes on where it was."""
+        """Perform the request; called again after anything but a Reply, it continues where it was."""
 
 
 def interleaved(*channels: Sequence[float]) -> bytes:
-    """Return channels of one length as rows, 4 bytes a value. Raise ValueError where their lengths differ."""
+    """Return channels of equal length as rows, 4 bytes per value. Raises ValueError if their lengths differ."""
     if len({len(channel) for channel in channels}) > 1:
         raise ValueError(f"channels of one length are expected, found {[len(channel) for channel in channels]}")
     rows = array("f", [0.0]) * sum(map(len, channels))

@@ -1,1 +1,1 @@
-"""Vibration in the hand: a voice coil, what keeps it within bounds, what makes its response flat."""
+"""Vibration in the hand: a voice coil, its limits, and the filter that makes its response flat."""

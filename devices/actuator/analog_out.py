@@ -24,11 +24,11 @@ EMPTY = {
     -200016: "OUTPUT_FIFO_UNDERFLOW",
     -200621: "OUTPUT_FIFO_UNDERFLOW_2",
 }
-"""The card stopped because nothing was left to play; it holds its last voltage."""
+"""Errors of a card that stopped because nothing was left to play; it holds its last voltage."""
 PULLED = {-200045: "DEVICE_REMOVED", -200175: "HARDWARE_NOT_RESPONDING"}
 LOOK_S = 0.002
 KEPT = 4096
-"""Samples that are remembered, to know which one the card played last."""
+"""Number of samples that are remembered, to know which one the card played last."""
 
 
 def nidaqmx() -> Any:
@@ -43,7 +43,7 @@ def nidaqmx() -> Any:
 
 @dataclass
 class AnalogOut:
-    """A buffer of `ahead` samples in the card, without regeneration, topped up every 2 ms by a thread of its own."""
+    """An output with a buffer of `ahead` samples in the card, without regeneration, refilled every 2 ms by a thread."""
 
     name: str
     channel: str
@@ -67,7 +67,7 @@ class AnalogOut:
         return self.ahead / self.rate_hz
 
     def open(self) -> None:
-        """Reserve the output and let it go again: what cannot be had is found now. Raises DeviceError."""
+        """Reserve the output and release it again, to detect problems now. Raises DeviceError."""
         task = self._reserved()
         task.close()
 
@@ -108,7 +108,7 @@ class AnalogOut:
             pass
 
     def feed(self) -> bool:
-        """Write what the card has played since; False once it failed."""
+        """Write as many samples as the card has played since; return False once it failed."""
         with self._lock:
             if self._task is None:
                 return False
@@ -129,12 +129,12 @@ class AnalogOut:
             self._played = np.concatenate([self._played, part])[-KEPT:]
 
     def cut(self) -> None:
-        """Drop what waits in the card and go from the last voltage to 0 V in 4 ms; `start` begins anew."""
+        """Drop the samples in the card and ramp from the last voltage to 0 V in 4 ms; `start` begins anew."""
         with self._lock:
             self._silence()
 
     def _silence(self) -> None:
-        """Lead the output to zero, one written voltage at a time: a stopped card holds its last voltage."""
+        """Ramp the output to zero, one written voltage at a time: a stopped card holds its last voltage."""
         task, self._task = self._task, None
         if task is None:
             return
@@ -144,7 +144,7 @@ class AnalogOut:
         quietly(lambda: self._lead_down(last))
 
     def _last(self, task: Any) -> float:
-        """Return the voltage that the card plays now; 0 where it is not known any more."""
+        """Return the voltage that the card plays now; 0 if it is no longer known."""
         try:
             behind = self._written - int(task.out_stream.total_samp_per_chan_generated)
         except Exception:
@@ -163,12 +163,12 @@ class AnalogOut:
             task.close()
 
     def drain(self, silent: threading.Event) -> None:
-        """Let the ramp's end reach the card's output."""
+        """Wait until the end of the ramp has reached the card's output."""
         if self._task is not None and silent.wait(DRAIN_S):
             self.pause(self.latency_s)
 
     def stop(self) -> None:
-        """End the thread, bring the output to 0 V, let go of it."""
+        """End the thread, bring the output to 0 V, and release it."""
         self._end.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
@@ -177,16 +177,16 @@ class AnalogOut:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """Return the fault of a card that failed."""
+        """Return the fault of a failed card, else None."""
         return self._fault
 
     def facts(self) -> Mapping[str, str]:
-        """Return which output it is."""
+        """Return the output's channel and settings."""
         return {"output": self.channel, "rate": f"{self.rate_hz:g} Hz", "latency": f"{1000 * self.latency_s:g} ms"}
 
 
 def _refused(name: str, channel: str, error: Exception) -> DeviceError:
-    """Return the error that an output is not available, saying what to do."""
+    """Return an error for an output that is not available, with advice."""
     if type(error).__name__ in NO_DRIVER:
         return DeviceError(f"{name}: the NI-DAQmx driver is not installed on this machine: install it from ni.com")
     if isinstance(error, DeviceError):

@@ -1,4 +1,4 @@
-"""The file that keeps an identified actuator: its response, and the filter made from it."""
+"""The file of an identified actuator: its response, and the filter computed from it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 
 
 class Calibration(Strict):
-    """The inputs and figures of the filter, complete, so that it can be examined and computed again.
+    """The complete inputs and results of the filter, so that it can be examined and computed again.
 
     Filter: weights at 1 kHz, volts for m/s^2. Response: real and imaginary part, m/s^2 per volt, at `hz`.
     """
@@ -49,14 +49,14 @@ class Calibration(Strict):
 
     @property
     def summary(self) -> str:
-        """One line for records and people; the digest is that of the whole file."""
+        """Return one line for records and people; its digest is that of the whole file."""
         low, high = self.band_Hz
         flat = f"flat within {self.ripple_dB:.2f} dB from {low:g} to {high:g} Hz"
         return f"identified {self.date}, {flat}, sha256 {digest(self.model_dump(mode='json'))[:12]}"
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write it whole or not at all. Raises DeviceError where the place cannot be written."""
+    """Write the calibration completely or not at all. Raises DeviceError if the path cannot be written."""
     try:
         write_text(path, json_text(calibration.model_dump(mode="json"), indent=1))
     except OSError as error:
@@ -64,7 +64,7 @@ def save(calibration: Calibration, path: Path) -> None:
 
 
 def load(path: Path) -> Calibration:
-    """Read it. Raises DeviceError that names the file and what is wrong with it."""
+    """Read a calibration. Raises DeviceError that names the file and what is wrong with it."""
     try:
         return Calibration.model_validate_json(path.read_bytes())
     except OSError as error:

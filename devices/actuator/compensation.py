@@ -1,4 +1,4 @@
-"""Wished accelerations become voltages, sample by sample, within what the coil bears: a peak, and heat."""
+"""Convert requested accelerations to voltages, sample by sample, within the coil's limits of peak and heat."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EASE = 0.75
 
 @dataclass
 class Compensation:
-    """The filter of a calibration with its past; wishes beyond `peak_m_s2` are limited to it and counted."""
+    """The filter of a calibration with its past samples; accelerations beyond `peak_m_s2` are limited and counted."""
 
     taps: Array
     peak_m_s2: float
@@ -26,17 +26,17 @@ class Compensation:
 
     @staticmethod
     def of(calibration: Calibration, peak_m_s2: float) -> Compensation:
-        """Return the compensation that a calibration holds, at rest."""
+        """Return the compensation of a calibration, at rest."""
         made = Compensation(np.array(calibration.filter), peak_m_s2)
         made.begin()
         return made
 
     def begin(self) -> None:
-        """Forget what was played."""
+        """Forget the past samples."""
         self._past = np.zeros(len(self.taps) - 1)
 
     def volts(self, wished: Array) -> Array:
-        """Return the voltages for these accelerations, which follow on those before."""
+        """Return the voltages for these accelerations, which follow the ones before."""
         held = np.clip(wished, -self.peak_m_s2, self.peak_m_s2)
         self.limited += int(np.count_nonzero(held != wished))
         whole = np.concatenate([self._past, held])
@@ -46,11 +46,11 @@ class Compensation:
 
 @dataclass
 class Limiter:
-    """A limiter that always keeps every sample within the peak, and the RMS over the thermal window within its limit.
+    """A limiter that keeps every sample within the peak, and the RMS over the thermal window within its limit.
 
-    The heat is the square of what is played, averaged with the window's time constant. From three quarters of the
-    limit on, the gain falls in a straight line to nothing at the limit: a signal that is too loud is turned down
-    smoothly and stays between 0.87 and 1 of the RMS limit. `limited` counts the samples that were changed.
+    The heat is the square of the played samples, averaged with the window's time constant. From three quarters of the
+    limit on, the gain falls linearly to zero at the limit: a signal that is too loud is turned down smoothly and stays
+    between 0.87 and 1 of the RMS limit. `limited` counts the samples that were changed.
     """
 
     peak: float
@@ -60,7 +60,7 @@ class Limiter:
     limited: int = 0
 
     def limit(self, samples: Array) -> Array:
-        """Return the samples limited to what may be played; they must be finite."""
+        """Return the samples within the limits; they must be finite."""
         keep = math.exp(-1 / (self.window_s * RATE_HZ))
         full = self.rms**2
         clipped = np.clip(samples, -self.peak, self.peak)

@@ -26,9 +26,9 @@ RATE_HZ = 1000
 
 @dataclass
 class VoiceCoil:
-    """Played ahead through a queue. After a fault or `safe` it is silent until `start`.
+    """A voice coil that is played ahead through a queue. After a fault or `safe` it is silent until `start`.
 
-    One thread writes; `safe` may be called from any.
+    One thread writes; `safe` may be called from any thread.
     """
 
     name: str
@@ -44,7 +44,7 @@ class VoiceCoil:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """No signals."""
+        """Return an empty sequence: a voice coil records nothing."""
         return ()
 
     @property
@@ -68,7 +68,7 @@ class VoiceCoil:
         self.output.open()
 
     def start(self) -> None:
-        """Begin with silence; `write` from now on. Raises DeviceError."""
+        """Begin with silence, ready for `write`. Raises DeviceError."""
         self.output.stop()
         self.queue.resume()
         if self.compensation is not None:
@@ -77,16 +77,16 @@ class VoiceCoil:
         self.began = True
 
     def write(self, samples: ArrayLike) -> int:
-        """Play samples at 1 kHz after those that wait; how many more fit.
+        """Play samples at 1 kHz after those in the queue, and return how many more fit.
 
-        Limited to what the coil bears, and that is counted. Raises DeviceFault, and is silent then: a value that is no
-        number, more than fits, an output that failed, an actuator that is not started.
+        Samples beyond the coil's limits are limited and counted. Raises DeviceFault, and goes silent, for a value that
+        is not finite, more samples than fit, a failed output, or an actuator that is not started.
         """
         wished = self._finite(samples)
         return self.drive(wished if self.compensation is None else self.compensation.volts(wished))
 
     def drive(self, volts: ArrayLike) -> int:
-        """Write samples in volts, past the compensation, and return the room left."""
+        """Write samples in volts without compensation, and return the room left."""
         self.check()
         given = self._finite(volts)
         if not self.began:
@@ -107,7 +107,7 @@ class VoiceCoil:
         return given
 
     def check(self) -> None:
-        """Raise DeviceFault where the output failed."""
+        """Raise DeviceFault if the output has failed."""
         if fault := self.output.fault():
             raise self._failed(fault)
 
@@ -118,11 +118,11 @@ class VoiceCoil:
         return fault
 
     def rest(self) -> None:
-        """Expect no samples for now: play what waits, and count silence as no underrun until the next `write`."""
+        """Play the samples in the queue, and do not count silence as an underrun until the next `write`."""
         self.queue.rest()
 
     def safe(self) -> None:
-        """Drop what waits and be silent after a ramp of 4 ms."""
+        """Drop the samples in the queue and be silent after a ramp of 4 ms."""
         self.began = False
         try:
             self.output.cut()
@@ -136,7 +136,7 @@ class VoiceCoil:
         self.output.stop()
 
     def record(self) -> Mapping[str, Any]:
-        """Return what went wrong so far: underruns and their missing samples, limited samples, faults."""
+        """Return the problems so far: underruns and their missing samples, limited samples, faults."""
         held = 0 if self.compensation is None else self.compensation.limited
         return {
             "underruns": self.queue.underruns, "missing": self.queue.missing,
@@ -149,7 +149,7 @@ class VoiceCoil:
         return {**settings, "unit": self.unit, **({"response": self.calibration.summary} if self.calibration else {})}
 
     def health(self, seconds: float) -> Health:
-        """Play silence for so long; nothing is to be felt."""
+        """Play silence for some seconds, and return the output's state; nothing is felt."""
         self.start()
         time.sleep(0.0 if self.settings.driver == "twin" else seconds)
         fault = self.output.fault()

@@ -1,4 +1,4 @@
-"""From a shaken actuator to the feed-forward filter that makes its response flat.
+"""Identify an actuator by shaking it, and compute the feed-forward filter that makes its response flat.
 
 Thesis 4.5.2; McMahan and Kuchenbecker 2014.
 """
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
     from palpate.devices.actuator.device import VoiceCoil
 
 PlayAndRecord = Callable[[Array], tuple[Array, int]]
-"""Plays volts at 1 kHz and gives the acceleration (m/s^2) recorded meanwhile, and its rate."""
+"""Plays volts at 1 kHz and returns the acceleration (m/s^2) recorded meanwhile, and its rate."""
 PATIENCE_S = 5.0
 TAPS = 256
 GRID = 4096
 GRID_HZ = np.arange(GRID // 2 + 1) * RATE_HZ / GRID
 LEAST_SHARE = 0.1
-"""Gain at 0 Hz relative to that at the band's lower edge: what lies below the band is not amplified in vain."""
+"""Gain at 0 Hz relative to the gain at the band's lower edge, so that nothing below the band is amplified in vain."""
 
 
 @dataclass(frozen=True)
 class Shaking:
-    """The excitation of the actuator: its kind, its peak, its seed, how many seconds are measured."""
+    """The excitation of the actuator: its kind, its peak, its seed, and how many seconds are measured."""
 
     kind: Kind = "multisine"
     level_V: float = 0.5
@@ -50,7 +50,7 @@ class Shaking:
 
 @dataclass(frozen=True)
 class Identified:
-    """The result of shaking the actuator."""
+    """The result of an identification."""
 
     response: Response
     inverse: Inverse
@@ -58,7 +58,7 @@ class Identified:
     wish: Wish
 
     def calibration(self, date: str) -> Calibration:
-        """Return the calibration as it is stored; the date is the day of the measurement."""
+        """Return the calibration as it is stored; `date` is the day of the measurement."""
         response, inverse = self.response, self.inverse
         return Calibration(
             date=date, excitation=f"{self.shaking.kind}, {self.shaking.level_V:g} V, seed {self.shaking.seed}",
@@ -71,9 +71,9 @@ class Identified:
 
 
 def identify(play_and_record: PlayAndRecord, shaking: Shaking | None = None, wish: Wish | None = None) -> Identified:
-    """Shake the actuator, estimate its response and make the filter.
+    """Shake the actuator, estimate its response and compute the filter.
 
-    Raises ResponseError where the recording is silent, clipped, no number or unrelated to what was played.
+    Raises ResponseError if the recording is silent, clipped, not finite or unrelated to what was played.
     """
     shaking, wish = shaking or Shaking(), wish or Wish()
     played = excitation(shaking.kind, shaking.level_V, shaking.seed, shaking.measured)
@@ -84,9 +84,9 @@ def identify(play_and_record: PlayAndRecord, shaking: Shaking | None = None, wis
 
 
 def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
-    """Play through an open voice coil and record an open accelerometer that is fastened to it.
+    """Return a function that plays through an open voice coil and records an open accelerometer fastened to it.
 
-    Both should be timed by one card: clocks that part by 50 ppm cost coherence at high frequencies.
+    Both should be timed by one card: clocks that differ by 50 ppm cost coherence at high frequencies.
     """
 
     def play_and_record(volts: Array) -> tuple[Array, int]:
@@ -113,7 +113,7 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
 
 
 def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: NowNs) -> Array:
-    """Feed the coil and empty the sensor until all was played and recorded."""
+    """Feed the coil and read the sensor until everything was played and recorded; return the acceleration."""
     signal, parts, count, fed = sensor.signals[0], [np.zeros((0, len(sensor.signals[0].channels)))], 0, 0
     until_ns = now_ns() + round((2 * len(volts) / RATE_HZ + PATIENCE_S) * 1e9)
     while fed < len(volts) or count < due:
@@ -136,7 +136,7 @@ def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: N
 
 
 def _along_the_motion(rows: Array) -> Array:
-    """Return the three axes as one: the direction of the largest motion, in the sign of its largest part."""
+    """Return the three axes as one, along the direction of the largest motion, with the sign of its largest part."""
     loudest = int(np.nanstd(rows, axis=0).argmax()) if len(rows) else 0
     demand_signal(rows[:, loudest])
     centred = rows - rows.mean(axis=0)
@@ -147,7 +147,7 @@ def _along_the_motion(rows: Array) -> Array:
 
 @dataclass(frozen=True)
 class Wish:
-    """The band to make flat, and the gain that the filter may have at most, relative to its median one."""
+    """The band to make flat, and the greatest gain of the filter relative to its median gain."""
 
     low_Hz: float = 20.0
     high_Hz: float = 450.0
@@ -156,12 +156,12 @@ class Wish:
 
 @dataclass(frozen=True)
 class Inverse:
-    """Weights of a finite filter, so stable: volts for a wished acceleration. Figures hold for the measured response.
+    """Weights of a finite, hence stable filter: volts for an acceleration. Figures hold for the measured response.
 
-    `gain` is the response's median in the band, in units per volt. `ripple_dB` is how far the compensated response
-    lies from flat at most, up or down, `before_dB` the same without the filter. `delay_ms` goes from a wish to its
-    movement, the loop's own delay included; `added_ms` is the filter's part. `limited_Hz` are the lines in the band
-    where the response is so small that the gain limit left it small.
+    `gain` is the response's median in the band, in units per volt. `ripple_dB` is the largest deviation of the
+    compensated response from flat, up or down, `before_dB` the same without the filter. `delay_ms` is the delay from a
+    requested acceleration to the movement, including the loop's own; `added_ms` is the filter's part. `limited_Hz` are
+    the lines in the band where the response is so small that the gain limit leaves it small.
     """
 
     taps: Array
@@ -174,11 +174,11 @@ class Inverse:
 
 
 def invert(response: Response, wish: Wish) -> Inverse:
-    """Return the minimum-phase filter whose gain is the regularised inverse of the response's: flat, hardly delayed.
+    """Return the minimum-phase filter whose gain is the regularised inverse of the response's.
 
-    A hand feels a vibration's strength and not its phase, so the gain is made flat and the phase is left to be what
-    costs least time. Each line is regularised by its squared standard error: what was not measured well is not
-    amplified. Raises ResponseError where the band holds no response.
+    A hand feels a vibration's strength and not its phase, so the gain is made flat with the phase of least delay. Each
+    line is regularised by its squared standard error: poorly measured lines are not amplified. Raises ResponseError if
+    the band holds no response.
     """
     inside = response.inside(wish.low_Hz, wish.high_Hz)
     gain = float(np.median(np.abs(response.response[inside]))) if inside.any() else 0.0

@@ -1,6 +1,6 @@
-"""Outputs that drive a voice coil: a DAQ card, a sound card, its twin.
+"""Outputs that drive a voice coil: a DAQ card, a sound card, and a twin.
 
-A sound card gets samples at its own rate, without the images of the signal above 600 Hz. The twin is a mass on a spring
+A sound card gets samples at its own rate, without images of the signal above 600 Hz. The twin is a mass on a spring
 that is shaken through a delay, with a noisy sensor on it.
 """
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from palpate.devices.actuator.settings import Settings
 
 REACH = 20
-"""Samples at 1 kHz that each output sample is made of."""
+"""Number of samples at 1 kHz that each output sample is computed from."""
 CUT_HZ, KAISER_BETA = 500.0, 5.0
 DELAY_S = REACH / 2 / RATE_HZ
 KEPT_S = 20
-"""How much a twin remembers."""
+"""Seconds that a twin remembers."""
 RANGE_V = 10.0
 
 
 def bank(up: int) -> Array:
-    """Return the windowed sinc (Kaiser, beta 5, cut at 500 Hz) of 20 ms as a row of 20 weights for each phase.
+    """Return a windowed sinc (Kaiser, beta 5, cut at 500 Hz) of 20 ms as a row of 20 weights for each phase.
 
-    Flat within 0.02 dB up to 400 Hz, images of it (from 600 Hz) 54 dB down, delay 10 ms.
+    Flat within 0.02 dB up to 400 Hz, images (from 600 Hz) 54 dB down, delay 10 ms.
     """
     t = np.arange(up * REACH) - up * REACH / 2
     taps = np.sinc(2 * CUT_HZ / RATE_HZ * t / up) * np.kaiser(up * REACH + 1, KAISER_BETA)[:-1]
@@ -46,7 +46,7 @@ def bank(up: int) -> Array:
 
 @dataclass
 class Upsampler:
-    """Pulls samples at 1 kHz and gives them at `rate_hz`, in parts of any length, as if it were one."""
+    """An upsampler from 1 kHz to `rate_hz`, whose parts of any length join without a seam."""
 
     rate_hz: int
     source: Callable[[int], Array]
@@ -76,7 +76,9 @@ class Upsampler:
 
 @dataclass(frozen=True)
 class Coil:
-    """Acceleration per volt far above the resonance, the resonance, its damping ratio, the loop's delay, the noise."""
+    """The model of a coil: acceleration per volt far above the resonance, resonance, damping ratio, loop delay,
+    noise.
+    """
 
     gain_m_s2_V: float = 20.0
     resonance_Hz: float = 60.0
@@ -109,7 +111,7 @@ class Shaken:
         self._noise = np.random.Generator(np.random.PCG64(self.seed))
 
     def felt(self, volts: Array) -> Array:
-        """Return the acceleration in m/s^2, as long as the volts."""
+        """Return the acceleration in m/s^2 for these volts, as long as they are."""
         from scipy.signal import lfilter
 
         moved, self._state = lfilter(*self._weights, volts, zi=self._state)
@@ -119,9 +121,9 @@ class Shaken:
 
 @dataclass
 class SoundOut(Card):
-    """A sound card that plays volts at 1 kHz: full scale is `full_scale_V`, and the rate is raised on the way.
+    """A sound card that plays volts at 1 kHz: full scale is `full_scale_V`; samples are converted to the card's rate.
 
-    The limiter stands before the upsampling filter, which swings beyond its samples: `peak_V` is kept after it too.
+    The limiter comes before the upsampling filter, which overshoots: `peak_V` is enforced after it too.
     """
 
     full_scale_V: float = 1.0
@@ -140,7 +142,7 @@ class SoundOut(Card):
 
 @dataclass
 class Felt(Tape):
-    """The twin's output: it keeps the last 20 s of what was played (volts) and what it did to the hand (m/s^2)."""
+    """The twin's output, which keeps the last 20 s of the volts played and the acceleration of the hand (m/s^2)."""
 
     shaken: Shaken = field(default_factory=Shaken)
     played: deque[Array] = field(default_factory=lambda: deque([np.zeros(0)]))
@@ -157,7 +159,7 @@ class Felt(Tape):
             self.felt.popleft()
 
     def whole(self) -> tuple[Array, Array]:
-        """Return the kept volts and the acceleration in m/s^2."""
+        """Return the kept volts, and the acceleration in m/s^2."""
         return np.concatenate(self.played), np.concatenate(self.felt)
 
 

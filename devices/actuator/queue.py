@@ -1,4 +1,4 @@
-"""Samples that wait to be played, fed ahead: what happens when they run out, and how everything ends in silence."""
+"""A queue of samples to be played: what happens when it runs empty, and how it ends in silence."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 from palpate.signals.arrays import Array
 
 RATE_HZ = 1000
-"""What textures are rendered at (thesis 4.5.2)."""
+"""Rate at which textures are rendered (thesis 4.5.2)."""
 RAMP = 0.5 + 0.5 * np.cos(np.pi * np.arange(1, 5) / 4)
-"""From a value to silence in 4 ms, along a cosine."""
+"""Gains from a value to silence in 4 ms, along a cosine."""
 DECAY = math.exp(-1 / 2)
-"""What is left of the last sample each millisecond that nothing is there: a time constant of 2 ms."""
+"""Factor of the last sample per millisecond without a new one: a time constant of 2 ms."""
 NOTHING_V = 1e-4
-"""Below this a decaying sample is zero: the step of a 16-bit output of 10 V is 3e-4 V."""
+"""A decaying sample below this is zero: the step of a 16-bit output of 10 V is 3e-4 V."""
 
 
 @dataclass
 class Queue:
-    """Filled by the renderer, emptied by the output; each on a thread of its own. Its beginning is silence.
+    """A queue filled by the renderer and emptied by the output, each on a thread of its own. It begins silent.
 
-    An underrun is counted where samples are missing while more are expected: from the first `write` until `rest`.
+    An underrun is counted when samples are missing while more are expected: from the first `write` until `rest`.
     """
 
     capacity: int
@@ -45,7 +45,7 @@ class Queue:
         return self.capacity - len(self._waiting)
 
     def write(self, samples: Array) -> int:
-        """Take samples that fit, and say how much room is left; a halted queue takes none."""
+        """Append samples that fit, and return how much room is left; a halted queue takes none."""
         with self._lock:
             if not self._halted:
                 self._waiting = np.concatenate([self._waiting, samples])
@@ -54,7 +54,7 @@ class Queue:
         return self.room
 
     def take(self, count: int) -> Array:
-        """Return the next samples: those that wait, then the last one decaying to zero."""
+        """Return the next samples: those in the queue, then the last one decaying to zero."""
         with self._lock:
             head = self._taken(count)
             tail = self._fallen(count - len(head))
@@ -87,19 +87,19 @@ class Queue:
         return np.where(np.abs(values) < NOTHING_V, 0.0, values)
 
     def rest(self) -> None:
-        """Expect no more samples: what waits is played, and silence after it is no underrun."""
+        """Expect no more samples: the queue is played, and silence after it is not an underrun."""
         with self._lock:
             self._expected = False
 
     def halt(self) -> None:
-        """Drop what waits and go to silence in 4 ms; nothing is taken until `resume`. A second call changes nothing."""
+        """Drop the queue and go to silence in 4 ms; accept nothing until `resume`. A second call changes nothing."""
         with self._lock:
             if not self._halted:
                 self._halted, self._expected = True, False
                 self._waiting, self._ramp = np.zeros(0), self.last * RAMP
 
     def resume(self) -> None:
-        """Take samples again."""
+        """Accept samples again."""
         with self._lock:
             self._halted = self._short = False
             self._ramp = np.zeros(0)

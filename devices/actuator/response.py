@@ -1,4 +1,4 @@
-"""The excitation of an actuator, and its frequency response from a recording, with the errors where there is none."""
+"""The excitation of an actuator, and its frequency response from a recording, with errors if there is none."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from palpate.devices.device import DeviceError
 from palpate.signals.arrays import Array, Complex
 
 FEWEST = 4
-"""Periods below which coherence says nothing: unrelated noise alone has 1 over their number."""
+"""Fewest periods for coherence to be meaningful: unrelated noise alone has 1 over their number."""
 AT_REST = 1e-9
 CLIPPED_SHARE = 0.002
-"""Share of the samples that may lie at the largest or smallest value: one in 500. A clipped recording has far more."""
+"""Share of the samples that may have the largest or smallest value: one in 500. A clipped recording has far more."""
 COHERENT, INCOHERENT_SHARE = 0.8, 0.1
 Kind = Literal["multisine", "sweep"]
 PERIOD = RATE_HZ
-"""Samples of one period: lines 1 Hz apart."""
+"""Samples of one period: lines are 1 Hz apart."""
 LOWEST_HZ, HIGHEST_HZ = 5, 490
 
 
 class ResponseError(DeviceError):
-    """A recording that no response can be had from; it says what it lacks."""
+    """A recording from which no response can be estimated; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class Response:
     apart_dB: Array
 
     def inside(self, low_Hz: float, high_Hz: float) -> NDArray[np.bool_]:
-        """Return which lines lie in a band."""
+        """Return a mask of the lines within a band."""
         return (self.hz >= low_Hz) & (self.hz <= high_Hz)
 
 
 def demand_signal(recorded: Array) -> None:
-    """Raise ResponseError where a recording is empty, not finite, silent or clipped."""
+    """Raise ResponseError if a recording is empty, not finite, silent or clipped."""
     if not np.all(np.isfinite(recorded)):
         where = int(np.flatnonzero(~np.isfinite(recorded))[0])
         raise ResponseError(
@@ -64,8 +64,8 @@ def demand_signal(recorded: Array) -> None:
 def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Response:
     """Return H1 = Sxy / Sxx, H2 = Syy / Syx and coherence over the measured periods, at the excited lines.
 
-    The recording may have another whole rate: periods of one second have the same lines in both, so nothing is
-    resampled. Raise ResponseError: other lengths, fewer than four periods, no signal.
+    The recording may have another integer rate: periods of one second have the same lines in both, so nothing is
+    resampled. Raises ResponseError for different lengths, fewer than four periods, or no signal.
     """
     if len(recorded) != len(played) * rate_hz // RATE_HZ:
         raise ResponseError(
@@ -98,14 +98,14 @@ def _response(hz: Array, s_xx: Array, s_yy: Array, s_xy: Complex, count: int) ->
 
 
 def _spectra(samples: Array, begins: tuple[int, ...], rate_hz: int) -> Complex:
-    """Return, for each measured second, the lines from 0 to 500 Hz."""
+    """Return the lines from 0 to 500 Hz of each measured second."""
     firsts = [first * rate_hz // RATE_HZ for first in begins]
     periods = [np.fft.rfft(samples[first : first + rate_hz]) / rate_hz for first in firsts]
     return np.array(periods)[:, : PERIOD // 2 + 1]
 
 
 def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
-    """Raise ResponseError where more than a tenth of the band's lines are below a coherence of 0.8."""
+    """Raise ResponseError if more than a tenth of the band's lines have a coherence below 0.8."""
     inside = response.inside(low_Hz, high_Hz)
     coherence, hz = response.coherence[inside], response.hz[inside]
     poor = coherence < COHERENT
@@ -120,7 +120,7 @@ def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
 
 @dataclass(frozen=True)
 class Excitation:
-    """Samples at 1 kHz, in volts, and where the periods begin that are measured: the response has settled there."""
+    """Samples at 1 kHz in volts, and where the measured periods begin, by which time the response has settled."""
 
     samples: Array
     begins: tuple[int, ...]
@@ -132,8 +132,8 @@ class Excitation:
 def excitation(kind: Kind, level_V: float, seed: int, measured: int = 8) -> Excitation:
     """Return `measured` periods of 1 s that peak at `level_V`, each of lines from 5 to 490 Hz.
 
-    A multisine has random phases, others in every pair of periods, so that distortion shows as a loss of coherence; a
-    sweep is the same logarithmic one throughout. What is measured is led in by a period of its own that is not.
+    A multisine has random phases, new ones in every pair of periods, so that distortion shows as a loss of coherence; a
+    sweep is the same logarithmic sweep throughout. An extra period that is not measured comes first.
     """
     pairs = [_multisine(seed, n) if kind == "multisine" else _sweep() for n in range((measured + 1) // 2)]
     parts = [np.tile(period * (level_V / np.abs(period).max()), 3) for period in pairs]
@@ -147,7 +147,7 @@ def _multisine(seed: int, number: int) -> Array:
 
 
 def _sweep() -> Array:
-    """Return a logarithmic sweep, made of its lines, so that no line is missing and it loops without a seam."""
+    """Return a logarithmic sweep, synthesised from its lines, so that none is missing and it loops without a seam."""
     hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1)
     sounds_at_s = np.log(hz / LOWEST_HZ) / np.log(HIGHEST_HZ / LOWEST_HZ)
     return _signal_of(-np.cumsum(sounds_at_s), 1 / np.sqrt(hz))

@@ -11,9 +11,9 @@ from palpate.devices.kinds import Date, Strict
 
 
 class Settings(Strict):
-    """`peak_V` and `rms_V` are what the coil bears, at the output; `thermal_s` is how long it takes to warm up.
+    """Settings of a voice coil: its limits `peak_V` and `rms_V` at the output, and `thermal_s`, its time to warm up.
 
-    `calibration` names the file that identifying the actuator wrote; without one, samples are volts and not m/s^2.
+    `calibration` names the file of an identified actuator; without one, samples are volts and not m/s^2.
     """
 
     kind: Literal["voice_coil"]

@@ -1,4 +1,4 @@
-"""The designer's window: which page is on, what its buttons do, and the work kept at every change."""
+"""The designer's window: the current page, the actions of its buttons, and the work, which is saved at every change."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def run_window(maker: Maker, options: WindowOptions) -> None:
 
 @dataclass
 class DesignerApp(WindowApp):
-    """The designer's window. `player` is None where there is no door; `no_door` says why."""
+    """The designer's window. `player` is None if there is no door; `no_door` says why."""
 
     maker: Maker
     lab: Path
@@ -64,7 +64,7 @@ class DesignerApp(WindowApp):
         self._scene = self.scene(self.main, "author")
 
     def begin(self) -> None:
-        """Put the sliders on, or first ask about the work that was left."""
+        """Show the sliders, or first ask about the work of the last time."""
         self._saved_work = self.main.work
         self.door_is("rest")
         try:
@@ -79,7 +79,7 @@ class DesignerApp(WindowApp):
             self._beside(RecoverScreen(self.page, left.name), lambda page: self._recovered(page, left))
 
     def turn(self) -> None:
-        """Handle inputs, paint, save the work, and act on what was requested, once."""
+        """Handle inputs, paint, save the work, and do what was requested, once."""
         (self.on or self._scene).turn()
         self._keep()
         # Say why the door in the hand stays as it is, where it took a change last and could not.
@@ -97,7 +97,7 @@ class DesignerApp(WindowApp):
             self._act(self.main.requests.pop(0))
 
     def door_is(self, state: str, problem: str = "") -> None:
-        """Show the door's state beside the work; `problem` is to be put right at the door."""
+        """Show the door's state beside the work; `problem` is to be repaired at the door."""
         texts, main = self.page.texts, self.main
         play = {"playing": "stop", "asking": "confirm"}.get(state, "play")
         shown, door = "rest" if state == "asking" else state, texts("state_off")
@@ -165,7 +165,7 @@ class DesignerApp(WindowApp):
         return NameScreen(self.page, prompt, name, lambda chosen: chosen != name and chosen in designs.names(self.lab))
 
     def _named(self, page: Aside, then: Then) -> None:
-        """Go on with the name that was given; nothing where the page was left."""
+        """Continue with the name that was entered; do nothing if the page was left."""
         name = None if page.reply is None else page.reply.value.get("name")
         if name is None:
             return
@@ -194,8 +194,8 @@ class DesignerApp(WindowApp):
     def _open(self, name: str) -> None:
         """Put a design's wishes on the sliders; the loaded models make the door.
 
-        Where these are other models than the design's, the work has no name: saved or exported under the old one, it
-        would replace the old door.
+        If the loaded models are not the design's, the work gets no name: saved or exported under the old one, it would
+        replace the old door.
         """
         design = designs.read_design(designs.designs_folder(self.lab) / f"{name}.json")
         setting = designs.setting_of(design, self.maker)
@@ -222,7 +222,7 @@ class DesignerApp(WindowApp):
 
 
 def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
-    """Return the door to play on, not opened yet, or None and the reason why there is none. Raise RigFileError."""
+    """Return the door to play on, not opened yet, or None and the reason why there is none. Raises RigFileError."""
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.file import read_rig, rig_path
 
@@ -241,7 +241,7 @@ def _door(options: WindowOptions) -> tuple[DoorSimulator | None, str]:
 
 @contextmanager
 def _alone(lab: Path) -> Iterator[None]:
-    """Hold the lab's lock, because two windows would save to one file. Raise DesignError where it is held."""
+    """Hold the lab's lock, because two windows would save to one file. Raises DesignError if it is held."""
     from filelock import FileLock, Timeout
 
     folder = designs.designs_folder(lab)

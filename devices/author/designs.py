@@ -1,4 +1,4 @@
-"""Designs on disk: a named wish with what was made of it, and the work that is under way, kept at every change."""
+"""Designs on disk: named wishes with the door made from them, and the current work, saved at every change."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Smoothing = Annotated[float, Field(ge=0, le=MOST_SMOOTHING_DEG)]
 
 
 class DesignError(ValueError):
-    """A design that cannot be saved under its name, or a file that is none."""
+    """A design that cannot be saved under its name, or a file that is not a design."""
 
 
 class Strict(BaseModel):
-    """Unknown keys are refused, and so are numbers that are none."""
+    """A schema that refuses unknown keys and numbers that are not finite."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -45,14 +45,14 @@ class Design(Strict):
 
 
 class Side(Strict):
-    """A setting as it is kept."""
+    """A setting as it is stored."""
 
     wish: tuple[Wish, ...]
     smoothing_deg: Smoothing
 
 
 class StoredWork(Strict):
-    """The work under way, as it is kept at every change."""
+    """The current work as it is stored at every change."""
 
     format: Literal["palpate-authoring/1"] = "palpate-authoring/1"
     attributes: tuple[str, ...]
@@ -69,7 +69,7 @@ def designs_folder(lab: Path) -> Path:
 
 
 def name_problem(name: str) -> str:
-    """Return the texts' key of why a design cannot have this name; "" where it can."""
+    """Return the text key of why a design cannot have this name; "" if it can."""
     if not name:
         return "name_missing"
     if len(name) > LONGEST_NAME:
@@ -79,7 +79,7 @@ def name_problem(name: str) -> str:
 
 
 def design_of(name: str, setting: Setting, maker: Maker, made: DesignedDoor) -> Design:
-    """Return the design to save. Raise DesignError on a name that is not allowed."""
+    """Return the design to save. Raises DesignError for a name that is not allowed."""
     if problem := name_problem(name):
         raise DesignError(f"a design cannot be called {name!r:.80} ({problem}): letters, digits, blanks, - and _")
     predicted = {low: round(float(value), 2) for low, value in zip(maker.attributes, made.predicted, strict=True)}
@@ -91,7 +91,7 @@ def design_of(name: str, setting: Setting, maker: Maker, made: DesignedDoor) -> 
 
 
 def save(lab: Path, design: Design) -> Path:
-    """Write LAB/designs/NAME.json; a design of that name is replaced whole or not at all."""
+    """Write LAB/designs/NAME.json; a design of that name is replaced completely or not at all."""
     return _written(designs_folder(lab) / f"{design.name}.json", design)
 
 
@@ -108,13 +108,13 @@ def names(lab: Path) -> list[str]:
 
 
 def read_design(path: Path) -> Design:
-    """Return a saved design. Raise DesignError naming file and place where the file is not a valid design."""
+    """Return a saved design. Raises DesignError that names file and place if the file is not a valid design."""
     design: Design = _read(path, Design)
     return design
 
 
 def setting_of(design: Design, maker: Maker) -> Setting:
-    """Return the setting that makes a design. Raise DesignError where the design has other attributes."""
+    """Return the setting that makes a design. Raises DesignError if the design has other attributes."""
     if set(design.wish) != set(maker.attributes):
         theirs, ours = ", ".join(design.wish), ", ".join(maker.attributes)
         raise DesignError(f"{design.name}: this design wishes for {theirs}; these models make doors from {ours}")
@@ -122,7 +122,7 @@ def setting_of(design: Design, maker: Maker) -> Setting:
 
 
 def keep(lab: Path, work: Work, maker: Maker) -> None:
-    """Keep the work under way, so that a process that is killed loses no more than its last move."""
+    """Save the current work, so that a killed process loses no more than its last move."""
     kept = StoredWork(
         attributes=tuple(maker.attributes), a=_side(work.a), b=None if work.b is None else _side(work.b), on=work.on,
         name=work.name, saved=None if work.saved is None else _side(work.saved),
@@ -131,9 +131,9 @@ def keep(lab: Path, work: Work, maker: Maker) -> None:
 
 
 def kept_work(lab: Path, maker: Maker) -> Work | None:
-    """Return the work that was under way when the window was last closed; None where there is none.
+    """Return the work of the last time that the window was open; None if there is none.
 
-    Raise DesignError where the file is damaged, or is work on doors of other attributes.
+    Raises DesignError if the file is damaged, or belongs to doors of other attributes.
     """
     path = designs_folder(lab) / KEPT
     if not path.is_file():
@@ -148,14 +148,14 @@ def kept_work(lab: Path, maker: Maker) -> Work | None:
 
 
 def put_aside(lab: Path) -> None:
-    """Rename the kept work, so that it is not resumed; it stays beside until the next time."""
+    """Rename the saved work, so that it is not resumed; it is kept until the next time."""
     path = designs_folder(lab) / KEPT
     if path.is_file():
         path.replace(path.with_name(BEFORE))
 
 
 def forget(lab: Path) -> None:
-    """Delete the kept work, because everything is saved."""
+    """Delete the saved work, because everything is in a design."""
     (designs_folder(lab) / KEPT).unlink(missing_ok=True)
 
 

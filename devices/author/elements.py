@@ -1,4 +1,4 @@
-"""Elements of the designer's window alone: upright sliders, the plot, its lines and bands, and the hand's place."""
+"""Elements of the designer's window: vertical sliders, the plot, its lines and bands, and the hand's position."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ if TYPE_CHECKING:
     from palpate.devices.window.screen import Page
 
 FEELS: Colour = (150, 74, 0)
-"""Amber: how a door should feel by the model; 6:1 on a white card."""
+"""Amber, for how a door should feel by the model; contrast 6:1 on a white card."""
 SIDES: dict[str, Colour] = {"A": ACCENT, "B": (118, 30, 104)}
-"""The two that are compared: blue and plum, apart for colour-blind readers too; the edited one is also thicker."""
+"""The colours of the two compared designs: blue and plum, distinct for colour-blind readers too; the edited one is also
+thicker.
+"""
 BAND_MARK: Colour = (205, 212, 219)
-"""The same in the legend, where it has no neighbours."""
+"""The colour of the band in the legend, where it has no neighbours."""
 
 
 @dataclass(frozen=True)
 class Upright(Target):
-    """An upright slider from 0 at the bottom to 100 on top, in the band that takes presses.
+    """A vertical slider from 0 at the bottom to 100 at the top, in the band that takes presses.
 
-    `wish` stands on the line; `beside` is the other design's wish.
+    `wish` is the value on the line; `beside` is the other design's wish.
     """
 
     wish: float = 50.0
@@ -38,7 +40,7 @@ class Upright(Target):
 
     @property
     def line(self) -> Box:
-        """The line; its ends are 0 and 100."""
+        """Return the line's box; its ends are 0 and 100."""
         thick = max(2, self.box.width // 30)
         inset = self._thumb_height
         return Box(
@@ -47,7 +49,7 @@ class Upright(Target):
 
     @property
     def thumb(self) -> Box:
-        """The marker; its middle is the wish."""
+        """Return the marker's box; its middle is the wish."""
         width = round(0.46 * self.box.width)
         left = self.box.left + (self.box.width - width) // 2
         return Box(left, self.row(self.wish) - self._thumb_height // 2, width, self._thumb_height)
@@ -57,11 +59,11 @@ class Upright(Target):
         return max(9, self.box.width // 7) | 1
 
     def row(self, value: float) -> int:
-        """Return the row of a value."""
+        """Return the pixel row of a value."""
         return self.line.bottom - 1 - round(value / 100 * (self.line.height - 1))
 
     def value_at(self, y: float) -> float:
-        """Return the value at a row; beyond the line's ends, that of the nearer end."""
+        """Return the value at a pixel row; beyond the line's ends, the value of the nearer end."""
         return min(max(100 * (self.line.bottom - 1 - y) / (self.line.height - 1), 0.0), 100.0)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
@@ -94,9 +96,9 @@ class Upright(Target):
 
 @dataclass(frozen=True)
 class Felt(Element):
-    """How a door should feel, to the right of a slider's line: a dot at the row `felt` of the box, tied to the wish.
+    """The predicted percept of a door beside a slider: a dot at the row `felt` of the box, connected to the wish.
 
-    It is no part of the slider: a move of one slider moves the dots of all, and nothing else of them.
+    It is not part of the slider: a move of one slider moves the dots of all, and nothing else of them.
     """
 
     felt: int = 0
@@ -127,7 +129,7 @@ class Felt(Element):
 
 @dataclass(frozen=True)
 class Pane(Card):
-    """A card that is painted fast where no edge of it is in view."""
+    """A card that is painted fast where none of its edges is in view."""
 
     def paint(self, image: Image.Image, page: Page) -> None:
         whole = Box(0, 0, *image.size)
@@ -139,12 +141,12 @@ class Pane(Card):
 
 @dataclass(frozen=True)
 class Dot(Element):
-    """A round mark on the plot: where the door is while it plays."""
+    """A round mark on the plot: the door's position while it plays."""
 
     colour: Colour = INK
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """Yield the mark, which lies on the plot with whatever else is drawn there."""
+        """Yield the mark, which lies on the plot with everything else that is drawn there."""
         return iter(())
 
     def paint(self, image: Image.Image, page: Page) -> None:
@@ -167,7 +169,7 @@ class Chip(Button):
 
 @dataclass(frozen=True)
 class Swatch(Element):
-    """A colour of the legend."""
+    """A colour in the legend."""
 
     colour: Colour = INK
 

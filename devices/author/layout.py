@@ -1,4 +1,4 @@
-"""Where everything stands: sliders to the left, the door that they make to the right, buttons below."""
+"""The layout of the designer's window: sliders on the left, their door on the right, buttons below."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from palpate.devices.window.screens.frame import fitted
 from palpate.devices.window.typeset import LABEL_STEPS, line_px
 
 NUMBERS = 4.6
-"""The size of numbers and legends."""
+"""Text size of numbers and legends."""
 COLUMN = 23.0
 """Width of a slider with its words, in the design's millimetres."""
 PLAYS = ("play", "stop", "confirm")
-"""What the main button may say, as keys of the texts."""
+"""Keys of the texts of the main button."""
 LEFT_BUTTONS = ("undo", "redo", "compare", "save", "open", "export", "reset", "help")
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The parts of the sliders' card, one entry an attribute: words above, slider, words below, the two numbers."""
+    """The parts of the sliders' card, one entry per attribute: words above, slider, words below, the two numbers."""
 
     highs: tuple[Box, ...]
     sliders: tuple[Box, ...]
@@ -47,7 +47,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Layout:
-    """The whole: a head with a button to close, the card of the wishes, the card of the door, a foot."""
+    """The whole window: a head with a button to close, the card of the wishes, the card of the door, a foot."""
 
     head: Box
     close: Box
@@ -59,7 +59,7 @@ class Layout:
 
 
 def lay_out(page: Page, count: int) -> Layout:
-    """Return the layout for so many sliders."""
+    """Return the layout for `count` sliders."""
     metrics, unit = page.metrics, page.metrics.unit
     margin = unit(7)
     head = Box(margin, unit(3.5), metrics.width_px - 2 * margin, metrics.target(10))
@@ -111,9 +111,9 @@ def _panel(page: Page, card: Box) -> Panel:
 
 
 def buttons(page: Page, foot: Box, words: dict[str, str], play: str) -> dict[str, tuple[Box, Laid]]:
-    """Return boxes and words of the foot's buttons: the main one to the right, the others from the left.
+    """Return boxes and words of the foot's buttons: the main one on the right, the others from the left.
 
-    The main button is as wide as the widest of its wordings; `play` is the key of the present one.
+    The main button is as wide as its widest wording; `play` is the key of its current wording.
     """
     unit = page.metrics.unit
     answers = {key: fitted(page, page.texts(key), unit(80), foot.height, LABEL_STEPS, bold=True) for key in PLAYS}

@@ -1,4 +1,4 @@
-"""The pages beside the sliders: a name to write, a design to choose, help to read, work to go on with."""
+"""Pages besides the sliders: enter a name, choose a design, read help, recover work."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from palpate.protocols.events import Reply
 
 NAME = "name"
 ROWS = 8
-"""Designs on one sheet."""
+"""Number of designs on one page."""
 
 
 class Aside(Base):
-    """A page that leads back to the sliders; its reply's value says with what."""
+    """A page that leads back to the sliders; its reply's value is the result."""
 
     def value(self) -> dict[str, Any]:
         return {}
@@ -45,7 +45,7 @@ class Aside(Base):
 
 
 class NameScreen(Aside):
-    """A name for a design; one that is taken has to be confirmed."""
+    """The page for the name of a design; a name that exists has to be confirmed."""
 
     def __init__(self, page: Page, prompt: str, name: str, taken: Callable[[str], bool]) -> None:
         texts = page.texts
@@ -67,7 +67,7 @@ class NameScreen(Aside):
 
     @property
     def written(self) -> str:
-        """The name, without blanks at its ends."""
+        """Return the name without spaces at its ends."""
         return " ".join(self.field.writing.text.split())
 
     def body(self) -> Iterator[Element]:
@@ -100,7 +100,7 @@ class NameScreen(Aside):
 
 
 class OpenScreen(Aside):
-    """A saved design to choose."""
+    """The page on which a saved design is chosen."""
 
     def __init__(self, page: Page, names: Sequence[str]) -> None:
         texts = page.texts
@@ -135,14 +135,14 @@ class OpenScreen(Aside):
         return True
 
     def default_choice(self) -> None:
-        """Enter opens what the keyboard is at, and nothing else."""
+        """Open the focused design on Enter, and nothing else."""
 
     def _row(self, number: int) -> str:
         return f"design {number}"
 
 
 class HelpScreen(Aside):
-    """The page of help."""
+    """The help page."""
 
     def __init__(self, page: Page) -> None:
         texts = page.texts
@@ -164,7 +164,7 @@ class HelpScreen(Aside):
 
 
 class RecoverScreen(Aside):
-    """Work that was under way when the window was last closed: go on with it, or begin anew."""
+    """The page after unfinished work was found: resume it, or begin anew."""
 
     def __init__(self, page: Page, name: str) -> None:
         texts = page.texts
@@ -178,4 +178,4 @@ class RecoverScreen(Aside):
         yield from self._pages[0]
 
     def go_back(self) -> None:
-        """Do nothing: on this page only a button decides."""
+        """Do nothing, because on this page only a button decides."""

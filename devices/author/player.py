@@ -1,4 +1,6 @@
-"""Playing a profile on the door while the window lives on: whatever goes wrong is reported, and the door is at rest."""
+"""Play a profile on the door while the window stays responsive; every failure is reported and leaves the door at
+rest.
+"""
 
 from __future__ import annotations
 
@@ -25,13 +27,13 @@ ANGLE, TORQUE = CHANNELS.index("angle"), CHANNELS.index("torque")
 
 
 class Screen(Protocol):
-    """The screen that shows the work meanwhile."""
+    """The screen that shows the work while the door plays."""
 
     def turn(self) -> None:
-        """Take in what the designer did, and draw it."""
+        """Handle the designer's inputs, and draw the work."""
 
     def door_is(self, state: str, problem: str = "") -> None:
-        """Show the door's new state (a key of the texts); `problem` is what a person has to put right and confirm."""
+        """Show the door's new state (a text key); `problem` is what a person has to repair and confirm."""
 
     def hand_at(self, place: tuple[float, float] | None) -> None:
         """Show the door's angle in degrees and the force in newtons at its handle."""
@@ -39,20 +41,20 @@ class Screen(Protocol):
 
 @dataclass(frozen=True)
 class Played:
-    """The end of a presentation: a key of the texts, and the device's message where it failed."""
+    """The end of a presentation: a text key, and the device's message if it failed."""
 
     key: str
     why: str = ""
 
     @property
     def wrong(self) -> bool:
-        """Whether it did not go as it should."""
+        """Return whether the presentation failed."""
         return bool(self.why)
 
 
 @dataclass
 class OneDesk:
-    """The designer is participant and experimenter in one: the main button confirms whatever is asked for."""
+    """The desk of a designer who is both participant and experimenter: the main button confirms all prompts."""
 
     screen: Screen
     prompt: Prompt | None = None
@@ -60,11 +62,11 @@ class OneDesk:
     leaving: bool = False
 
     def poll(self) -> Aside | None:
-        """Return an end of the presentation once the window is closed."""
+        """Return an action that ends the presentation once the window is closed."""
         return Aside({"do": "abort", "text": "the window is closed"}) if self.leaving else None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Let a demand stand; another one takes the confirmation with it."""
+        """Set the prompt; a new one discards the confirmation."""
         if prompt != self.prompt:
             self.prompt, self.confirmed = prompt, False
 
@@ -73,17 +75,17 @@ class OneDesk:
         return True if self.confirmed else None
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Do nothing: the window learns the devices' states elsewhere."""
+        """Do nothing: the window gets the devices' states elsewhere."""
 
 
 @dataclass
 class InWindow:
-    """The page while a device waits: the sliders, and its state beside them."""
+    """The page while a device waits: the sliders, and the device's state beside them."""
 
     screen: Screen
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Let the window live until `ready`."""
+        """Keep the window responsive until `ready`."""
         if key == "feel_now":
             self.screen.door_is("playing")
         elif isinstance(desk, OneDesk) and desk.prompt is not None:
@@ -95,18 +97,18 @@ class InWindow:
 
 @dataclass
 class Seen:
-    """The telemetry of one presentation, only looked at: where the door is now."""
+    """The telemetry of one presentation, used only to show where the door is."""
 
     door: DoorSimulator
     now_ns: NowNs
     screen: Screen
 
     def start(self) -> None:
-        """Begin."""
+        """Do nothing."""
         self.door.start(self.now_ns)
 
     def due(self) -> bool:
-        """Return False, because nothing is kept; take the newest sample as the place of the door."""
+        """Return False, because nothing is recorded; use the newest sample as the door's position."""
         with suppress(DeviceFault):  # Whoever presents sees it as well, and deals with it.
             blocks = [block.data for block in self.door.read(0.0)["telemetry"] if block.data]
             if blocks:
@@ -115,7 +117,7 @@ class Seen:
         return False
 
     def take(self) -> Chunk:
-        """Return an empty chunk, because nothing is kept."""
+        """Return an empty chunk, because nothing is recorded."""
         return Chunk({}, ())
 
     def fault(self) -> DeviceFault | None:
@@ -123,7 +125,7 @@ class Seen:
         return None
 
     def stop(self) -> Mapping[str, Any]:
-        """End."""
+        """Return an empty summary."""
         self.door.stop()
         self.screen.hand_at(None)
         return {}
@@ -131,7 +133,7 @@ class Seen:
 
 @dataclass
 class Player:
-    """One door of a rig, or a twin. It is opened when it is played on first, and stays open."""
+    """The door of a rig, or a twin. It is opened when it is played for the first time, and stays open."""
 
     door: DoorSimulator
     screen: Screen
@@ -146,11 +148,11 @@ class Player:
 
     @property
     def simulated(self) -> bool:
-        """Whether it is a twin."""
+        """Return whether the door is a twin."""
         return self.door.by == "twin"
 
     def play(self, force_N: Sequence[float], name: str, changes: Changes | None = None) -> Played:
-        """Play it until the door was opened and brought back, or Stop; the window lives on, and `changes` are felt."""
+        """Play until the door was opened and brought back, or Stop; the window stays responsive, `changes` are felt."""
         if self.busy:
             return Played("door_busy", "busy")
         self.busy, self.desk.confirmed, self.door.changes = True, False, changes
@@ -163,7 +165,7 @@ class Player:
             self.screen.door_is("rest")
 
     def press(self) -> None:
-        """Handle the main button while it plays: stop, or confirm what is requested."""
+        """Handle the main button while the door plays: stop, or confirm the prompt."""
         self.desk.confirmed = True
 
     def leave(self) -> None:
@@ -171,7 +173,7 @@ class Player:
         self.desk.leaving = True
 
     def close(self) -> None:
-        """Make the door safe and let go of it."""
+        """Make the door safe and release it."""
         self.door.close()
 
     def _played(self, force_N: Sequence[float], name: str) -> Played:

@@ -1,4 +1,4 @@
-"""The door as it is drawn: its force over the opening angle, what lies behind it, and what the colours mean."""
+"""The plot of a door: its force over the opening angle, the background, and the legend."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, DoorDataError
 
 Hand = tuple[float, float]
-"""Where the door is while it plays: angle in degrees, force in newtons."""
+"""The door's position while it plays: angle in degrees, force in newtons."""
 LETTERS: tuple[Letter, Letter] = ("A", "B")
 COLUMNS = ("angle_deg", "least_N", "most_N")
 FILE = Path(__file__).resolve().with_name("rated_range.csv")
@@ -39,7 +39,7 @@ class Plotter:
 
     @cached_property
     def rated(self) -> tuple[bytes, bytes]:
-        """Where the doors lie that people have rated."""
+        """Return the outline of the range of doors that people have rated."""
         least, most = rated_range()
         return least.tobytes(), most.tobytes()
 
@@ -93,7 +93,7 @@ class Plotter:
 
 
 def rated_range() -> tuple[Array, Array]:
-    """Return the least and greatest force of the rated doors at each of the 621 angles, in newtons."""
+    """Return the least and the greatest force of the rated doors at each of the 621 angles, in newtons."""
     _angles, least, most = map(np.asarray, read_table(FILE, COLUMNS).numbers(COLUMNS).values())
     if len(least) != POINTS:
         raise DoorDataError(f"{FILE}: {len(least)} rows found, {POINTS} expected")

@@ -1,4 +1,4 @@
-"""The screen with the sliders: what mouse and keyboard do to the work, and requests to the window."""
+"""The screen with the sliders: how mouse and keyboard change the work, and requests to the window."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from palpate.devices.window.screens.elements import Element
 ACTS = ("play", "save", "open", "export", "help", "close")
 STEPS = {"up": 1.0, "down": -1.0, "pageup": 10.0, "pagedown": -10.0, "home": -HIGHEST, "end": HIGHEST}
 COARSE = 10.0
-"""With shift, arrows move so many times as far."""
+"""Factor for moves by arrow keys with shift."""
 
 
 class DesignerScreen(AppScreen):
-    """The sliders and their door. `history` is the work."""
+    """The screen with the sliders and their door. `history` is the work."""
 
     LETTERS: ClassVar = {
         "p": "play", "u": "undo", "r": "redo", "c": "compare", "a": "side A", "b": "side B", "s": "save", "o": "open",
@@ -40,7 +40,7 @@ class DesignerScreen(AppScreen):
 
     @property
     def work(self) -> Work:
-        """What is being made."""
+        """Return the current work."""
         return self.history.now
 
     def body(self) -> Iterable[Element]:
@@ -51,7 +51,7 @@ class DesignerScreen(AppScreen):
         self.say(self.page.texts(key, **values))
 
     def say(self, notice: str, wrong: bool = False) -> None:
-        """Show a notice in its own words, in the colour of alerts if `wrong`."""
+        """Show a notice with this text, in the colour of alerts if `wrong`."""
         self.show_status(replace(self.status, notice=notice, wrong=wrong))
 
     def show_status(self, status: DesignerStatus) -> None:
@@ -65,7 +65,7 @@ class DesignerScreen(AppScreen):
         self._stale = True
 
     def stops(self) -> list[str]:
-        """Return the focus order: sliders, the smoothing, the two that are compared, and the buttons."""
+        """Return the focus order: sliders, the smoothing, the two compared designs, and the buttons."""
         names = super().stops()
         return sorted(names, key=lambda name: not name.startswith(("wish", "smoothing")))
 
@@ -129,7 +129,7 @@ class DesignerScreen(AppScreen):
         return self.view.slider(self.work, _number(name))
 
     def do(self, name: str) -> None:
-        """Change the work, or leave what a button or letter stands for to the window."""
+        """Change the work by a button or key, or leave the request to the window."""
         self.say("")
         match name:
             case "undo" | "redo":

@@ -1,4 +1,4 @@
-"""The view of the work: every element as it looks now, in the words of its language."""
+"""The view of the work: all elements as they look now, in the language of the window."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from palpate.devices.window.typeset import NUMBER_STEPS, WORD_STEPS
 from palpate.signals.arrays import Array
 
 KEPT = 50
-"""Doors that are kept."""
+"""Number of doors that are cached."""
 FOLDER = Path(__file__).resolve().parent / "texts"
 NAMED_OFF, NOTICED = 3, 10.0
-"""So many of the wishes that cannot be had are named at most: those missed by more than people just notice."""
+"""Greatest number of unattainable wishes that are named, and the least noticeable difference between wish and door."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignerStatus(Status):
-    """The notice, the door's state, what the main button does, and where the hand is.
+    """The notice, the door's state, the main button's action, and the hand's position.
 
-    While a slider is being `moved`, wishes that cannot be had are not named: the dots do that, and a sentence that
-    changes with every pixel is neither read nor laid out in time.
+    While a slider is being `moved`, unattainable wishes are not named: the dots show them, and a sentence that changes
+    with every pixel cannot be read or laid out in time.
     """
 
     door: str = ""
@@ -57,12 +57,12 @@ class DesignerView(AppView):
 
     @cached_property
     def layout(self) -> Layout:
-        """Where everything stands."""
+        """Return the layout of the window."""
         return lay_out(self.page, len(self.maker.attributes))
 
     @cached_property
     def plotter(self) -> Plotter:
-        """What draws the doors."""
+        """Return the plotter of the doors."""
         return Plotter(self.setter, self.layout)
 
     def made(self, setting: Setting) -> DesignedDoor:
@@ -74,7 +74,7 @@ class DesignerView(AppView):
         return self._designed[setting]
 
     def elements(self, work: Work, status: DesignerStatus) -> Iterator[Element]:
-        """Yield every element, from the ground up."""
+        """Yield all elements, from the background up."""
         head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
         yield (title := self.title(head))
         left, right = title.box.right + unit(6), close.left - unit(5)
@@ -97,7 +97,7 @@ class DesignerView(AppView):
         yield from self._foot(work, status)
 
     def slider(self, work: Work, number: int) -> Upright:
-        """Return one of the upright sliders."""
+        """Return one of the vertical sliders."""
         other = work.other
         return Upright(
             f"wish {number}", self.layout.columns.sliders[number], "wishes", wish=work.setting.wish[number],
@@ -166,17 +166,17 @@ class DesignerView(AppView):
 
 
 def author_texts(language: str = MASTER) -> Texts:
-    """Return the texts of the window and of the pages that it shares with others. Raise WindowError."""
+    """Return the texts of the window and of the pages that it shares with others. Raises WindowError."""
     return window_texts(FOLDER, "designer", language)
 
 
 def word(texts: Texts, name: str) -> str:
-    """Return an attribute's word in the language, or the model's own where there is none."""
+    """Return an attribute's word in the language, or the model's own word if there is none."""
     return texts.words.get(f"word.{name}", name)
 
 
 def what_is_off(texts: Texts, maker: Maker, wish: tuple[float, ...], predicted: Array) -> str:
-    """Describe, in the language's own words, which wishes the nearest door misses most."""
+    """Return a sentence that says which wishes the nearest door misses most, in the language of the window."""
     off = [abs(felt - wished) for felt, wished in zip(predicted.tolist(), wish, strict=True)]
     misses = sorted((number for number in range(len(wish)) if off[number] > NOTICED), key=lambda number: -off[number])
     parts = [

@@ -1,4 +1,4 @@
-"""The work and its history, without a window or a file."""
+"""The designer's work and its history, independent of windows and files."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from palpate.devices.door.making import HIGHEST, LOWEST, NEUTRAL
 
 Letter = Literal["A", "B"]
 MOST_SMOOTHING_DEG = 5.0
-"""How far a profile can be smoothed."""
+"""Greatest smoothing of a profile."""
 MOST_STEPS = 1000
-"""So many steps can be undone."""
+"""Greatest number of steps that can be undone."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Seven wishes, 0 to 100, and how much the profile is smoothed, in degrees."""
+    """Seven wishes, 0 to 100, and the smoothing of the profile in degrees."""
 
     wish: tuple[float, ...]
     smoothing_deg: float = 0.0
@@ -39,9 +39,9 @@ def neutral(count: int) -> Setting:
 
 @dataclass(frozen=True)
 class Work:
-    """One setting, or two that are compared; `on` is the one that is edited and played.
+    """A setting, or two that are compared; `on` is the one that is edited and played.
 
-    `name` is that of the design that was saved or opened last, `saved` the setting that it holds.
+    `name` is the name of the design that was saved or opened last, `saved` its setting.
     """
 
     a: Setting
@@ -52,17 +52,17 @@ class Work:
 
     @property
     def setting(self) -> Setting:
-        """The one that is edited."""
+        """Return the edited setting."""
         return self.b if self.on == "B" and self.b is not None else self.a
 
     @property
     def other(self) -> Setting | None:
-        """The one beside it, while two are compared."""
+        """Return the other setting while two are compared, else None."""
         return None if self.b is None else self.a if self.on == "B" else self.b
 
     @property
     def untouched(self) -> bool:
-        """Whether nothing would be lost: all that is here is saved, or is where everything begins."""
+        """Return whether nothing would be lost: everything is saved, or still at its initial value."""
         start = neutral(len(self.a.wish))
         return self.b is None and self.a in (start, self.saved)
 
@@ -71,7 +71,7 @@ class Work:
         return replace(self, b=setting) if self.on == "B" else replace(self, a=setting)
 
     def compared(self) -> Work:
-        """Keep this one as A and go on with a copy of it as B."""
+        """Return the work with this setting as A and a copy of it as B."""
         return self if self.b is not None else replace(self, b=self.a, on="B")
 
     def switched(self, to: Letter) -> Work:
@@ -79,13 +79,13 @@ class Work:
         return self if self.b is None else replace(self, on=to)
 
     def kept(self) -> Work:
-        """Return the work with only the setting that is on."""
+        """Return the work with only the edited setting."""
         return replace(self, a=self.setting, b=None, on="A")
 
 
 @dataclass
 class History:
-    """The work now, what it was before, and what was undone. One gesture is one step, however far it moves."""
+    """The current work, its earlier states, and undone ones. One gesture is one step, however far it moves."""
 
     now: Work
     past: list[Work] = field(default_factory=list)
@@ -103,7 +103,7 @@ class History:
         self.now = work
 
     def note(self, work: Work) -> None:
-        """Replace the work where it was only named or saved, which cannot be undone."""
+        """Replace the work after it was only named or saved, which cannot be undone."""
         self.now, self._gesture = work, None
 
     def undo(self) -> bool:

@@ -1,1 +1,1 @@
-"""Pictures of samples, as a camera puts them into a folder."""
+"""Pictures of samples, as a camera saves them to a folder."""

@@ -1,4 +1,4 @@
-"""The camera: each sample under ten lights, as pictures that come into a folder (thesis 3.4.2)."""
+"""The camera: pictures of each sample under ten lights, which arrive in a folder (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 Suffix = Annotated[str, Field(pattern=r"^\.[a-z0-9]+$")]
 LightName = Annotated[str, Field(min_length=1, max_length=60)]
 TWIN_LIGHTS = 10
-"""How many lights the simulated surfaces are photographed under."""
+"""Number of lights under which the simulated surfaces are photographed."""
 
 
 class Settings(Strict):
-    """`folder` is where the camera's own program puts its files, `pictures` where they are kept (none: LAB/pictures).
+    """The settings in a rig file. `folder` is where the camera's program saves files, `pictures` where they are stored.
 
-    `lights` is how many pictures a sample gets, or the lights' names in the order in which they are asked for.
+    Without `pictures` it is LAB/pictures. `lights` is how many pictures a sample gets, or the lights' names in the
+    order of the prompts.
     """
 
     kind: Literal["camera"]
@@ -59,7 +60,7 @@ class Settings(Strict):
         return self.lights if isinstance(self.lights, int) else len(self.lights)
 
     def light(self, number: int) -> str:
-        """Describe a light for people: light 3 of 10 (left, low)."""
+        """Return the name of a light for people: light 3 of 10 (left, low)."""
         named = "" if isinstance(self.lights, int) else f" ({self.lights[number - 1]})"
         return f"light {number} of {self.count}{named}"
 
@@ -79,10 +80,10 @@ MEANINGS: Mapping[str, str] = {
 
 @dataclass
 class Camera:
-    """Waits until there is a picture for each light. `pictures_of` is what the twin sees.
+    """A camera that waits until there is a picture for each light. `pictures_of` gives the twin's pictures.
 
-    A picture whose bytes came before is left out; one that is blurred, over-exposed or too small is asked for again,
-    and kept where the experimenter confirms it as it is.
+    A picture with the bytes of an earlier one is left out; one that is blurred, over-exposed or too small is requested
+    again, and kept if the experimenter confirms it as it is.
     """
 
     name: str
@@ -99,12 +100,12 @@ class Camera:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """No signals: pictures are not signals."""
+        """Return an empty sequence: pictures are not signals."""
         return ()
 
     @property
     def pictures_of(self) -> PicturesOf | None:
-        """The pictures that the twin sees; None with a real camera."""
+        """Return the function that gives the twin's pictures; None with a real camera."""
         return getattr(self.source, "pictures_of", None)
 
     @pictures_of.setter
@@ -113,12 +114,12 @@ class Camera:
             self.source.pictures_of = given  # type: ignore[union-attr]
 
     def keep_in(self, lab: Path) -> None:
-        """Keep the pictures in the lab, unless the rig file says where."""
+        """Store the pictures in the lab, unless the rig file says where."""
         if self.settings.pictures is None:
             self.pictures = lab / "pictures"
 
     def open(self) -> None:
-        """Make sure that the folder is there. Raises DeviceError."""
+        """Check that the folder exists. Raises DeviceError."""
         demand = getattr(self.source, "demand", None)
         if demand is not None:
             demand()
@@ -134,7 +135,7 @@ class Camera:
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
-        """Return as health whether the folder can be read."""
+        """Return whether the folder can be read."""
         from palpate.devices.device import DeviceError
 
         pictures = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
@@ -147,7 +148,7 @@ class Camera:
         return Health(True, summary, calibrated=self.settings.calibrated, facts=facts)
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Ask for one light after the other until there is a picture for each, at most `request.seconds`."""
+        """Request one light after the other until there is a picture for each, for at most `request.seconds`."""
         if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         try:
@@ -201,7 +202,7 @@ class Camera:
     def _wanted(self) -> int | None:
         """Return the light that needs a picture: the first without one, then the first with a bad one.
 
-        A twin's pictures do not get better: they are flagged, and kept.
+        A twin's pictures do not get better: they are flagged and kept.
         """
         missing = (n for n in range(1, self.settings.count + 1) if n not in self.taken)
         bad = (n for n, picture in sorted(self.taken.items()) if picture["flags"] and n not in self.accepted)
@@ -244,7 +245,7 @@ class Camera:
 def make(name: str, settings: Settings, folder: Path) -> Camera:
     """Return the camera of that name without opening it; relative folders are relative to the rig file.
 
-    Pictures are kept beside the rig file until `keep_in` names their lab.
+    Pictures are stored beside the rig file until `keep_in` names their lab.
     """
     from palpate.devices.camera.sources import Folder, Simulated
 

@@ -1,4 +1,4 @@
-"""A picture file looked at: whole or not, size, sharpness, exposure; and kept in the lab by sample and light."""
+"""Check a picture file for completeness, size, sharpness and exposure; store it in the lab by sample and light."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     pass
 
 SQUARE = 1568
-"""Side of the square in the middle that is looked at, in pixels: what the thesis cuts out of a picture (3.4.2)."""
+"""Side of the examined square in the middle, in pixels: what the thesis cuts out of a picture (3.4.2)."""
 WHITE = 249.5 / 255
 X3F = b"FOVb"
 
@@ -33,7 +33,7 @@ class Incomplete(ValueError):
 
 @dataclass(frozen=True)
 class Limits:
-    """The demands on a picture: so many pixels on its shorter side, so sharp, and with no more white."""
+    """Requirements for a picture: pixels on its shorter side, sharpness, and share of white."""
 
     least_pixels: int
     least_sharpness: float
@@ -42,10 +42,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Look:
-    """The figures of a picture; `flags` are reasons to take it again: too_small, blurred, over_exposed.
+    """The measurements of a picture; `flags` are reasons to take it again: too_small, blurred, over_exposed.
 
-    Sharpness is the variance of the Laplacian over the variance of the brightness, in that square: contrast does
-    not enter. White is the share of that square above 250 of 255. Both are None where the format is not decoded here.
+    Sharpness is the variance of the Laplacian over the variance of the brightness, in a square in the middle, so
+    contrast does not matter. White is the share of that square above 250 of 255. Both are None if the format is not
+    decoded here.
     """
 
     sha256: str
@@ -57,7 +58,9 @@ class Look:
 
 
 def look(data: bytes, limits: Limits) -> Look:
-    """Read a picture whole and return what it is like. Raises Incomplete where it ends too soon or is no picture."""
+    """Read a complete picture and return its measurements. Raises Incomplete if it ends too soon or is not a
+    picture.
+    """
     sha256 = hashlib.sha256(data).hexdigest()
     if data.startswith(X3F):
         width, height = _x3f_size(data)
@@ -78,7 +81,7 @@ def look(data: bytes, limits: Limits) -> Look:
 
 
 def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
-    """Return the size and the square's brightness, 0 to 1; every pixel is read, so a file that is cut off is found."""
+    """Return the size and the square's brightness, 0 to 1; every pixel is decoded, to detect truncated files."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -99,7 +102,7 @@ def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
 
 
 def _x3f_size(data: bytes) -> tuple[int, int]:
-    """Return the size in the header of a Sigma raw file. Raise Incomplete where its end does not name the directory."""
+    """Return the size in the header of a Sigma raw file. Raises Incomplete if its end does not name the directory."""
     if len(data) < 40:
         raise Incomplete("the file ends in its header")
     (directory,) = struct.unpack("<I", data[-4:])
@@ -110,9 +113,9 @@ def _x3f_size(data: bytes) -> tuple[int, int]:
 
 
 def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, name: str, data: bytes) -> str:
-    """Copy a picture; its path below `pictures`, as T07/light03-0123456789abcdef.jpg.
+    """Copy a picture, and return its path below `pictures`, as T07/light03-0123456789abcdef.jpg.
 
-    Raises DeviceFault where the disk takes it not.
+    Raises DeviceFault if it cannot be written.
     """
     suffix = Path(name).suffix.lower()
     path = pictures / folder_of(stimulus) / f"light{light:02d}-{sha256[:16]}{suffix}"
@@ -125,7 +128,7 @@ def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, na
 
 
 def folder_of(stimulus: str) -> str:
-    """Return a stimulus' folder: its id where that is a plain name, else its plain characters and a digest."""
+    """Return a stimulus' folder: its id if that is a plain name, else its plain characters and a digest."""
     if re.fullmatch(r"[A-Za-z0-9_-]{1,64}", stimulus):
         return stimulus
     return f"{re.sub(r'[^A-Za-z0-9_-]+', '_', stimulus)[:40]}-{digest(stimulus)[:8]}"

@@ -1,4 +1,4 @@
-"""Where pictures come from: a folder that a tethered camera fills, or a twin."""
+"""Sources of pictures: a folder that a tethered camera fills, or a twin."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from palpate.devices.device import DeviceError, DeviceFault
 from palpate.protocols.events import Sense
 
 LOOK_S = 0.2
-"""How often the folder is looked at."""
+"""Seconds between two looks at the folder."""
 LARGEST_BYTES = 2**30
 Stamp = tuple[int, int]
-"""Size and time of change of a file."""
+"""Size of a file and time of its last change."""
 PicturesOf = Callable[[Sense], Iterable[bytes]]
 
 
 @dataclass(frozen=True)
 class Arrived:
-    """A picture that seems to be whole."""
+    """A picture that seems to be complete."""
 
     name: str
     data: bytes
@@ -29,7 +29,7 @@ class Arrived:
 
 @dataclass
 class Folder:
-    """Files that appear in a folder; one is given once its size has stood still for `settle_s`."""
+    """Files that appear in a folder; each is returned once its size has not changed for `settle_s`."""
 
     device: str
     path: Path
@@ -42,7 +42,7 @@ class Folder:
     looked_s: float = float("-inf")
 
     def demand(self) -> None:
-        """Raise DeviceError where the folder cannot be read."""
+        """Raise DeviceError if the folder cannot be read."""
         try:
             self._files()
         except OSError as error:
@@ -51,11 +51,11 @@ class Folder:
             ) from None
 
     def begin(self, request: Sense) -> None:  # noqa: ARG002 - a real camera need not know what it is asked for
-        """Note that every present file is from before the request."""
+        """Mark all present files as older than the request."""
         self.known, self.waiting, self.refused, self.looked_s = self._there(), {}, {}, float("-inf")
 
     def new(self, now_s: float) -> Sequence[Arrived]:
-        """Return files that have stopped changing, by name or by the time of their last change."""
+        """Return files that have stopped changing, sorted by name or by the time of their last change."""
         if now_s - self.looked_s < LOOK_S:
             return ()
         self.looked_s = now_s
@@ -98,11 +98,11 @@ class Folder:
         return DeviceFault(self.device, "link_lost", f"{self.device}: {message}")
 
     def refuse(self, name: str, why: str) -> None:
-        """Store the reason for refusing a file."""
+        """Remember why a file is refused."""
         self.refused[name] = why
 
     def broken(self) -> Sequence[str]:
-        """Return files that came and are not whole, or still change."""
+        """Return messages on files that are not complete, or still change."""
         return [
             *(f"{name} is broken ({why})" for name, why in sorted(self.refused.items())),
             *(f"{name} is still being written" for name in sorted(self.waiting)),
@@ -111,7 +111,7 @@ class Folder:
 
 @dataclass
 class Simulated:
-    """Pictures that a simulated camera takes, one at each look; `suffix` is that of their files."""
+    """A simulated camera that takes a picture at each look; `suffix` is that of its files."""
 
     device: str
     pictures_of: PicturesOf | None = None
@@ -120,13 +120,13 @@ class Simulated:
     suffix: str = ".png"
 
     def begin(self, request: Sense) -> None:
-        """Start over. Raises DeviceError where it has no pictures to give."""
+        """Start over. Raises DeviceError if there are no pictures."""
         if self.pictures_of is None:
             raise DeviceError(f"{self.device}: the simulated camera has nothing before it: this study has no surfaces")
         self.coming, self.count = iter(self.pictures_of(request)), 0
 
     def new(self, now_s: float) -> Sequence[Arrived]:  # noqa: ARG002 - it never waits
-        """Return the next picture, while there are any."""
+        """Return the next picture, if any is left."""
         data = next(self.coming, None)
         if data is None:
             return ()
@@ -138,12 +138,12 @@ class Simulated:
         raise DeviceFault(self.device, "refused", f"{self.device}: {name} is not a picture: {why}")
 
     def broken(self) -> Sequence[str]:
-        """Return nothing."""
+        """Return an empty sequence."""
         return ()
 
 
 def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
-    """Return the stamp of a file; None for what is not a file, or is gone."""
+    """Return the stamp of a file; None if it is not a file, or no longer exists."""
     try:
         status = entry.stat()
         return (status.st_size, status.st_mtime_ns) if entry.is_file() else None

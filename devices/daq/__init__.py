@@ -1,1 +1,1 @@
-"""Analogue sensors through data acquisition cards: the card, its twin, and what is wired to it."""
+"""Analogue sensors on data acquisition cards: the card, its twin, and the sensors wired to it."""

@@ -72,7 +72,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG001 - every kind is made alike
-    """Return the device without opening it. Raise DeviceError where it has not exactly three inputs."""
+    """Return the device without opening it. Raises DeviceError unless it has exactly three inputs."""
     import numpy as np
 
     from palpate.devices.daq.acquire import Wiring, demand_channels

@@ -1,4 +1,4 @@
-"""A data acquisition card as the sensors see it: volts that come in steadily, and how many were lost on the way."""
+"""The interface of a data acquisition card for sensors: a steady stream of volts, and the number of lost samples."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 Volts = NDArray[np.float64]
 """Readings of shape (n, channels)."""
 POLL_S = 0.005
-"""A read waits for about so much, so that it is not woken for every sample."""
+"""A read waits for about this many seconds, so that it is not woken for every sample."""
 Terminals = Literal["default", "diff", "rse", "nrse"]
 _RANGE = re.compile(r"^(?:(?P<device>[^/,\s]+)/)?(?P<line>[A-Za-z_]+)(?P<first>\d+)(?::(?:[A-Za-z_]+)?(?P<last>\d+))?$")
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """The request to a card: which inputs, in which range, at which rate, and how much it may buffer unread."""
+    """What a card is set up for: inputs, range, rate, and how many seconds it may buffer unread."""
 
     channels: tuple[str, ...]
     low_V: float
@@ -38,7 +38,7 @@ class Wiring:
 
     @property
     def buffer(self) -> int:
-        """The most samples per channel that wait to be read."""
+        """Return the greatest number of unread samples per channel."""
         return max(16, round(self.rate_hz * self.buffer_s))
 
 
@@ -52,25 +52,25 @@ class Taken:
 
 @dataclass(frozen=True)
 class Pace:
-    """The passing of time for a reader of samples: seconds since the start, and a way to let some pass."""
+    """The time of a reader of samples: seconds since the start, and a function that waits."""
 
     elapsed_s: Elapsed
     wait: Callable[[float], None]
 
     @staticmethod
     def real(now_ns: NowNs) -> Pace:
-        """Return a pace in real time, from now on."""
+        """Return a pace in real time, beginning now."""
         return Pace(since(now_ns), time.sleep)
 
     @staticmethod
     def by_clock(elapsed_s: Elapsed) -> Pace:
-        """Return a pace by an elapsed time that is computed elsewhere, from now on; reads never wait."""
+        """Return a pace by an elapsed time that is computed elsewhere, beginning now; reads never wait."""
         start_s = elapsed_s()
         return Pace(lambda: elapsed_s() - start_s, lambda _seconds: None)
 
 
 class Daq(Protocol):
-    """A card, or the twin of one. Its name is that of the sensor that it serves."""
+    """A card or its twin. Its name is that of the sensor that it serves."""
 
     name: str
     wiring: Wiring
@@ -80,28 +80,28 @@ class Daq(Protocol):
         """The card's own description once it is open: product, serial number, driver, real rate."""
 
     def open(self) -> None:
-        """Reserve the inputs. Raises DeviceError where they cannot be had as wired."""
+        """Reserve the inputs. Raises DeviceError if they are not available as wired."""
 
     def expect(self, scene: Scene | None) -> None:
-        """Set what is to be sensed next; a real card ignores it."""
+        """Set the scene that is sensed next; a real card ignores it."""
 
     def start(self, pace: Pace) -> None:
         """Begin to sample into the buffer. Raises DeviceError."""
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """Return at most `most` rows that have come, waiting for some at most timeout_s. Raise DeviceFault."""
+        """Return at most `most` rows that have arrived, waiting for some at most timeout_s. Raises DeviceFault."""
 
     def stop(self) -> None:
-        """End sampling; also where it has not started."""
+        """Stop sampling, also if it has not started."""
 
     def close(self) -> None:
-        """Let go of the inputs; also where they are not open."""
+        """Release the inputs, also if they are not open."""
 
 
 def channel_names(spelled: str, where: str) -> tuple[str, ...]:
     """Return the single inputs of a list as NI-DAQmx spells it: `Dev1/ai0:5` or `Dev1/ai0:2, Dev1/ai7`.
 
-    Raises DeviceError, which begins with `where`, on anything else and on an input named twice.
+    Raises DeviceError, with a message that begins with `where`, for anything else and for an input named twice.
     """
     names: list[str] = []
     device = ""
@@ -120,7 +120,7 @@ def channel_names(spelled: str, where: str) -> tuple[str, ...]:
 
 
 def demand_channels(spelled: str, count: int, where: str, what: str) -> tuple[str, ...]:
-    """Return the single inputs, of which there must be `count`. Raise DeviceError."""
+    """Return the single inputs. Raises DeviceError unless there are `count` of them."""
     names = channel_names(spelled, where)
     if len(names) != count:
         raise DeviceError(f"{where}: channels {spelled!r} are {len(names)} inputs; {count} are expected: {what}")

@@ -26,35 +26,37 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 POSITIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
-"""The axis that points up, and so feels one g, in the order of a calibration's readings."""
+"""The axis that points up, and so measures one g, in the order of a calibration's readings."""
 MISPLACED_G = 0.05
-"""A residual beyond this is no mounting error: a position was swapped, or the sensor moved."""
+"""A larger residual is not a mounting error: a position was swapped, or the sensor moved."""
 SHARE_OF_SUPPLY = (0.07, 0.13)
-"""Between which shares of the supply a sensitivity per g lies; the data sheet's are 0.09 to 0.11."""
+"""Plausible range of the sensitivity per g as a share of the supply; the data sheet's is 0.09 to 0.11."""
 ONE_G = 0.05
-"""How far the mean's length may lie from one g at rest: the data sheet's zero-g errors, once calibrated, are less."""
+"""Greatest deviation of the mean's length from one g at rest; the calibrated data sheet's zero-g errors are smaller."""
 NOISY_G = 0.05
-"""A noise floor beyond this, per axis, is no sensor at rest; 300 ug/sqrt(Hz) over 1600 Hz are 0.015 g."""
+"""Greatest noise floor per axis of a sensor at rest; 300 ug/sqrt(Hz) over 1600 Hz are 0.015 g."""
 SETTLED = 1e-9
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """Per axis volts per g and volts at no acceleration, both of shape (3,), at the supply that they were found at."""
+    """Volts per g and volts at no acceleration, per axis, both of shape (3,), at the supply voltage of the
+    calibration.
+    """
 
     sensitivity_V: Array
     zero_V: Array
     supply_V: float
 
     def at(self, supply_V: float) -> Scaling:
-        """Return the same sensor at another supply: zero and sensitivity scale with it."""
+        """Return the same sensor at another supply voltage: zero and sensitivity scale with it."""
         ratio = supply_V / self.supply_V
         return Scaling(self.sensitivity_V * ratio, self.zero_V * ratio, supply_V)
 
 
 @dataclass(frozen=True)
 class SixPositions:
-    """A calibration: the scaling, and how far off it leaves each position (RMS over the axes, in g)."""
+    """A calibration: the scaling, and its residual in each position (RMS over the axes, in g)."""
 
     scaling: Scaling
     residual_g: Mapping[str, float]
@@ -66,7 +68,7 @@ class SixPositions:
 
 
 def acceleration(volts: Array, scaling: Scaling) -> Array:
-    """Return the acceleration in m/s^2, gravity included, of the shape of the volts (n, 3)."""
+    """Return the acceleration in m/s^2, including gravity, in the shape of the volts (n, 3)."""
     return np.asarray((volts - scaling.zero_V) * (GRAVITY_M_S2 / scaling.sensitivity_V), np.float64)
 
 
@@ -74,11 +76,11 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
     """Fit sensitivity and zero-g volts per axis to six positions at rest (`POSITIONS`: the axis that points up).
 
     Each reading holds volts of shape (n, 3) or their mean of shape (3,). Per axis and by least squares over all six,
-    volts = zero + sensitivity x {+1, -1, 0, 0, 0, 0}; what remains shows how well the axes stood upright.
+    volts = zero + sensitivity x {+1, -1, 0, 0, 0, 0}; the residuals show how upright the axes were.
 
     Raises:
-        DeviceError: a position missing, no number among its volts, a sensitivity that no such sensor has, or a position
-            that fits by worse than 0.05 g.
+        DeviceError: a missing position, a voltage that is not finite, an implausible sensitivity, or a position with a
+            residual above 0.05 g.
     """
     means = np.empty((len(POSITIONS), 3))
     for row, position in enumerate(POSITIONS):
@@ -112,7 +114,7 @@ def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPosition
 
 @dataclass
 class Accelerometer:
-    """Volts of the three axes to m/s^2. Beyond `full_scale_g`, which the maker warrants, samples count as clipped."""
+    """A transducer from volts of three axes to m/s^2. Samples beyond the maker's `full_scale_g` count as clipped."""
 
     device: str
     signal: Signal
@@ -131,9 +133,9 @@ class Accelerometer:
         self.clipped, self.longest, self.run = 0, 0, np.zeros(3, np.int64)
 
     def rows(self, volts: Array) -> Array:
-        """Return the acceleration of shape (n, 3); clipped samples are counted and returned as they are.
+        """Return the acceleration of shape (n, 3); clipped samples are counted and returned unchanged.
 
-        Raise DeviceFault: not_a_number, stuck, over_range (clipped without a break for `clipped_s`).
+        Raises DeviceFault: not_a_number, stuck, over_range (clipped without a break for `clipped_s`).
         """
         at_end = self.watch.see(volts)
         rows = acceleration(volts, self.scaling)
@@ -156,7 +158,7 @@ class Accelerometer:
         raise DeviceError(f"{self.device}: an accelerometer has no zero to take; calibrate it in six positions")
 
     def complaint(self, reading: Reading) -> str | None:
-        """Describe what is wrong with a reading that should be one g and quiet; None where nothing is."""
+        """Return what is wrong with a reading that should be one g and quiet; None if nothing is."""
         length = float(np.linalg.norm(reading.mean)) / GRAVITY_M_S2
         noisy = max(reading.noise) / GRAVITY_M_S2
         if abs(length - 1) > ONE_G:
@@ -184,7 +186,7 @@ class Accelerometer:
 
 
 def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal:
-    """Return the sensor's ideal volts in a scene: first-order low-pass per axis, scaling, limited by its supply."""
+    """Return the sensor's ideal volts in a scene: first-order low-pass per axis, scaling, limits of its supply."""
 
     def volts(scene: Scene | None, rate_hz: float) -> Iterator[Array]:
         rest = np.tile([0.0, 0.0, GRAVITY_M_S2], (PIECE, 1))
@@ -197,7 +199,7 @@ def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal
 
 
 def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Array]:
-    """Yield y[n] = hold y[n-1] + (1 - hold) x[n] per axis, computed as a sum, from rest at the first sample on."""
+    """Yield y[n] = hold y[n-1] + (1 - hold) x[n] per axis, computed as a sum, from rest at the first sample."""
     # After so many samples what is held has gone.
     taps = [1 if hold <= SETTLED else 1 + int(np.ceil(np.log(SETTLED) / np.log(hold))) for hold in holds]
     kernels = [(1 - hold) * hold ** np.arange(count) for hold, count in zip(holds, taps, strict=True)]
@@ -219,7 +221,7 @@ def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Arr
 
 
 def _longest(over: NDArray[np.bool_], before: int) -> tuple[int, int]:
-    """Return the longest run of true values, `before` of them already there at the start, and the run at the end."""
+    """Return the longest run of true values, after `before` of them at the start, and the run at the end."""
     gaps = np.flatnonzero(~over)
     if not gaps.size:
         return before + len(over), before + len(over)

@@ -1,8 +1,8 @@
-"""The maker's calibration file of a six-axis force/torque sensor (ATI's `FTSensor` XML), as it stands in the file.
+"""The maker's calibration file of a six-axis force/torque sensor (ATI's `FTSensor` XML), as it is written.
 
-What the elements mean is told by the maker's C library and by the note in the files themselves: `UserAxis` rows are the
-calibration matrix in the file's units; `Axis` rows divided by `scale` give it before `BasicTransform`; `BiasSlope`,
-`GainSlope` and `Thermistor` are there where the temperature is compensated in software.
+The meaning of the elements is from the maker's C library and the note in the files: `UserAxis` rows are the calibration
+matrix in the file's units; `Axis` rows divided by `scale` give it before `BasicTransform`; `BiasSlope`, `GainSlope` and
+`Thermistor` are there if the temperature is compensated in software.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from palpate.protocols.wording import some
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 LARGEST = 1 << 20
-"""Bytes; the maker's files have about three thousand."""
+"""Greatest size of a file in bytes; the maker's files have about three thousand."""
 SHIFTS = ("Dx", "Dy", "Dz", "Rx", "Ry", "Rz")
 _DATE = re.compile(r"^(\d{1,2})/(\d{1,2})/(\d{4})$")
 
@@ -30,7 +30,7 @@ MatrixRow = tuple[float, ...]
 
 @dataclass(frozen=True)
 class CalFile:
-    """One calibration as the file gives it, in the file's units.
+    """A calibration as in the file, in the file's units.
 
     `user` holds the rows of `UserAxis`, `basic` those of `Axis` divided by their scale, by axis; either may be empty.
     `shift` is BasicTransform: three distances and three angles. `slopes` are (bias, gain, thermistor's reference).
@@ -112,7 +112,7 @@ class _Reader:
         )  # fmt: skip
 
     def _tree(self, data: bytes) -> Element:
-        """Return the elements; a document type, and with it every entity, is refused where it begins."""
+        """Return the root element. Raises DeviceError at a document type, which could declare entities."""
         builder, parser = TreeBuilder(), expat.ParserCreate()
         parser.StartElementHandler = builder.start
         parser.EndElementHandler = builder.end
@@ -129,7 +129,7 @@ class _Reader:
         raise self._wrong("<!DOCTYPE>", "a calibration file has none")
 
     def _axes(self, calibration: Element, tag: str) -> dict[str, Element]:
-        """Return the six rows of that name by axis; none at all where the file has none of them."""
+        """Return the six rows of that name by axis; an empty dict if the file has none."""
         axes = [(self._text(child, "Name"), child) for child in calibration.findall(tag)]
         names = [name for name, _ in axes]
         if axes and sorted(names) != sorted(AXES):
@@ -189,6 +189,6 @@ def _called(element: Element, attribute: str) -> str:
 
 
 def _iso(date: str) -> str | None:
-    """Return the maker's month/day/year as an ISO date; None where it is written otherwise."""
+    """Return the maker's month/day/year as an ISO date; None for other formats."""
     match = _DATE.match(date.strip())
     return f"{match[3]}-{int(match[1]):02}-{int(match[2]):02}" if match else None

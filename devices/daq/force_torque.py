@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from palpate.signals.arrays import Array
 
 SAMPLE = Path(__file__).resolve().parent / "sample.cal"
-"""What a twin measures with where no calibration file is named: a sensor that does not exist."""
+"""The calibration of a twin if no file is named: of a sensor that does not exist."""
 CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 Share = Annotated[float, Field(gt=0, le=1)]
 Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 
 
 class Frame(Strict):
-    """The frame of the wrench: the origin moved in the sensor's axes, which are then turned about x, y and z."""
+    """The frame of the wrench: its origin is moved along the sensor's axes, which are then turned about x, y and z."""
 
     dx_mm: Finite = 0.0
     dy_mm: Finite = 0.0
@@ -37,7 +37,7 @@ class Frame(Strict):
 
 
 class Thermistor(Strict):
-    """Software temperature compensation: the thermistor's input, and slopes where the .cal file has none."""
+    """Software temperature compensation: the thermistor's input, and slopes if the .cal file has none."""
 
     channel: str
     bias_slopes: Six | None = None
@@ -142,7 +142,7 @@ def _framed(frame: Frame, matrix: Array) -> Array:
 
 
 def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path) -> Slopes | None:
-    """Return the settings' slopes, else the file's. Raise DeviceError where a thermistor has no slopes."""
+    """Return the settings' slopes, else the file's. Raises DeviceError for a thermistor without slopes."""
     import numpy as np
 
     from palpate.devices.daq.gauges import Slopes

@@ -1,4 +1,4 @@
-"""A six-axis force/torque sensor by its wires: from six gauge voltages to forces and torques, and what is too much.
+"""A six-axis force/torque sensor: from six gauge voltages to forces and torques, and its overload.
 
 Units, transforms and temperature follow the maker's C library: a transform moves the origin by d in the sensor's axes
 and then turns the axes about x, y and z in this order.
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 GAUGES = 6
 UNITS = ("N", "N", "N", "N m", "N m", "N m")
 WARMER_V = 0.1
-"""How far a twin's thermistor lies above its reference."""
+"""Volts of a twin's thermistor above its reference."""
 NOISY = 0.01
-"""A noise floor of more than so much of the rated load is no sensor at rest."""
+"""Greatest noise floor of a sensor at rest, as a share of the rated load."""
 DRIFTED = 0.05
-"""A mean at rest of more than so much of the rated load: the zero no longer holds."""
+"""Greatest mean at rest, as a share of the rated load; beyond it the zero no longer holds."""
 PARTS = 20
-"""Into so many parts a reading is cut to see whether it moved while the zero was taken."""
+"""Number of parts of a reading that are compared to see whether it moved while the zero was taken."""
 POUND_N, INCH_M = 4.4482216152605, 0.0254
 FORCE_N: Mapping[str, float] = {
     "N": 1.0, "kN": 1e3, "lb": POUND_N, "lbf": POUND_N, "klb": 1e3 * POUND_N, "klbf": 1e3 * POUND_N,
@@ -46,16 +46,20 @@ ANGLE_RAD: Mapping[str, float] = {
     **dict.fromkeys(("rad", "radian", "radians"), 1.0),
 }
 AGREES = 2e-3
-"""How far the file's two ways to one matrix may differ, as a share of a row's largest value: both are rounded."""
+"""Greatest difference between the file's two ways to the matrix, as a share of a row's largest value: both are
+rounded.
+"""
 CONDITION = 1e4
-"""Of the matrix, its rows taken relative to the rated loads: beyond it, six gauges do not tell six loads apart."""
+"""Greatest condition number of the matrix, with rows relative to the rated loads; beyond it, six gauges do not separate
+six loads.
+"""
 
 
 @dataclass
 class Gauges:
-    """Volts of six gauges, and of a thermistor after them where there is one, to a wrench in the tool's frame.
+    """A transducer from volts of six gauges, and of an optional thermistor after them, to a wrench in the tool's frame.
 
-    `still` is how far a reading may wander while its zero is taken, `overload` how far it may go beyond the rated loads
+    `still` is how much a reading may drift while its zero is taken, `overload` how far it may exceed the rated loads
     before it is a fault; both as shares of the rated loads.
     """
 
@@ -76,7 +80,7 @@ class Gauges:
     back: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        """Compute the way back from the tool's frame to the sensor's, where the rated loads apply."""
+        """Compute the transform from the tool's frame back to the sensor's, in which the rated loads apply."""
         self.back = self.calibration.matrix @ np.linalg.inv(self.matrix)
 
     def begin(self) -> None:
@@ -87,7 +91,7 @@ class Gauges:
     def rows(self, volts: Array) -> Array:
         """Return the wrench, of shape (n, 6); samples beyond the rated loads are counted.
 
-        Raise DeviceFault: not_a_number, stuck, overload (a gauge at its end, or beyond `overload`).
+        Raises DeviceFault: not_a_number, stuck, overload (a gauge at its end, or beyond `overload`).
         """
         self._demand_unsaturated(volts, self.watch.see(volts))
         rows = wrench(self._gauges(volts), self.matrix, self.bias_V)
@@ -105,7 +109,7 @@ class Gauges:
         return rows
 
     def zero(self, volts: Array) -> None:
-        """Take these samples' mean as nothing. Raises DeviceError where they moved, DeviceFault as `rows`."""
+        """Use the mean of these samples as zero. Raises DeviceError if they moved, DeviceFault as `rows`."""
         self.begin()
         self._demand_unsaturated(volts, self.watch.see(volts))
         gauges = self._gauges(volts)
@@ -120,7 +124,9 @@ class Gauges:
         self.bias_V = gauges.mean(axis=0)
 
     def complaint(self, reading: Reading) -> str | None:
-        """Describe noise or drift that is too large against the rated loads; None where neither is."""
+        """Return what is wrong with a reading at rest, noise or drift relative to the rated loads; None if nothing
+        is.
+        """
         for axis, mean, noise, rated in zip(AXES, reading.mean, reading.noise, self.calibration.rated, strict=True):
             if noise > NOISY * rated:
                 return f"{axis} is noisy: {noise:.3g} (SD), at most {NOISY * rated:.3g} at rest"
@@ -141,7 +147,7 @@ class Gauges:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """The largest load seen since the start, and how often it was beyond the rated one."""
+        """Return the largest load since the start, and how often it exceeded the rated load."""
         shares = ", ".join(f"{axis} {100 * share:.2g} %" for axis, share in zip(AXES, self.most, strict=True))
         return {"largest load": f"{shares} of the rated one", "samples beyond": str(self.beyond)}
 
@@ -150,7 +156,7 @@ class Gauges:
         return gauges if self.slopes is None else compensated(gauges, volts[:, GAUGES], self.slopes)
 
     def _demand_unsaturated(self, volts: Array, at_end: NDArray[np.bool_]) -> None:
-        """Raise DeviceFault where a gauge is at the end of its range: overload, or stuck where it always was there."""
+        """Raise DeviceFault if a gauge is at the end of its range: overload, or stuck if it always was there."""
         ended = at_end[:, :GAUGES]
         self.alive |= ~ended.all(axis=0)
         if not ended.any():
@@ -165,9 +171,9 @@ class Gauges:
 
 
 def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:
-    """Return ideal gauge volts: a scene's wrench through the matrix's inverse, plus offsets of up to half a volt.
+    """Return ideal gauge volts: a scene's wrench through the inverse matrix, plus offsets of up to half a volt.
 
-    A thermistor reads a constant a little beside its reference, and its gauges are off by the matching amount.
+    The thermistor reads a constant slightly above its reference, and the gauges are off by the matching amount.
     """
     inverse, offset_V = np.linalg.inv(matrix), np.linspace(-0.5, 0.5, GAUGES)
 
@@ -180,7 +186,7 @@ def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:
 
 
 def _warmed(gauges: Array, slopes: Slopes | None) -> Array:
-    """Return the gauge volts away from the reference temperature, with the thermistor beside them."""
+    """Return the gauge volts at the twin's temperature, with the thermistor's volts beside them."""
     if slopes is None:
         return gauges
     warm = gauges * (1 - slopes.gain * WARMER_V) - slopes.bias * WARMER_V
@@ -219,7 +225,7 @@ def compensated(gauges_V: Array, thermistor_V: Array, slopes: Slopes) -> Array:
 
 
 def moved(distance_m: Sequence[float], angle_rad: Sequence[float]) -> Array:
-    """Return the matrix of shape (6, 6) that gives a wrench at another origin and in other axes."""
+    """Return the matrix of shape (6, 6) that transforms a wrench to another origin and other axes."""
     (sx, sy, sz), (cx, cy, cz) = np.sin(angle_rad), np.cos(angle_rad)
     about_x = np.array([[1, 0, 0], [0, cx, sx], [0, -sx, cx]])
     about_y = np.array([[cy, 0, -sy], [0, 1, 0], [sy, 0, cy]])
@@ -271,10 +277,7 @@ def _basic(file: CalFile, units: Array, where: str) -> Array | None:
 
 
 def _demand_agreement(ways: Sequence[Array], where: str) -> None:
-    """Compare both kinds of rows of a file, which shows a wrong digit in either.
-
-    Raise DeviceError where they differ.
-    """
+    """Raise DeviceError if the two kinds of rows of a file differ, which shows a wrong digit in either."""
     if len(ways) < 2:
         return
     apart = np.abs(ways[0] - ways[1]) / np.abs(ways[0]).max(axis=1, keepdims=True)

@@ -1,7 +1,6 @@
-"""A National Instruments card through the `nidaqmx` package, which is imported only when one is opened.
+"""National Instruments cards through the `nidaqmx` package, which is imported only when a card is opened.
 
-What its error codes mean to a lab: codes and names are those of `nidaqmx.error_codes`; a test compares them with the
-installed package.
+Codes and names of errors are those of `nidaqmx.error_codes`; a test compares them with the installed package.
 """
 
 from __future__ import annotations
@@ -20,16 +19,17 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 RATE_TOLERANCE = 1e-4
-"""How far the real rate may lie from the one asked for. A card divides its clock, so few rates are met exactly; what is
-let pass here is as small as the drift of two clocks, which the record shows anyway."""
+"""Greatest deviation of the actual rate from the requested one. A card divides its clock, so few rates are met exactly;
+this is as small as the drift of two clocks, which the record shows anyway.
+"""
 KEPT = 0.5
-"""What is gone on with after an overrun, as a share of the buffer: the rest of it is being written over."""
+"""Share of the buffer that is read after an overrun: the rest of it is being overwritten."""
 OVERWRITTEN = -200279
 """SAMPLES_NO_LONGER_AVAILABLE: unread samples were overwritten; sampling goes on, and the loss can be counted."""
 NO_DRIVER = {"DaqNotFoundError", "DaqNotSupportedError", "DaqFunctionNotSupportedError"}
-"""What the package raises where the maker's driver is not installed, or too old."""
+"""Errors of the package if the maker's driver is not installed or too old."""
 NOT_YET = -200284
-"""SAMPLES_NOT_YET_AVAILABLE: fewer have come than were asked for; no error here."""
+"""SAMPLES_NOT_YET_AVAILABLE: fewer samples than requested have arrived; not an error here."""
 STOPPED = {
     -200222: "ACQ_STOPPED_TO_PREVENT_INPUT_BUFFER_OVERWRITE",
     -200278: "SAMPLES_WILL_NEVER_BE_AVAILABLE",
@@ -39,7 +39,7 @@ STOPPED = {
     -200613: "ACQ_STOPPED_TO_PREVENT_INPUT_BUFFER_OVERWRITE_ONE_DATA_XFER_MECH",
     -209829: "INPUT_FIFO_OVERFLOW_3",
 }
-"""The card stopped because samples could not be stored: how many are missing cannot be said."""
+"""Errors of a card that stopped because samples could not be stored; how many are missing is unknown."""
 GONE = {
     -200220: "INVALID_DEVICE_ID",
     -200324: "DEV_ABSENT_OR_UNAVAILABLE",
@@ -81,10 +81,10 @@ _REFUSED = (
 
 @dataclass
 class NiDaq:
-    """Continuous sampling by the card's own clock into a ring buffer that the driver fills.
+    """A card that samples continuously by its own clock into a ring buffer that the driver fills.
 
-    Where it is not read in time the oldest samples are overwritten, counted, and sampling goes on. `further` inputs in
-    ranges of their own are sampled by the same clock; their columns follow.
+    If it is not read in time, the oldest samples are overwritten and counted, and sampling goes on. `further` inputs
+    with ranges of their own are sampled by the same clock; their columns come last.
     """
 
     name: str
@@ -103,11 +103,11 @@ class NiDaq:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """Product, serial number and the rate that the card really runs at."""
+        """Return product, serial number and the actual rate of the card."""
         return self.card_facts
 
     def open(self) -> None:
-        """Make and commit the task. Raises DeviceError: no package, no driver, no card, taken, rate not possible."""
+        """Create and commit the task. Raises DeviceError: no package, no driver, no card, in use, impossible rate."""
         self.close()
         nidaqmx = _package(self.name)
         try:
@@ -141,7 +141,7 @@ class NiDaq:
             _raise_opening(self.name, error)
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a real card senses what is there."""
+        """Do nothing: a real card senses the real scene."""
 
     def start(self, pace: Pace) -> None:
         """Begin to sample. Raises DeviceError."""
@@ -155,7 +155,9 @@ class NiDaq:
         self.pace, self.position = pace, 0
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """Return the samples that have come, after asking for their count, so that a read never waits or is partial."""
+        """Return the samples that have arrived; their count is queried first, so that a read never waits or is
+        partial.
+        """
         nothing = Taken(np.empty((0, self.columns)))
         if self.pace is None:
             return nothing
@@ -175,13 +177,13 @@ class NiDaq:
         return self._recover(most)
 
     def stop(self) -> None:
-        """End sampling; a card that is gone by then is no news."""
+        """Stop sampling; a card that is gone by then is not an error."""
         if self.task is not None and self.pace is not None:
             quietly(self.task.stop)
         self.pace = None
 
     def close(self) -> None:
-        """Give the inputs back."""
+        """Release the inputs."""
         self.stop()
         if self.task is not None:
             quietly(self.task.close)
@@ -194,7 +196,7 @@ class NiDaq:
         return volts[:, :came].T
 
     def _recover(self, most: int) -> Taken:
-        """Go on with the newest samples; the driver's own count of samples says how many were passed over."""
+        """Go on with the newest samples; the driver's own count of samples says how many were skipped."""
         stream, before = self.task.in_stream, self.position
         count = max(1, min(most, round(KEPT * self.wiring.buffer)))
         relative = import_module("nidaqmx.constants").ReadRelativeTo
@@ -223,7 +225,7 @@ def _package(name: str) -> Any:
 
 
 def _raise_opening(name: str, error: Exception) -> NoReturn:
-    """Raise an error while opening a card as the user's mistake where it is one; raise anything else as it is."""
+    """Raise an error on opening a card as DeviceError if it has a known cause; raise any other as it is."""
     if type(error).__name__ in NO_DRIVER:
         raise DeviceError(
             f"{name}: the NI-DAQmx driver is not installed on this machine, or too old; install it from ni.com and"
@@ -235,7 +237,7 @@ def _raise_opening(name: str, error: Exception) -> NoReturn:
 
 
 def refused(name: str, code: int, message: str) -> DeviceError:
-    """Return the error that a card is not available, saying what to do."""
+    """Return an error for a card that is not available, with advice."""
     todo = next((words for codes, words in _REFUSED if code in codes), "see the NI-DAQmx message")
     return DeviceError(f"{name}: {todo}. NI-DAQmx {code}: {first_line(message)}")
 
@@ -262,7 +264,7 @@ def code_of(error: BaseException) -> int:
 
 
 def quietly(act: Callable[[], None]) -> None:
-    """Let go of a card that may be gone; what it says to that helps nobody any more."""
+    """Release a card that may be gone, and ignore its errors."""
     try:
         act()
     except Exception as error:

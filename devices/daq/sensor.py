@@ -1,4 +1,4 @@
-"""A sensor behind a card: volts in, blocks in the sensor's units out. What it is is its transducer's business."""
+"""A sensor on a card: volts in, blocks in the sensor's units out. Its transducer knows what it measures."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 SILENT_S = 0.5
-"""Without a sample for so long, a sensor that samples steadily is silent."""
+"""A sensor without samples for this many seconds is silent."""
 RATE_TOLERANCE, LATE_S = 0.01, 0.02
-"""How far a measured rate may lie from the one asked for: by 1 %, or by what a late host makes of a short time."""
+"""Greatest deviation of a measured rate from the requested one: 1 %, or the effect of a late host on a short time."""
 MOST_S = 1.0
-"""One read gives no more than this much, so that a block stays small after a pause."""
+"""Greatest duration of one read, so that a block stays small after a pause."""
 
 
 class Transducer(Protocol):
-    """The transducer that the wires are connected to."""
+    """The transducer that converts a card's volts."""
 
     signal: Signal
 
@@ -46,13 +46,13 @@ class Transducer(Protocol):
         """Reset the state, because the samples begin anew."""
 
     def rows(self, volts: Volts) -> Volts:
-        """Return the same samples in the signal's units. Raise DeviceFault on what no sound sensor gives."""
+        """Return the same samples in the signal's units. Raises DeviceFault for volts that no working sensor gives."""
 
     def zero(self, volts: Volts, /) -> None:
-        """Take what these samples give as nothing. Raises DeviceError where they moved, or where it cannot be done."""
+        """Use these samples as zero. Raises DeviceError if they moved, or if the transducer cannot be zeroed."""
 
     def complaint(self, reading: Reading) -> str | None:
-        """Describe what is wrong with a reading at rest, in one sentence; None where nothing is."""
+        """Return what is wrong with a reading at rest, in one sentence; None if nothing is."""
 
     def describe(self) -> Mapping[str, Any]:
         """Return calibration and limits, as JSON data."""
@@ -63,12 +63,12 @@ class Transducer(Protocol):
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """Further facts that are worth showing."""
+        """Return further facts to show."""
 
 
 @dataclass
 class DaqSensor:
-    """A `Sensor` of one signal. One thread reads it; others may start, stop and close it.
+    """A `Sensor` with one signal. One thread reads it; others may start, stop and close it.
 
     `elapsed_s` is the twin's time (seconds since the start); None: real time.
     """
@@ -88,21 +88,21 @@ class DaqSensor:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The one signal of its transducer."""
+        """Return the transducer's one signal."""
         return (self.transducer.signal,)
 
     def open(self) -> None:
-        """Reserve the card's inputs, and take the zero where the rig file says so. Raises DeviceError."""
+        """Reserve the card's inputs, and take the zero if the rig file says so. Raises DeviceError."""
         self.daq.open()
         if self.zero_s > 0:
             with closed_on_failure(self.close), faults_as_errors():
                 self.tare(self.zero_s)
 
     def tare(self, seconds: float) -> None:
-        """Take what it gives now as nothing: the tool hangs free and still. Sampling must not be under way.
+        """Use the current reading as zero, while the tool hangs free and still. Sampling must be stopped.
 
         Raises:
-            DeviceError: the reading moved, or this sensor has no zero to take.
+            DeviceError: the reading moved, or this sensor cannot be zeroed.
             DeviceFault: it failed meanwhile.
         """
         self.daq.expect(None)
@@ -125,7 +125,7 @@ class DaqSensor:
         """Do nothing: a sensor moves nothing, and its samples after another device's fault are useful."""
 
     def close(self) -> None:
-        """Stop and give the card's inputs back."""
+        """Stop, and release the card's inputs."""
         with self.lock:
             self.stop()
             self.daq.close()
@@ -144,7 +144,7 @@ class DaqSensor:
         }
 
     def health(self, seconds: float) -> Health:
-        """Read it at rest: rate, losses, mean and noise, and what its transducer thinks of them."""
+        """Read the sensor at rest, and return rate, losses, mean and noise, and the transducer's assessment."""
         self.daq.expect(None)
         facts = {**self.daq.facts}
         elapsed_s = self.elapsed_s
@@ -176,7 +176,9 @@ class DaqSensor:
             self.now_ns, self.number, self.came_s = now_ns, 0, self.pace.elapsed_s()
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Return the block that has come, if any. Raise DeviceFault from the card or the transducer, or `silent`."""
+        """Return the block that has arrived, if any. Raises DeviceFault from the card or the transducer, or
+        `silent`.
+        """
         with self.lock:
             if self.pace is None or self.now_ns is None:
                 return {self.transducer.signal.name: ()}
@@ -197,7 +199,7 @@ class DaqSensor:
             return {self.transducer.signal.name: (block,)}
 
     def stop(self) -> None:
-        """End sampling."""
+        """Stop sampling."""
         with self.lock:
             self.daq.stop()
             self.pace = self.now_ns = None

@@ -1,7 +1,7 @@
-"""Several sensors on one card, which has one converter: one task samples all their inputs, and each takes its own.
+"""Several sensors on one card with one converter: one task samples all inputs, and each sensor takes its own.
 
-The task runs at the rate of the fastest; a slower sensor takes every n-th sample, which is what sampling at its
-own rate would have given.
+The task runs at the rate of the fastest sensor; a slower one takes every n-th sample, as sampling at its own rate would
+give.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 WHOLE = 1e-6
-"""How near to a whole number the ratio of two rates must lie."""
+"""Greatest deviation of the ratio of two rates from a whole number."""
 PART_S = 1.0
 
 
 @dataclass
 class Card:
-    """The one task. `at` is the number of the sample that it gives next."""
+    """A card with one task. `at` is the number of its next sample."""
 
     daq: Daq
     opened: set[str] = field(default_factory=set)
@@ -38,7 +38,7 @@ class Card:
     lock: RLock = field(default_factory=RLock)
 
     def pump(self, timeout_s: float) -> None:
-        """Pass what has come to all that run. Raises DeviceFault."""
+        """Pass the samples that have arrived to all running sensors. Raises DeviceFault."""
         taken = self.daq.read(max(1, round(PART_S * self.daq.wiring.rate_hz)), timeout_s)
         first = self.at + taken.lost
         if len(taken.volts):
@@ -49,7 +49,7 @@ class Card:
 
 @dataclass
 class Share:
-    """One sensor's part of a card, as a `Daq` of its own: columns `first` on, every `every`-th sample."""
+    """One sensor's part of a card, as a `Daq` of its own: columns from `first`, every `every`-th sample."""
 
     name: str
     wiring: Wiring
@@ -66,17 +66,17 @@ class Share:
         return {**self.card.daq.facts, "shared": f"takes every {self.every}. sample" if self.every > 1 else "yes"}
 
     def open(self) -> None:
-        """Reserve the inputs of all, where nobody has yet. Raises DeviceError."""
+        """Reserve the inputs of all sensors, if none has yet. Raises DeviceError."""
         with self.card.lock:
             if not self.card.opened:
                 self.card.daq.open()
             self.card.opened.add(self.name)
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a real card senses what is there."""
+        """Do nothing: a real card senses the real scene."""
 
     def start(self, pace: Pace) -> None:
-        """Begin with the sample that comes next. Raises DeviceError."""
+        """Begin with the next sample. Raises DeviceError."""
         with self.card.lock:
             self.stop()
             if self.name not in self.card.opened:
@@ -91,7 +91,7 @@ class Share:
             self.card.running[self.name] = self
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """Return the next part that has come for this sensor. Raise DeviceFault."""
+        """Return the next samples that have arrived for this sensor. Raises DeviceFault."""
         with self.card.lock:
             if self.name not in self.card.running:
                 return Taken(self._nothing())
@@ -108,14 +108,14 @@ class Share:
             return Taken(volts[:most], lost)
 
     def stop(self) -> None:
-        """Take no more; the last one to do so stops the task."""
+        """Stop taking samples; the last sensor to do so stops the task."""
         with self.card.lock:
             if self.card.running.pop(self.name, None) is not None and not self.card.running:
                 self.card.daq.stop()
             self.parts.clear()
 
     def close(self) -> None:
-        """Let go; the last one to do so gives the inputs back."""
+        """Release the card; the last sensor to do so releases the inputs."""
         with self.card.lock:
             self.stop()
             if self.name in self.card.opened:
@@ -124,7 +124,7 @@ class Share:
                     self.card.daq.close()
 
     def give(self, first: int, volts: Volts) -> None:
-        """Keep this sensor's samples of a part that begins with the card's sample `first`; the oldest give way."""
+        """Keep this sensor's samples of a part that begins with the card's sample `first`; the oldest are dropped."""
         skip = -(first - self.origin) % self.every
         mine = volts[skip :: self.every, self.column : self.column + len(self.wiring.channels)]
         if len(mine):
@@ -141,10 +141,10 @@ class Share:
 
 
 def share_cards(devices: Iterable[object]) -> None:
-    """Let one task serve several sensors of a rig on one card; call it before they open.
+    """Let one task serve all sensors of a rig on one card; call it before they open.
 
     Raises:
-        DeviceError: an input wired to two sensors, or rates of which the fastest is no whole multiple.
+        DeviceError: an input wired to two sensors, or a fastest rate that is not a multiple of the others.
     """
     by_card: dict[str, list[DaqSensor]] = {}
     for device in devices:

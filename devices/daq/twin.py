@@ -1,4 +1,4 @@
-"""A card that is not there: volts made of a scene at the sensor's rate, 16 bits of them, in a buffer that overruns.
+"""A simulated card: 16-bit volts computed from a scene at the sensor's rate, in a buffer that can overrun.
 
 Noise is hashed from its key and the numbers of its start and its block: no two acts share it, and it depends neither on
 how the samples are read nor on the machine.
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 BITS = 16
-"""Of the converter, as in the card of thesis 4.3.1 (USB-6351)."""
+"""Bits of the converter, as in the card of thesis 4.3.1 (USB-6351)."""
 PIECE = 512
 """Samples per block of noise."""
 NOISE = np.array(QUANTILES)
 DUE = 1e-6
-"""Of a sample: so much before its time it has fallen due, so that a sum of decimal steps loses none."""
+"""Tolerance in samples: a sample falls due this much before its time, so that sums of decimal steps lose none."""
 
 Ideal = Callable[["Scene | None", float], Iterator[Volts]]
-"""Volts that an ideal sensor gives of a scene at a rate, without end: pieces of shape (n, channels)."""
+"""Endless volts of an ideal sensor in a scene at a rate: pieces of shape (n, channels)."""
 
 
 @dataclass
 class TwinDaq:
-    """A card that makes samples as they fall due; unread samples are overwritten and counted as lost."""
+    """A card that computes samples as they fall due; unread samples are overwritten and counted as lost."""
 
     name: str
     wiring: Wiring
@@ -53,7 +53,7 @@ class TwinDaq:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """That it is a twin, and what it pretends to be."""
+        """Return that it is a twin, and of what."""
         return {"card": f"twin of a {BITS}-bit card", "rate_hz": f"{self.wiring.rate_hz:.9g}"}
 
     def open(self) -> None:
@@ -66,7 +66,7 @@ class TwinDaq:
         self.scene = scene
 
     def start(self, pace: Pace) -> None:
-        """Begin the scene. Raises DeviceError where it is not open."""
+        """Begin the scene. Raises DeviceError if it is not open."""
         if not self.is_open:
             raise DeviceError(f"{self.name}: the card is not open")
         self.starts += 1
@@ -90,7 +90,7 @@ class TwinDaq:
         self.pieces = iter(())
 
     def close(self) -> None:
-        """Let go of nothing."""
+        """Mark the twin as closed."""
         self.stop()
         self.is_open = False
 

@@ -1,4 +1,4 @@
-"""Checks for volts that no live sensor gives: not a number, constant to the last bit, at the end of the range."""
+"""Check for volts that no working sensor gives: not a number, constant to the last bit, at the end of the range."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EDGE = 0.005
 
 @dataclass
 class VoltageCheck:
-    """Sees every block of volts in their order. `stuck_s` without a change is a fault: noise alone moves the last bit.
+    """A check of consecutive blocks of volts. No change for `stuck_s` is a fault: noise alone moves the last bit.
 
     `low_V` and `high_V` are the ends that the sensor's output or the card's range sets.
     """
@@ -32,13 +32,13 @@ class VoltageCheck:
     still: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def begin(self) -> None:
-        """Forget what was seen before."""
+        """Forget earlier samples."""
         self.last, self.still = None, np.zeros(len(self.wires), np.int64)
 
     def see(self, volts: Volts) -> NDArray[np.bool_]:
-        """Return where the volts are at an end of the range, in their shape.
+        """Return a mask, in the volts' shape, of those at an end of the range.
 
-        Raise DeviceFault (not_a_number, stuck).
+        Raises DeviceFault (not_a_number, stuck).
         """
         self._demand_numbers(volts)
         # Count for how many samples each wire has not changed, up to the newest one.

@@ -188,14 +188,14 @@ def make_command(
 
 
 def _shipped() -> tuple[str, ...]:
-    """Return the shipped studies whose stimuli are made here."""
+    """Return the shipped studies whose stimuli can be made here."""
     from palpate.devices.door.sets import SETS
 
     return ("door_ratings", *SETS)
 
 
 def _stimulus_folder(text: str) -> Path:
-    """Return the folder, or that of the shipped study of this name. Raises DoorDataError where there is none."""
+    """Return the folder, or that of the shipped study of this name. Raises DoorDataError if there is none."""
     from palpate.devices.door.stimuli import STUDIES
 
     if Path(text).is_dir():
@@ -210,7 +210,7 @@ def _stimulus_folder(text: str) -> Path:
 def _makers(
     study: str, measured: Path | None, seed: int
 ) -> tuple[Callable[[Path], list[Path]], Callable[[Path], list[str]]]:
-    """Return what writes a study's stimuli into a folder, and what compares a folder with them."""
+    """Return a function that writes a study's stimuli to a folder, and one that compares a folder with them."""
     from palpate.devices.door import sets, stimuli
 
     if study == "door_ratings":
@@ -270,7 +270,7 @@ def draw_command(
 
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
-    """Return angle and force, one value a row each, from one file or from two with a time column each."""
+    """Return the columns of angle and force, from one file or from two with a time column each."""
     from palpate.devices.door.recording import read_columns
     from palpate.signals.doors.profiles import upsample_angle
 

@@ -1,4 +1,4 @@
-"""From wishes to the door that a rig plays, and what it will feel like: two model files and NumPy, nothing else."""
+"""From wishes to the door that a rig plays, and its predicted feel: two model files and NumPy, nothing else."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from palpate.signals.models.runtime import Model
 Wish = Mapping[str, float] | ArrayLike
 
 FORCE, PERCEPTION = "door-force", "door-perception"
-"""The two models' names."""
+"""Names of the two models."""
 LOWEST, HIGHEST = 0.0, 100.0
 TOLERANCE = 10.0
-"""A wish can be had where every attribute comes within this of it: what people just notice (thesis 5.5.4.1)."""
+"""A wish is attainable if every attribute comes within this difference, which people just notice (thesis 5.5.4.1)."""
 MOST_SMOOTHING_DEG = 10.0
 REACH = 4
-"""Beyond so many SD a Gaussian weighs nothing."""
+"""A Gaussian is cut off at this many SDs."""
 
 
 @dataclass(frozen=True)
 class Designed:
-    """A door made from wishes: 621 forces in newtons, and how they should feel by the perception model, 0..100.
+    """A door made from wishes: 621 forces in newtons, and its predicted ratings by the perception model, 0..100.
 
-    `off` is predicted less wished. `words` name the wishes that cannot be had, with the nearest values found; they
-    are empty where all can.
+    `off` is the prediction minus the wish. `words` name the unattainable wishes with the nearest values found; they are
+    empty if all are attainable.
     """
 
     force_N: Array
@@ -48,9 +48,9 @@ class Designed:
 
 @dataclass(frozen=True)
 class Designer:
-    """Two models of one data set: ratings to a profile, and a profile to ratings.
+    """Two models of one data set: from ratings to a profile, and from a profile to ratings.
 
-    Raises ModelFileError where they do not fit each other.
+    Raises ModelFileError if they do not fit each other.
     """
 
     force: Model
@@ -90,7 +90,7 @@ class Designer:
         return names | {f"{what}_sha256": card.weights.sha256 for what, card in pair.items()}
 
     def design(self, wish: Wish, smoothing_deg: float = 0.0) -> Designed:
-        """Return the door for a wish, and what it should feel like.
+        """Return the door for a wish, and its predicted ratings.
 
         `wish` is a value from 0 (the attribute's word) to 100 (its antonym) by name, or all of them in order.
         `smoothing_deg` is the SD of a Gaussian over the angle; both ends of the profile keep their force.
@@ -111,7 +111,7 @@ class Designer:
         return Designed(shown, predicted, off, within, words)
 
     def checked(self, wish: Wish) -> Array:
-        """Return the wishes in order. Raise DoorDataError as `design` does."""
+        """Return the wishes in order. Raises DoorDataError as `design` does."""
         wished = self._in_order(wish) if isinstance(wish, Mapping) else _numbers(wish)
         if wished.shape != (len(self.attributes),):
             raise DoorDataError(f"{len(self.attributes)} wishes are expected, found an array of shape {wished.shape}.")
@@ -130,10 +130,10 @@ class Designer:
 
 
 def designer_for(lab: Path | None, model: str | None = None) -> Designer:
-    """Return the lab's own pair of models where it has trained door-force, else the shipped pair.
+    """Return the lab's own pair of models if it has trained door-force, else the shipped pair.
 
-    `model` names another force model of the lab or the shipped ones, or its card; the perception model is the one that
-    lies beside it. Raises ModelFileError on a model that is missing, damaged or of another data set.
+    `model` names another force model of the lab or the shipped ones, or its card; the perception model beside it is
+    used. Raises ModelFileError for a model that is missing, damaged or of another data set.
     """
     name = f"{FORCE}{CARD_SUFFIX}"
     if model is not None:
@@ -152,7 +152,7 @@ def designer_for(lab: Path | None, model: str | None = None) -> Designer:
 
 
 def smoothed(force_N: Array, smoothing_deg: float) -> Array:
-    """Return a profile (621,) smoothed by a Gaussian of this SD in degrees; the force at either end stays.
+    """Return a profile (621,) smoothed by a Gaussian of this SD in degrees; the forces at both ends stay.
 
     An SD of 0 changes nothing.
     """

@@ -1,4 +1,4 @@
-"""Pictures of a stimulus folder, as Figures 5.3, 5.6 and 5.7 of the thesis, and the numbers that the first two show."""
+"""Pictures of a stimulus folder, as Figures 5.3, 5.6 and 5.7 of the thesis, and the numbers of the first two."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STIMULI = TableFormat(error=DoorDataError, unreadable=None, width=None)
 ANGLES = [grid_angle_deg(index) for index in range(POINTS)]
 ACROSS = 3
 ROOM = 0.28
-"""Room above the highest force for what is written there, as a share of the range of all forces."""
+"""Room for text above the highest force, as a share of the range of all forces."""
 Row = dict[str, Any]
 
 
@@ -31,8 +31,8 @@ def draw(folder: Path, out: Path) -> list[Path]:
     """Draw every profile of the folder's stimuli.csv; each panel shows the door's original in grey (Figure 5.7).
 
     Raises:
-        DoorDataError: a table without the needed columns, or a profile that cannot be read.
-        PictureError: `out` ends as no picture does.
+        DoorDataError: a table without the required columns, or a profile that cannot be read.
+        PictureError: `out` does not end as a picture's name.
     """
     from matplotlib.figure import Figure
 
@@ -119,7 +119,7 @@ def _line(panel: Any, rows: Sequence[Row], shows: str, colour: str) -> None:
 
 
 def feature_rows(profiles: Mapping[str, Array]) -> list[Row]:
-    """Return what Figure 5.6 shows of each profile, by the definitions of `palpate.signals.doors.features`.
+    """Return the content of Figure 5.6 for each profile, by the definitions of `palpate.signals.doors.features`.
 
     `shows` is profile, peak or valley (`value` in N at `angle_deg`), interval (degrees from one peak to the next),
     slope (N per degree from one landmark to the next) or plateau (from `angle_deg` to `to_deg`, `value` its mean in N).
@@ -145,9 +145,9 @@ def _feature_rows(car: str, force_N: Array) -> Iterator[Row]:
 
 
 def opening_rows(profiles: Mapping[str, Array], tracks: Mapping[str, tuple[Array, Array]]) -> list[Row]:
-    """Return what Figure 5.3 shows: `profile` rows (angle, force), and `position` rows (seconds from the first, angle).
+    """Return the content of Figure 5.3: `profile` rows (angle, force), and `position` rows (seconds, angle).
 
-    `tracks` holds seconds and degrees, by the door's label.
+    `tracks` holds seconds and degrees, by the door's label. Seconds count from a track's first row.
     """
     rows: list[Row] = [
         {"shows": "profile", "car": car, "time_s": None, "angle_deg": angle, "force_N": float(force)}
@@ -219,7 +219,7 @@ def _features(panel: Any, car: str, rows: Sequence[Row]) -> None:
 
 
 def _keys() -> list[Any]:
-    """Return the legend of the marks: not every door has each of them."""
+    """Return the legend's entries, because not every door has each of the marks."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

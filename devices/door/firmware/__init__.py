@@ -1,1 +1,3 @@
-"""The car-door simulator's controller, emulated: a state machine fed with bytes; a tick is 1 ms of the plant."""
+"""An emulation of the car-door simulator's controller: a state machine that reads bytes; a tick is 1 ms of the
+plant.
+"""

@@ -1,4 +1,4 @@
-"""Sensor faults of the door, for drills: a plant whose sensors fail at a given millisecond."""
+"""Simulated sensor faults of the door for drills: a plant whose sensors fail at a given millisecond."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.devices.door.firmware.twin_plant import Plant
 from palpate.devices.door.plant.machine import Mode, Tick
 
 Ailment = Callable[[Tick, Tick], Tick]
-"""From the true reading, and the last one given, to the one that is given."""
+"""From the true reading and the reading reported last to the one that is reported."""
 AILMENTS: Mapping[str, Ailment] = {
     "silent": lambda _true, last: last,
     "stuck": lambda true, last: replace(true, angle_rad=last.angle_rad, velocity_rad_s=0.0),
@@ -25,7 +25,7 @@ AILMENTS: Mapping[str, Ailment] = {
 
 @dataclass
 class Ailing:
-    """A plant whose sensors have an ailment from the millisecond `from_ms` on; None is never."""
+    """A plant whose sensors are faulty from the millisecond `from_ms` on; None: never."""
 
     plant: Plant
     ailment: str
@@ -35,7 +35,7 @@ class Ailing:
 
     @property
     def mode(self) -> Mode:
-        """What the plant does."""
+        """Return the mode of the plant."""
         return self.plant.mode
 
     @mode.setter
@@ -43,11 +43,11 @@ class Ailing:
         self.plant.mode = mode
 
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
-        """Pass the profile on."""
+        """Load the profile in the plant."""
         self.plant.load(torque_Nm, end_rad)
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """Pass the change on."""
+        """Change the profile of the plant."""
         self.plant.change(torque_Nm)
 
     def step(self) -> Tick:

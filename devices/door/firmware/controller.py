@@ -1,7 +1,8 @@
 """The firmware of the car-door simulator as a pure state machine: bytes and milliseconds in, bytes out.
 
-Nothing moves before ARM and PLAY; whatever goes wrong ends in `safe` with the fault latched. A profile comes in parts,
-and counts only once it is complete, whole and allowed. docs/reference/door-protocol.md has the states as a table.
+Nothing moves before ARM and PLAY; every failure ends in `safe` with the fault latched. A profile is uploaded in parts,
+and is accepted only when it is complete, undamaged and within the limits. docs/reference/door-protocol.md has a table
+of the states.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ FIRMWARE = FOLLOWS_FROM
 BOOT_MS = 20
 TICKS_PER_S = 1000
 REMEMBERED = 32
-"""Answers kept for requests that come twice because the answer was lost."""
+"""Number of answers that are stored for requests that come twice because the answer was lost."""
 FLOAT32_MOST = 3.4e38
 ANYWHERE = frozenset(State)
 BOOTED = ANYWHERE - {State.boot}
@@ -49,19 +50,19 @@ ALLOWED: Mapping[type[says.Message], frozenset[State]] = {
     says.UploadBegin: UPLOADING, says.UploadChunk: UPLOADING, says.UploadEnd: UPLOADING,
     says.Clear: ONLY_SAFE, says.Arm: ONLY_SAFE, says.Play: frozenset({State.armed}), says.Change: ONLY_PLAYING,
 }  # fmt: skip
-"""In which states a request may be made; elsewhere it is refused as wrong_state."""
+"""The states in which each request is allowed; in others it is refused as wrong_state."""
 BEFORE_CHANGE: Mapping[type[says.Message], frozenset[State]] = {
     kind: ONLY_SAFE if states is UPLOADING else states for kind, states in ALLOWED.items() if kind is not says.Change
 }
-"""The same of firmware 1."""
+"""The same for firmware 1."""
 ALWAYS_DONE = (says.Hello, says.Heartbeat, says.Stop, says.EStop)
-"""Done however often they come; every other request is done once, and a copy of it gets the same answer."""
+"""Requests that are performed however often they come; all others are done once, and a copy gets the same answer."""
 Answer = says.Identity | says.Part | Reason | Literal[True]
-"""What was asked for, why it is refused, or that it is done."""
+"""What was requested, why it is refused, or True for a request that is done."""
 
 
 class Firmware:
-    """One device. `receive` takes what came over the line; `tick` is 1 ms and gives what goes onto it."""
+    """A device. `receive` takes bytes from the line; `tick` advances by 1 ms and returns the bytes to send."""
 
     def __init__(
         self, plant: Plant, limits: Limits | None = None, serial_number: int = 1, version: int = FIRMWARE
@@ -92,7 +93,7 @@ class Firmware:
         self.pressed = pressed
 
     def tick(self) -> bytes:
-        """Advance the plant by 1 ms, guarded and checked; return what is to be sent on the line."""
+        """Advance the plant by 1 ms with all checks, and return the bytes to send on the line."""
         self.t_ms += 1
         if self.pressed:
             self._trip(DoorFault.emergency_stop, 1.0)
@@ -158,7 +159,7 @@ class Firmware:
                 self._answers.popitem(last=False)
 
     def _answer(self, message: says.Message | None) -> Answer | None:
-        """Return the answer to a request; None where it has none."""
+        """Return the answer to a request, or None."""
         if message is None or type(message) not in self._allowed:
             return Reason.unknown_type
         if self.state not in self._allowed[type(message)]:
@@ -175,7 +176,7 @@ class Firmware:
                 return self._do(message) or True
 
     def _do(self, message: says.Message) -> Reason | None:
-        """Carry the request out; return a reason where it is refused."""
+        """Perform the request, or return the reason why it is refused."""
         match message:
             case says.UploadBegin() | says.UploadChunk() | says.UploadEnd():
                 return self.memory.take(message, self.state is State.playing)
@@ -231,7 +232,7 @@ class Firmware:
         return None
 
     def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
-        """Return why the motor is not switched on for this profile; None where it is."""
+        """Return the reason why the motor must not be switched on for this profile; None if it may."""
         if self.memory.damaged:
             self._trip(DoorFault.profile_damaged, 0.0)
         if self.fault is not DoorFault.none:
@@ -243,25 +244,25 @@ class Firmware:
 
 
 def _sendable(value: float) -> float:
-    """Return the value as near as a float32 can hold it."""
+    """Return the nearest value that a float32 can hold."""
     return value if math.isnan(value) else min(max(value, -FLOAT32_MOST), FLOAT32_MOST)
 
 
 @dataclass
 class Memory:
-    """The received part of an upload, and the last profile that was accepted."""
+    """The received part of an upload, and the last accepted profile."""
 
     limits: Limits
     profile: Profile | None = None
     upload: UploadBegin | None = None
     points: dict[int, float] = field(default_factory=dict)
     following: Profile | None = None
-    """What was uploaded while `profile` is being played, and may follow it."""
+    """The profile that was uploaded while `profile` is being played, and may follow it."""
 
     def take(self, message: UploadBegin | UploadChunk | UploadEnd, playing: bool = False) -> Reason | None:
-        """Take a part of an upload; return a reason where it is refused.
+        """Store a part of an upload, or return the reason why it is refused.
 
-        While playing, the old profile stays in force.
+        While playing, the old profile stays active.
         """
         match message:
             case UploadBegin():
@@ -272,7 +273,7 @@ class Memory:
                 return self.end(message, playing)
 
     def begin(self, message: UploadBegin, playing: bool = False) -> Reason | None:
-        """Begin a new profile, which replaces the old one, or is held beside it while playing."""
+        """Begin a new profile, which replaces the old one, or is stored beside it while playing."""
         if message.points != POINTS or not 0 < message.end_deg <= MAX_ANGLE_DEG:
             return Reason.bad_value
         self.upload, self.points, self.following = message, {}, None
@@ -281,7 +282,7 @@ class Memory:
         return None
 
     def chunk(self, message: UploadChunk) -> Reason | None:
-        """Keep some points; the same ones may come twice."""
+        """Store some points; the same points may come twice."""
         if self.upload is None:
             return Reason.incomplete
         count = len(message.torque_Nm)
@@ -293,7 +294,7 @@ class Memory:
         return None
 
     def end(self, message: UploadEnd, playing: bool = False) -> Reason | None:
-        """Take the profile if nothing lacks, nothing is damaged and nothing is beyond the limits."""
+        """Accept the profile if it is complete, undamaged and within the limits, or return the reason why not."""
         if self.upload is None or len(self.points) < POINTS:
             return Reason.incomplete
         torque = tuple(self.points[index] for index in range(POINTS))
@@ -310,7 +311,7 @@ class Memory:
         return None
 
     def change(self, crc: int) -> Reason | None:
-        """Put the profile held beside into force; return a reason where that is refused."""
+        """Activate the profile that is stored beside, or return the reason why not."""
         if self.profile is None or self.following is None:
             return Reason.incomplete
         if not crc == self.following.crc == profile_crc(self.following.torque_Nm, self.following.end_deg):
@@ -321,14 +322,14 @@ class Memory:
         return None
 
     def allowed(self, torque: tuple[float, ...]) -> bool:
-        """Return whether torque and slope stay within the limits, with a margin for the rounding to float32."""
+        """Return whether torque and slope are within the limits, with a margin for the rounding to float32."""
         hair = 1 + 1e-6
         steepest = max(abs(after - before) for before, after in pairwise(torque)) * POINTS_PER_DEG
         highest = max(map(abs, torque))
         return highest <= self.limits.torque_Nm * hair and steepest <= self.limits.slope_Nm_deg * hair
 
     def part(self, message: ReadBack) -> Part | Reason:
-        """Return points of the held profile."""
+        """Return points of the stored profile."""
         if self.profile is None:
             return Reason.incomplete
         if not 1 <= message.count <= CHUNK_POINTS or message.first + message.count > POINTS:
@@ -337,6 +338,6 @@ class Memory:
 
     @property
     def damaged(self) -> bool:
-        """Whether what is held is no longer what was accepted."""
+        """Return whether the stored profile differs from the accepted one."""
         held = self.profile
         return held is not None and held.crc != profile_crc(held.torque_Nm, held.end_deg)

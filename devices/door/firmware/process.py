@@ -26,22 +26,22 @@ from palpate.devices.door.firmware.twin_plant import Plant, TwinPlant
 from palpate.devices.door.firmware.wire import Wire
 
 AT_ONCE = 5
-"""Milliseconds of the plant between two looks at the line: a host that was late is heard before it is missed."""
+"""Milliseconds of the plant between two reads of the line, so that a late host is heard before it counts as lost."""
 BEHIND = 20
-"""So far the plant may fall behind the wall clock before that time is given up."""
+"""Milliseconds that the plant may fall behind the wall clock before that time is given up."""
 SAFE_BY_NOW = 200
-"""Milliseconds of the plant after which a firmware without a host is safe, whatever happened."""
+"""Milliseconds of the plant after which a firmware without a host is certainly safe."""
 
 
 @dataclass
 class Log:
-    """Notes the changes of state, as a black box does."""
+    """A file in which changes of state are recorded, as in a black box."""
 
     out: IO[str] | None
     last: tuple[Any, ...] = ()
 
     def note(self, firmware: Firmware, **more: object) -> None:
-        """Note it if it changed."""
+        """Record the state if it has changed."""
         now = (firmware.state, firmware.fault, firmware.plant.mode)
         if self.out is None or (now == self.last and not more):
             return
@@ -57,7 +57,7 @@ class Log:
 
 @dataclass
 class Emulator:
-    """A firmware, its line, and the pace at which its time passes."""
+    """A firmware, its line, and the pace of its time."""
 
     wire: Wire
     master: int
@@ -68,7 +68,7 @@ class Emulator:
     given_up: int = 0
 
     def run(self) -> None:
-        """Run until the parent is gone, and then until the door is safe."""
+        """Run until the parent has ended, and then until the door is safe."""
         os.set_blocking(self.master, False)
         pause_s = min(0.02, 0.001 / self.speed)
         while True:

@@ -1,4 +1,4 @@
-"""The firmware's limits, and its check of its own sensors: they are believed only while what they give can be true."""
+"""The firmware's limits, and its check of its own sensors, which are used only while their readings are plausible."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from palpate.devices.door.plant.machine import Tick
 
 SILENT_MS = 5
 STUCK_MS = 20
-"""So long the angle stands before the encoder is doubted."""
+"""Milliseconds for which the angle stands still before the encoder is doubted."""
 STANDS_DEG = 0.05
-"""An angle that stays within this stands: an observer behind the encoder, or its last digit, may still move it."""
+"""An angle that stays within this range stands still; an observer or the last digit may still move it."""
 BEFORE_MS = 4
 STUCK_DEG_S = 25.0
-"""No hand stops the arm dead from this speed: to do so within STANDS_DEG takes 109 rad/s^2."""
+"""No hand stops the arm at once from this speed: within STANDS_DEG that takes 109 rad/s^2."""
 PULLED_NM = 25.0
-"""Nor does the arm stand still against a hand that pulls this much more than is rendered."""
+"""The arm does not stand still against a hand that pulls this much more than the rendered torque."""
 FROM_A_STOP_DEG = 1.0
 Found = tuple[DoorFault, float]
 
 
 @dataclass
 class SensorCheck:
-    """A check of one reading a millisecond."""
+    """A check of one reading per millisecond."""
 
     limits: Limits
     t_us: int | None = None
@@ -34,7 +34,7 @@ class SensorCheck:
     pulled_ms: int = 0
 
     def check(self, reading: Tick, state: State, end_deg: float) -> Found | None:
-        """Return the fault and the value that shows it; None where nothing is wrong."""
+        """Return a fault and the value that shows it; None if the reading is plausible."""
         if reading.t_us == self.t_us:
             self.silent_ms += 1
             return (DoorFault.sensor_silent, float(self.silent_ms)) if self.silent_ms >= SILENT_MS else None
@@ -61,7 +61,7 @@ class SensorCheck:
         return (DoorFault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
 
     def _stuck(self, reading: Tick, state: State, end_deg: float) -> Found | None:
-        """Return a fault of an encoder that stands while the arm cannot: it stopped at once, or is pulled in vain."""
+        """Return a fault if the encoder stands still while the arm cannot: it stopped at once, or is pulled."""
         angle = math.degrees(reading.angle_rad)
         self.angles_deg.append(angle)
         pulled = abs(reading.torque_Nm) > abs(reading.commanded_Nm) + PULLED_NM
@@ -78,7 +78,7 @@ class SensorCheck:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a profile and of the motion while the motor is on, and what the sensors can read at all."""
+    """Limits of a profile and of the motion while the motor is on, and of the sensors' readings."""
 
     torque_Nm: float = 60.0
     slope_Nm_deg: float = 100.0
@@ -87,4 +87,4 @@ class Limits:
     sensed_Nm: tuple[float, float] = (-250.0, 250.0)
     brake_A: tuple[float, float] = (-0.5, 20.0)
     still_deg_s: float = 5.0
-    """The arm may move no faster than this where the motor is switched on."""
+    """Greatest speed of the arm at which the motor is switched on."""

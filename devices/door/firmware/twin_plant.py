@@ -1,4 +1,4 @@
-"""The twin's plant: the simulated door machine, and a hand that opens the door and brings it back whenever it plays."""
+"""The twin's plant: the simulated door machine, and a hand that opens and closes the door whenever it plays."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from palpate.signals.doors.grid import MAX_ANGLE_DEG
 
 STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, GRIP_NM = 600.0, 20.0, 250.0
 BEYOND_RAD = math.radians(4)
-"""So far beyond the end the hand wants to go: it comes to the stop against any torque that a profile may have there."""
+"""How far beyond the end the hand aims, so that it reaches the stop against any torque of a profile there."""
 START_S = 0.3
 WHOLE_RAD = math.radians(MAX_ANGLE_DEG)
 LEAST_SHARE = 0.25
 
 
 class TwinPlant:
-    """A machine whose hand is there only while the door plays; how long each opening takes is drawn from the seed."""
+    """A machine with a hand that is there only while the door plays; the time of each opening is random by the seed."""
 
     def __init__(self, seed: int) -> None:
         sensors = replace(DEFAULT.sensors, seed=seed)
@@ -32,7 +32,7 @@ class TwinPlant:
 
     @property
     def mode(self) -> Mode:
-        """What the machine does."""
+        """Return the mode of the machine."""
         return self.machine.mode
 
     @mode.setter
@@ -51,12 +51,12 @@ class TwinPlant:
         self.machine.mode = mode
 
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
-        """Take a profile."""
+        """Load a profile."""
         self.machine.load(torque_Nm, end_rad)
         self._end_rad = end_rad
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """Pass over to another profile with the same stop."""
+        """Change to another profile with the same stop."""
         self.machine.change(torque_Nm)
 
     def step(self) -> Tick:
@@ -79,16 +79,16 @@ def _path(moves: Sequence[tuple[float, float, float]]) -> Callable[[float], tupl
 class Plant(Protocol):
     """The arm, its motor, its brake and its inner control loops.
 
-    `off`: motor off, brake fully on; `hold`: the arm is held where it is; `play`: the loaded profile is rendered.
+    `off`: motor off, brake fully on; `hold`: the arm is held in place; `play`: the loaded profile is rendered.
     """
 
     mode: Mode
 
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
-        """Take a profile over 0 to 62 degrees, and where its stop stands."""
+        """Load a profile over 0 to 62 degrees, and the position of its stop."""
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """Change to this profile while playing, without a step in torque; the stop stays where it is."""
+        """Change to this profile while playing, without a step in torque; the stop stays in place."""
 
     def step(self) -> Tick:
-        """Go on for 1 ms; the time of the reading stands still where the sensors are silent."""
+        """Advance by 1 ms; the time of the reading does not change while the sensors are silent."""

@@ -1,4 +1,4 @@
-"""The serial line between host and firmware, in plant time: so many bytes a millisecond each way, nothing more."""
+"""The serial line between host and firmware, in plant time: a limited number of bytes per millisecond each way."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def as_it_is(data: bytes) -> bytes:
 
 @dataclass
 class Wire:
-    """Moves bytes at the line's rate; `to_device` and `to_host` may damage what passes, for drills.
+    """A line that moves bytes at its rate; `to_device` and `to_host` may damage what passes, for drills.
 
-    What the host does not take in time is kept up to ROOM bytes a direction; what is over that is lost, as in a UART.
+    Bytes that the host does not take in time are kept, up to ROOM bytes per direction; the rest is lost, as in a UART.
     """
 
     firmware: Firmware
@@ -38,7 +38,7 @@ class Wire:
         self._put(self._in, self.to_device(data))
 
     def tick(self) -> bytes:
-        """Advance the firmware by 1 ms with what has arrived, and return what the host gets of its output."""
+        """Advance the firmware by 1 ms with the bytes that have arrived, and return its bytes that reach the host."""
         self._credit += self.baud / BITS_PER_BYTE / 1000
         share = int(self._credit)
         self._credit -= share

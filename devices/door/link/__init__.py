@@ -1,1 +1,1 @@
-"""The car-door simulator as the host sees it: frames and messages on a serial line, the dialogue, the device."""
+"""The car-door simulator from the host's side: frames and messages on a serial line, the dialogue, the device."""

@@ -1,4 +1,4 @@
-"""Numbers of the door's protocol that have names: states, faults, reasons. docs/reference/door-protocol.md has them."""
+"""Named numbers of the door's protocol: states, faults, reasons; see docs/reference/door-protocol.md."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from enum import IntEnum
 
 VERSION = 1
 FOLLOWS_FROM = 2
-"""The first firmware that knows Change: a door that can be changed while it is felt."""
+"""The first firmware that supports Change, for a door that can be changed while it is felt."""
 MAGIC = b"PDOR"
-"""What a door simulator's identity begins with; anything else on the line is somebody else's device."""
+"""The beginning of a door simulator's identity; anything else on the line is another device."""
 RATES_HZ = (1, 1000)
 CHUNK_POINTS = 128
 HEARTBEAT_MS = 40
 SAFE_WITHIN_MS = 50
-"""From the cause of a fault until the motor is off and the brake is on, in plant time."""
+"""Time from the cause of a fault until the motor is off and the brake is on, in plant time."""
 
 
 class State(IntEnum):
-    """The device's state. Only in `armed` and `playing` the motor is on."""
+    """The device's state. The motor is on only in `armed` and `playing`."""
 
     boot = 0
     safe = 1
@@ -26,7 +26,7 @@ class State(IntEnum):
 
 
 class DoorFault(IntEnum):
-    """Why the device went safe by itself; latched until CLEAR names it."""
+    """The reason why the device went safe by itself; latched until CLEAR names it."""
 
     none = 0
     heartbeat_lost = 1
@@ -40,7 +40,7 @@ class DoorFault(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why a request was refused."""
+    """The reason why a request was refused."""
 
     wrong_state = 1
     faulted = 2

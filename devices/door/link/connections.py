@@ -1,6 +1,6 @@
 """Connections to the door: a serial port, or the pseudo-terminal of its twin's process.
 
-In real time a link has two threads: one reads the port, one beats the heart.
+In real time a link has two threads: one reads the port, one sends heartbeats.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from serial import Serial
 
 TWIN_PATIENCE_S = 10.0
-"""A twin's process shares its machine with others; it may be late where a device would be lost."""
+"""Patience with a twin's process, which shares its machine with others and may be late."""
 WAIT_S = 0.05
-"""No read waits longer: so soon a thread that reads hears that it is to end."""
+"""Longest wait of a read, so that a reading thread soon learns that it has to end."""
 WRITE_S = 0.5
-"""A line that takes nothing for so long is lost."""
+"""A line that accepts no bytes for this long is lost."""
 BEAT_S = 0.010
 ENDS_S = 2.0
 
 
 def by_serial(name: str, path: str, baud: int) -> Connection:
-    """Return a door simulator at a serial port. Raise DeviceError."""
+    """Return a connection to a door simulator at a serial port. Raises DeviceError."""
     port = SerialPort(name, path, baud)
     link = Link(name, port)
     threads = Threads(link)
@@ -50,7 +50,7 @@ def by_serial(name: str, path: str, baud: int) -> Connection:
 def by_twin(
     name: str, speed: float, seed: int, limits: Limits, baud: int, log: Path | None = None, more: Sequence[str] = ()
 ) -> Connection:
-    """Return a twin in a process of its own, which ends with this one. Raise DeviceError."""
+    """Return a connection to a twin in a process of its own, which ends with this one. Raises DeviceError."""
     twin = TwinProcess(name)
     with closed_on_failure(twin.end):
         path = twin.start(speed, seed, limits, baud, log, more)
@@ -68,7 +68,7 @@ def by_twin(
 
 
 class SerialPort:
-    """A serial port of the operating system. Raises DeviceError where it cannot be opened."""
+    """A serial port of the operating system. Raises DeviceError if it cannot be opened."""
 
     def __init__(self, name: str, path: str, baud: int) -> None:
         try:
@@ -83,22 +83,22 @@ class SerialPort:
             ) from error
 
     def read(self, timeout_s: float) -> bytes:  # noqa: ARG002 - WAIT_S is set once: to change it costs a system call
-        """Return the bytes that have come."""
+        """Return the bytes that have arrived."""
         first = self._serial.read(1)
         return bytes(first + self._serial.read(self._serial.in_waiting)) if first else b""
 
     def write(self, data: bytes) -> None:
-        """Send it all."""
+        """Send all bytes."""
         self._serial.write(data)
 
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the port."""
         self._serial.close()
 
 
 @dataclass
 class Threads:
-    """The threads that run a link until it is ended."""
+    """The threads that run a link until it is closed."""
 
     link: Link
     ending: threading.Event = field(default_factory=threading.Event)
@@ -113,7 +113,7 @@ class Threads:
             thread.start()
 
     def end(self) -> None:
-        """End both; afterwards nobody reads the port."""
+        """End both threads; afterwards nobody reads the port."""
         self.ending.set()
         for thread in self.running:
             if thread is not threading.current_thread():

@@ -1,4 +1,4 @@
-"""The kind `door` of a rig file: what it may say, and the device that it makes."""
+"""The kind `door` of a rig file: its settings, and the device that it makes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from palpate.signals.doors.limits import HANDLE_RADIUS_M
 
 
 class Settings(Strict):
-    """A car-door simulator.
+    """The settings of a car-door simulator in a rig file.
 
-    port: of the driver `serial`, as /dev/ttyUSB0 or COM3. baud: no lower than telemetry at 1000 Hz needs; a slower
-    line would go on handing over heartbeats that a dead host left behind. twin_speed: how many seconds of the twin's
-    plant pass in a second; below 1 a busy machine does not cost it its heartbeat. twin_seed: of its sensors' noise and
-    its hand.
+    port: of the driver `serial`, as /dev/ttyUSB0 or COM3. baud: no lower than telemetry at 1000 Hz needs; a slower line
+    would go on delivering old heartbeats of a dead host. twin_speed: seconds of the twin's plant per second; below 1, a
+    busy machine does not cost it its heartbeat. twin_seed: of its sensors' noise and its hand.
     """
 
     kind: Literal["door"]

@@ -8,16 +8,16 @@ from palpate.devices.door.link.codes import CHUNK_POINTS, VERSION, DoorFault, Re
 from palpate.devices.door.link.link import Link, Refused
 
 BOOTS_S = 5.0
-"""A device that has just been switched on is given so long to become safe."""
+"""Seconds that a device has to become safe after it was switched on."""
 LOOK_AGAIN_S = 0.1
 
 
 def greet(link: Link) -> says.Identity:
-    """Ask for the device's identity, which also makes it safe whatever it was doing; a latched fault stays.
+    """Request the device's identity, which also makes it safe whatever it was doing; a latched fault stays.
 
     Raises:
-        DeviceError: nobody answers, or somebody else's device, or one that speaks another version.
-        DeviceFault: it does not become safe, or the line is lost.
+        DeviceError: no answer, another device, or another version of the protocol.
+        DeviceFault: the device does not become safe, or the line is lost.
     """
     identity = _who(link)
     until_s = link.clock_s() + BOOTS_S
@@ -42,7 +42,7 @@ def upload(link: Link, profile: says.Profile) -> None:
 
 
 def verify(link: Link, profile: says.Profile) -> None:
-    """Read the profile back and compare every point. Raises DeviceFault (firmware) where one differs."""
+    """Read the profile back and compare every point. Raises DeviceFault (firmware) if any differs."""
     differ = differing(profile, read_back(link, len(profile.torque_Nm)))
     if differ:
         message = (
@@ -52,7 +52,7 @@ def verify(link: Link, profile: says.Profile) -> None:
 
 
 def read_back(link: Link, points: int) -> dict[int, float]:
-    """Return the profile that the device holds, point by point. Raise DeviceFault."""
+    """Return the profile that the device holds, point by point. Raises DeviceFault."""
     step = CHUNK_POINTS
     requests = (says.ReadBack(first, min(step, points - first)) for first in range(0, points, step))
     parts = [part for part in link.ask(*requests) if isinstance(part, says.Part)]
@@ -60,12 +60,12 @@ def read_back(link: Link, points: int) -> dict[int, float]:
 
 
 def differing(profile: says.Profile, held: dict[int, float]) -> int:
-    """Return how many points are not exactly as they were sent, counting missing ones."""
+    """Return how many points differ from those sent, counting missing ones."""
     return sum(held.get(index) != torque for index, torque in enumerate(profile.torque_Nm))
 
 
 def play(link: Link, profile: says.Profile) -> None:
-    """Arm with this very profile, and play it; from here on the heart must beat. Raises DeviceFault."""
+    """Arm with this very profile, and play it; from then on heartbeats must be sent. Raises DeviceFault."""
     link.keep_alive()
     link.ask(says.Arm(profile.crc))
     link.keep_alive()
@@ -74,9 +74,9 @@ def play(link: Link, profile: says.Profile) -> None:
 
 
 def change(link: Link, profile: says.Profile) -> str:
-    """Change to this profile while it plays; return "" or why the door keeps the one that it has.
+    """Change to this profile while it plays; return "", or why the door keeps its profile.
 
-    Raises DeviceFault where the line is lost.
+    Raises DeviceFault if the line is lost.
     """
     try:
         upload(link, profile)
@@ -87,7 +87,7 @@ def change(link: Link, profile: says.Profile) -> str:
 
 
 def clear(link: Link, fault: int) -> bool:
-    """Forget the latched fault; False where its cause remains. Raises DeviceFault for any other refusal."""
+    """Clear the latched fault; return False if its cause remains. Raises DeviceFault for any other refusal."""
     try:
         link.ask(says.Clear(fault))
     except Refused as refused:
@@ -98,7 +98,7 @@ def clear(link: Link, fault: int) -> bool:
 
 
 def rest(link: Link) -> None:
-    """Stop it, as well as can be: a device that does not hear goes safe because the heart stops too."""
+    """Stop the door as well as possible: a device that does not hear goes safe because the heartbeats stop too."""
     link.keep_alive(0)
     if link.broken is None:
         try:
@@ -150,7 +150,7 @@ WORD_AND_MESSAGE = {
     DoorFault.emergency_stop: ("emergency_stop", "the emergency stop was pressed"),
     DoorFault.profile_damaged: ("firmware", "its memory of the profile was damaged"),
 }
-"""For every fault of the device: the word that it is counted by, and the message for a person."""
+"""For every fault of the device: its category, and the message for people."""
 
 
 def latched_fault(name: str, fault: int) -> DeviceFault:

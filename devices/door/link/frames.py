@@ -1,8 +1,8 @@
-"""Frames on the serial line: what makes a message out of bytes, and finds the next one after any garbage.
+"""Frames on the serial line: how messages are made of bytes, and found again after any garbage.
 
 A frame is length (u16), type (u8), sequence (u16), payload, CRC-32 (u32), little-endian; on the line it is stuffed by
-COBS (Cheshire and Baker 1999) and stands between two zero bytes, which occur nowhere else.
-docs/reference/door-protocol.md has it byte by byte.
+COBS (Cheshire and Baker 1999) between two zero bytes, which occur nowhere else. docs/reference/door-protocol.md
+describes it byte by byte.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ TAIL = struct.Struct("<I")
 OVERHEAD = HEAD.size + TAIL.size
 MAX_PAYLOAD = 1024
 MAX_STUFFED = OVERHEAD + MAX_PAYLOAD + (OVERHEAD + MAX_PAYLOAD) // 254 + 1
-"""The longest run of bytes without a zero that can be a frame."""
+"""Length of the longest run of bytes without a zero that can be a frame."""
 FULL_BLOCK = 255
 SEQUENCES = 1 << 16
 
 
 class Frame(NamedTuple):
-    """One frame, its CRC checked and taken off."""
+    """A frame whose CRC was checked and removed."""
 
     kind: int
     sequence: int
@@ -36,14 +36,14 @@ def bare(frame: Frame) -> bytes:
 
 
 def on_the_line(frame: Frame) -> bytes:
-    """Return the frame as it is sent: stuffed, with a zero on either side. Raise ValueError for too long a payload."""
+    """Return the frame as it is sent: stuffed, with a zero on either side. Raises ValueError for too long a payload."""
     if len(frame.payload) > MAX_PAYLOAD:
         raise ValueError(f"a payload of {len(frame.payload)} bytes; {MAX_PAYLOAD} are the most")
     return b"\0" + stuffed(bare(frame)) + b"\0"
 
 
 def stuffed(data: bytes) -> bytes:
-    """Return the bytes without a zero: every run up to a zero is led by its length plus 1, at most 254 bytes a run."""
+    """Return the bytes without zeros: every run up to a zero begins with its length plus 1, at most 254 bytes a run."""
     out = bytearray()
     for run in data.split(b"\0"):
         while len(run) >= FULL_BLOCK - 1:
@@ -55,7 +55,7 @@ def stuffed(data: bytes) -> bytes:
 
 
 def unstuffed(data: bytes) -> bytes | None:
-    """Return the bytes before stuffing; None for what stuffing cannot give. `data` holds no zero."""
+    """Return the bytes before stuffing; None if they cannot be the result of stuffing. `data` holds no zero."""
     runs = []
     at, end = 0, len(data)
     while at < end:
