@@ -1,4 +1,4 @@
-"""A sensor at rest, read for a while: what its signals gave, for the health of any sensor."""
+"""Read a sensor at rest for a while: statistics of its signals, for the health of any sensor."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from palpate.devices.device import Block, DeviceFault, NowNs, Reading, Sensor, S
 from palpate.protocols.events import NS
 
 WAIT_S = 0.05
-"""How long one read may wait; a sensor is asked for no longer than this past the time given."""
+"""Longest wait of a read, and so the longest overrun of the given time."""
 
 Blocks = Mapping[str, list[Block]]
 
 
 def sensed(sensor: Sensor, seconds: float, now: NowNs) -> tuple[Reading, ...]:
-    """Start the sensor, read it for `seconds` by that clock, stop it, and say what each signal gave, in their order.
+    """Start the sensor, read it for `seconds` by that clock, stop it, and return the reading of each signal in order.
 
-    The reading ends early where every signal gave all that its rate promises: a twin that has everything at once need
-    not be waited for. Rates are measured by the blocks' times. Values that are not finite count neither into mean nor
-    noise; a channel without any other has nan for both, which its device's health is to put into words.
+    The reading ends early if every signal has given all samples that its rate promises, as a twin may at once. Rates
+    are measured by the blocks' times. Values that are not finite are left out of mean and noise; a channel without any
+    other has nan for both, which its device's health has to explain.
 
     Raises:
         DeviceError: it cannot be started.
@@ -44,7 +44,7 @@ def sensed(sensor: Sensor, seconds: float, now: NowNs) -> tuple[Reading, ...]:
 
 
 def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
-    """Return the statistics of these blocks of one signal. Raise DeviceFault (`silent`) where there is no sample."""
+    """Return the statistics of these blocks of a signal. Raises DeviceFault (`silent`) if there are no samples."""
     rows = samples(signal, blocks)
     if not len(rows):
         raise DeviceFault(device, "silent", f"{device}: no sample of {signal.name} came; see its cable and power.")
@@ -57,7 +57,7 @@ def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
 
 
 def samples(signal: Signal, blocks: Sequence[Block]) -> NDArray[np.float64]:
-    """Return the rows of the blocks one below the other, of shape (n, channels), without lost samples."""
+    """Return the rows of all blocks, of shape (n, channels), without lost samples."""
     joined = b"".join(block.data for block in blocks)
     return np.frombuffer(joined, "<f4").reshape(-1, len(signal.channels)).astype(np.float64)
 

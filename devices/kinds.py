@@ -1,8 +1,7 @@
-"""The kinds of devices: what a rig file may say of each, how it is made, and how it is calibrated.
+"""The kinds of devices: the settings of each in a rig file, how it is made, and how it is calibrated.
 
 A kind is described once, as `KIND` in the module of its device: a module of `devices/instruments/`, or one that the
-table below names. Naming a kind imports nothing; only the modules of
-those that a rig names are imported.
+table below names. Naming a kind imports nothing; only the modules of the kinds that a rig names are imported.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def _iso_date(text: str) -> str:
-    """Return the date as it is. Raises ValueError where there was and will be no such day."""
+    """Return the date unchanged. Raises ValueError if it is not a date of the calendar."""
     return date.fromisoformat(text).isoformat()
 
 
@@ -33,17 +32,17 @@ Date = Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$"), AfterValidator(_iso
 
 
 class Strict(BaseModel):
-    """Settings: frozen, and no key that the kind does not know."""
+    """Frozen settings that refuse unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 @dataclass(frozen=True)
 class CalibrationMethod:
-    """The method of `palpate rig calibrate` for a device of the kind.
+    """The method of `palpate rig calibrate` for a kind of device.
 
-    `call` is the function ("module:name"), called with the job and those of the command's `options` that it takes.
-    `required` says what to do where one of them is missing. `by_hand`: somebody has to turn a real device meanwhile.
+    `call` is the function ("module:name"), called with the job and the command's `options` that it takes. `required`
+    says what to do if one of them is missing. `by_hand`: a person has to turn a real device meanwhile.
     """
 
     call: str
@@ -56,11 +55,11 @@ class CalibrationMethod:
 class DeviceKind:
     """A kind of device that a rig file may name.
 
-    `make(name, settings, folder)` returns the device, nothing opened; with the driver `twin` it is simulated behind
-    the same code. Files that the settings name lie in `folder`. It raises DeviceError where a file cannot be read.
-    `meanings` explains each setting (`a.b` stands inside `a`), `calibration` is a text where the kind is calibrated
-    elsewhere. `may_hide`: its streams may be not a number for long, as those of a marker that is covered.
-    `shares_card`: devices of such kinds may lie on one card, which then samples for all of them.
+    `make(name, settings, folder)` returns the device without opening it; with the driver `twin` it is simulated behind
+    the same code. Files that the settings name are in `folder`. It raises DeviceError if a file cannot be read.
+    `meanings` explains each setting (`a.b` is inside `a`), `calibration` is a text if the kind is calibrated elsewhere.
+    `may_hide`: its streams may be NaN for long, as those of a hidden marker. `shares_card`: devices of such kinds may
+    be on one card, which then samples for all of them.
     """
 
     settings: type[Strict]

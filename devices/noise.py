@@ -1,4 +1,4 @@
-"""Sensor noise that only its key decides: hashed in bulk, equal on every machine, without numpy."""
+"""Sensor noise that depends only on its key: hashed in bulk, equal on every machine, without numpy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.protocols.keyed import Key
 
 LEVELS = 4096
 QUANTILES = tuple(NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS))
-"""Values that a sample of noise can take: the quantiles of a standard normal, up to 3.7 standard deviations."""
+"""Possible values of a noise sample: the quantiles of a standard normal, up to 3.7 standard deviations."""
 
 
 def gaussians(count: int, *key: Key) -> list[float]:

@@ -1,4 +1,4 @@
-"""Options that the command lines of devices share; studies has its own, which analysis may reach."""
+"""Options that the command lines of devices share; `studies` has its own, which `analysis` may import."""
 
 from __future__ import annotations
 

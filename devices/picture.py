@@ -1,4 +1,4 @@
-"""Pictures of what devices measured: the same bytes for the same numbers, and the table that they show beside them."""
+"""Pictures of what devices measured: the same bytes for the same numbers, and a table of the numbers beside them."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 INK, SOFT, FAINT = "#1f2328", "#59636e", "#d8dee4"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito (2008): they stay apart for colour-blind readers."""
+"""Okabe and Ito (2008): distinguishable for colour-blind readers."""
 NO_DATE = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
 
 class PictureError(ValueError):
-    """A picture that cannot be written as it was requested; the message says what is expected."""
+    """A picture that cannot be written as requested; the message says what is expected."""
 
 
 @contextmanager
 def drawing(salt: str) -> Iterator[None]:
-    """Draw and write inside this block: small type, no frame above and to the right, SVG ids from `salt` alone."""
+    """Draw and write inside this block: small type, no frame at the top and the right, SVG ids from `salt` alone."""
     import matplotlib as mpl
 
     with mpl.rc_context():
@@ -41,9 +41,9 @@ def drawing(salt: str) -> Iterator[None]:
 
 
 def write_picture(figure: Figure, out: Path, rows: Sequence[Mapping[str, Any]] = ()) -> list[Path]:
-    """Write the figure and, as .csv beside it, the rows that it shows; return the paths (call it within `drawing`).
+    """Write the figure, and its rows as .csv beside it; return the paths (call it within `drawing`).
 
-    `out` without an ending gives .svg and .png. Raises PictureError for another ending than .png, .svg or .pdf.
+    `out` without a suffix gives .svg and .png. Raises PictureError for a suffix other than .png, .svg or .pdf.
     """
     form = out.suffix[1:].lower()
     if form and form not in FORMATS:

@@ -1,4 +1,4 @@
-"""A door that is made anew from its wishes while it is felt: 20 times a second at most, and only where one changed."""
+"""A door that is remade from its wishes while it is felt: at most 20 times a second, and only after a change."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ RATE_HZ = 20
 PERIOD_NS = NS // RATE_HZ
 
 W = TypeVar("W")
-"""What is set: {attribute: value} in a session, a setting of the designer's window."""
+"""The type of a setting: {attribute: value} in a session, a Setting in the designer's window."""
 
 
 @dataclass(frozen=True)
 class Change(Generic[W]):
-    """One new profile: what was set, when it was seen, how long it took to make, and when the door had it.
+    """A new profile: the setting, when it was seen, how long it took to make, and when the door had it.
 
-    `taken_ns` is None where the door stays as it was; `why` then says what the door or its limits said.
+    `taken_ns` is None if the door did not change; `why` is then the refusal of the door or of its limits.
     """
 
     wish: W
@@ -33,17 +33,17 @@ class Change(Generic[W]):
 
 @dataclass
 class LiveDoor(Generic[W]):
-    """The profile that follows the wishes; see palpate.devices.door.link.showing.Changes.
+    """A profile that follows the wishes; see palpate.devices.door.link.showing.Changes.
 
-    `wish` gives what is set now, `force_N` makes a door of it, `initial_wish` is what the door plays already.
-    `missed` counts the ticks of 50 ms that passed while something else kept the program.
+    `wish` returns the current setting, `force_N` makes a door of it, `initial_wish` is what the door plays already.
+    `missed` counts the ticks of 50 ms that passed while the program was busy.
     """
 
     wish: Callable[[], W]
     force_N: Callable[[W], tuple[float, ...]]
     initial_wish: W
     stopped: Callable[[], bool] | None = None
-    """Whether the participant is done; None where the door is done once it was brought back."""
+    """Returns whether the participant is done; None if the door is done once it was brought back."""
     count_ns: Callable[[], int] = time.perf_counter_ns
     changes: list[Change[W]] = field(default_factory=list)
     ticks: int = 0
@@ -53,7 +53,7 @@ class LiveDoor(Generic[W]):
     _offered: Change[W] | None = None
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
-        """Return, at each tick, the door of a wish that was changed; else None."""
+        """Return, at each tick, the door of a changed wish; else None."""
         if self._due_ns is None:
             self._due_ns = t_ns
         if t_ns < self._due_ns:
@@ -71,7 +71,7 @@ class LiveDoor(Generic[W]):
         return force_N
 
     def took(self, t_ns: int, why: str) -> None:
-        """Note what came of the change that was given last."""
+        """Record the outcome of the last change."""
         offered, self._offered = self._offered, None
         if offered is not None:
             self.changes.append(replace(offered, taken_ns=None if why else t_ns, why=why))
@@ -81,5 +81,5 @@ class LiveDoor(Generic[W]):
         return None if self.stopped is None else self.stopped()
 
     def rests(self) -> None:
-        """Note a pause of the door, so that its time does not count as missed ticks."""
+        """Record a pause of the door, so that its time does not count as missed ticks."""
         self._due_ns = None

@@ -1,4 +1,4 @@
-"""Makers of doors from wishes, for the window, the studies and the stimulus files, and the choice of one."""
+"""Makers of doors from wishes, for the window, the studies and the stimulus files, and the choice of a maker."""
 
 from __future__ import annotations
 
@@ -53,28 +53,28 @@ class Maker(Protocol):
     def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> DesignedDoor:
         """Return the door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.
 
-        Raises DoorDataError on another wish or smoothing.
+        Raises DoorDataError for an invalid wish or smoothing.
         """
 
 
 @dataclass(frozen=True)
 class Doors:
-    """Doors for wishes by their low words, as a door plays them and a record keeps them."""
+    """Doors for wishes by their low words, as a door plays them and a record stores them."""
 
     maker: Maker
 
     def force_N(self, wish: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the 621 forces rounded to a file's decimals, so that what is saved is what is played.
+        """Return the 621 forces rounded to a file's decimals, so that the saved profile is the played one.
 
-        Raises DoorDataError on an attribute that is missing or unknown, or a value outside 0 to 100.
+        Raises DoorDataError for an attribute that is missing or unknown, or a value outside 0 to 100.
         """
         return tuple(round(float(force), FORCE_DECIMALS) + 0.0 for force in self.maker.design(wish).force_N)
 
 
 def maker_for(lab: Path | None, model: str | None = None) -> Maker:
-    """Return the lab's own models as a maker of doors where it has trained some, else the shipped ones.
+    """Return the lab's own models as a maker of doors if it has trained some, else the shipped ones.
 
-    `model` names another force model of either, or its card. Raises ModelFileError on one that cannot be had.
+    `model` names another force model of either, or its card. Raises ModelFileError for an unavailable model.
     """
     from palpate.devices.door.designer import designer_for
 

@@ -1,4 +1,4 @@
-"""A hand opens a door once, as people were asked to: at a speed that is nearly constant (thesis 5.3.1.1)."""
+"""A hand that opens a door once at a nearly constant speed, as people were instructed (thesis 5.3.1.1)."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError, mo
 
 RATE_HZ = 1000.0
 REST_S = 0.6
-"""The hand lies at the handle before the opening, and the door stands open after it."""
+"""Seconds for which the hand rests on the handle before the opening, and the door stays open after it."""
 START_S = 0.4
-"""The hand comes to speed, and to rest, within this; the participants keep their speed constant otherwise."""
+"""Seconds for speeding up and slowing down; otherwise the participants keep their speed constant."""
 SHORTEST_S, LONGEST_S = 2.0, 600.0
 UNSTEADY = 0.12
-"""How far, as a share, a careful hand's speed strays from constant."""
+"""Greatest deviation of a careful hand's speed from constant, as a share."""
 UNSTEADY_HZ = (0.7, 3.0)
 LET_GO_S = 0.08
 SPRINGS_BACK = 0.3 * POINTS_PER_DEG
-"""Let go, the door gives way from its stop by 0.3 degrees."""
+"""When released, the door moves back from its stop by 0.3 degrees."""
 BEYOND = 3.0 * POINTS_PER_DEG
-"""A profile without padding is capped at 62 degrees (5.3.1.2): its door opens further, here by 3 degrees."""
+"""A profile without padding is cut off at 62 degrees (5.3.1.2): its door opens further, here by 3 degrees."""
 
 
 @dataclass(frozen=True)
 class Opening:
-    """One opening: the force at the handle in newtons and the door's angle in degrees, a thousand times a second."""
+    """An opening: the force at the handle in newtons and the door's angle in degrees, at 1 kHz."""
 
     force_N: tuple[float, ...]
     angle_deg: tuple[float, ...]
 
 
 def opened_once(profile_N: Sequence[float], seconds: float, *key: Key) -> Opening:
-    """Return one opening of the door of this profile in `seconds`; the key seeds the hand.
+    """Return one opening, in `seconds`, of a door with this profile; the key seeds the hand.
 
-    The door opens to just behind the profile's last point that is not padding, or beyond 62 degrees where the profile
-    is capped there. `palpate doors normalise --zero` turns a recording of it back into the profile.
+    The door opens to just behind the profile's last point that is not padding, or beyond 62 degrees if the profile is
+    cut off there. `palpate doors normalise --zero` turns a recording of it back into the profile.
 
     Raises:
         DoorDataError: a profile of another length or without motion, or a duration that is not from 2 to 600 s.
@@ -67,7 +67,7 @@ def opened_once(profile_N: Sequence[float], seconds: float, *key: Key) -> Openin
 
 
 def demand_recordable(profile_N: Sequence[float], seconds: float) -> int:
-    """Index of the profile's last point that is not padding. Raises as `opened_once`."""
+    """Return the index of the profile's last point that is not padding. Raises as `opened_once`."""
     if len(profile_N) != POINTS:
         raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(profile_N)}.")
     if not SHORTEST_S <= seconds <= LONGEST_S:
@@ -89,13 +89,13 @@ class _Wave:
 
 
 def _ramp(n: int, moving: int) -> float:
-    """Return the share of full speed: smooth starts and stops; never 0, so that the angle always rises."""
+    """Return the share of full speed, with a smooth start and stop; never 0, so that the angle always rises."""
     share = min(1.0, (min(n, moving - 1 - n) + 1) / (START_S * RATE_HZ))
     return share * share * (3 - 2 * share)
 
 
 def _felt(profile_N: Sequence[float], place: float, end: int) -> float:
-    """Return the profile's force at a place; 0 while the hand only rests on the handle."""
+    """Return the profile's force at an index; 0 while the hand only rests on the handle."""
     if place == 0:
         return 0.0
     index = min(int(place), end - 1)

@@ -1,4 +1,4 @@
-"""One opening of a car's door as the sensors at it are exposed to it (thesis 5.3.1.1; see devices/scene.py)."""
+"""An opening of a car's door as its sensors are exposed to it (thesis 5.3.1.1; see devices/scene.py)."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import DoorDataError
 
 RADIUS_M = 0.95
-"""From the hinge to handle, force sensor and marker, where nothing else is said."""
+"""Distance from the hinge to handle, force sensor and marker by default."""
 ASIDE = 0.06
-"""How much of the pull goes up or along the door instead, at most."""
+"""Greatest share of the pull that acts up or along the door instead."""
 ASIDE_HZ = (0.4, 1.5)
 GRIP_M = (0.0, 0.004, -0.002)
-"""Where the hand pulls, from the sensor's origin: so near that a sensor of 50 N and 0.5 N m bears every door."""
+"""Point of the pull from the sensor's origin, so close that a sensor of 50 N and 0.5 N m withstands every door."""
 RATES_HZ = (1.0, 100_000.0)
 
 
 class OpeningScene:
-    """A hand opens the door of a profile once in `seconds`, as `palpate.devices.door.opening` has it.
+    """A hand that opens the door of a profile once in `seconds`, as in `palpate.devices.door.opening`.
 
-    The key decides the hand. Axes: z up; at the closed door, x the way that the handle is pulled, y from the hinge to
-    the handle. The force sensor turns with the door, the tracker does not.
+    The key seeds the hand. Axes: z up; at the closed door, x in the direction of the pull, y from the hinge to the
+    handle. The force sensor turns with the door, the tracker does not.
     """
 
     def __init__(self, profile_N: Sequence[float], seconds: float, *key: Key, radius_m: float = RADIUS_M) -> None:
-        """Prepare the motion. Raises DoorDataError as `opened_once`, and on a radius not from 0.1 to 3 m."""
+        """Prepare the motion. Raises DoorDataError as `opened_once`, and for a radius outside 0.1 to 3 m."""
         if not 0.1 <= radius_m <= 3:
             raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
         opening = opened_once(profile_N, seconds, *key)
@@ -41,7 +41,7 @@ class OpeningScene:
         self._sways = tuple(_sway(axis, key) for axis in ("up", "along"))
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """Yield what an accelerometer at rest beside the door measures: pieces of shape (n, 3)."""
+        """Yield the readings of an accelerometer at rest beside the door: pieces of shape (n, 3)."""
         return _pieces(lambda t_s: np.tile((0.0, 0.0, GRAVITY_M_S2), (len(t_s), 1)), rate_hz)
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
@@ -70,7 +70,7 @@ def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Array], Array]:
 
 
 def _read(values: Array, t_s: Array) -> Array:
-    """Return the values between the steps of the motion; the last value holds after it."""
+    """Return the values interpolated between the steps of the motion; the last value holds after it."""
     return np.asarray(np.interp(t_s * RATE_HZ, np.arange(len(values)), values))
 
 

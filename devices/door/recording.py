@@ -1,4 +1,4 @@
-"""Reading a lab's recording of a door: columns by name, whatever the encoding, the delimiter or the decimal sign."""
+"""Read a lab's recording of a door: columns by name, in any encoding, with any delimiter and decimal sign."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ RECORDING = TableFormat(
 
 
 def read_columns(path: Path | str, wanted: Sequence[str]) -> dict[str, array[float]]:
-    """Read the wanted columns of a CSV recording, as finite numbers.
+    """Read these columns of a CSV recording as finite numbers.
 
     Understands UTF-8 with or without a byte-order mark, UTF-16 with one, and Windows-1252; comma, semicolon or
     tab between values; and a decimal comma where the delimiter is not the comma. Blank lines are skipped.

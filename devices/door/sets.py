@@ -1,4 +1,4 @@
-"""The stimulus files of the door studies beside door_ratings, made from the same six doors and from wishes."""
+"""The stimulus files of the door studies other than door_ratings, made from the same six doors and from wishes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, DoorDataError
 
 TARGETS = (10, 90)
-"""Where the wished attribute is set; the other six stay at 50 (thesis 5.7.1.1)."""
+"""Values of the wished attribute; the other six stay at 50 (thesis 5.7.1.1)."""
 
 
 def matching_files() -> dict[str, str]:
-    """Return door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, and a table.
+    """Return the files of door_matching: fourteen profiles by the shipped models, and a table.
 
-    The other attributes are at 50.
+    In each profile one attribute is at 10 or 90, the others are at 50.
     """
     doors = Doors(maker_for(None))
     names = doors.maker.attributes
@@ -33,7 +33,7 @@ def matching_files() -> dict[str, str]:
 
 
 def real_files() -> dict[str, str]:
-    """Return door_adjectives and door_capture: the six unmodified doors of door_ratings, and their table."""
+    """Return the files of door_adjectives and door_capture: the six original doors of door_ratings, and their table."""
     doors = list(originals())
     about = [(label, label, source) for label, source, _ in doors]
     return dict(_files(("id", "car", "source"), about, [force for _, _, force in doors]))
@@ -44,16 +44,16 @@ SETS: Mapping[str, Callable[[], dict[str, str]]] = {
     "door_adjectives": real_files,
     "door_capture": real_files,
 }
-"""Path inside the folder and content of everything that is made, by study."""
+"""Functions that return the files of a study, by path inside the folder and content."""
 
 
 def make(study: str, folder: Path) -> list[Path]:
-    """Write the stimulus files of a study of SETS into its folder. Raises DoorDataError on another study."""
+    """Write the stimulus files of a study of SETS into its folder. Raises DoorDataError for another study."""
     return write_texts(folder, _set_files(study))
 
 
 def differences(study: str, folder: Path) -> list[str]:
-    """List what in a folder differs by a byte from what `make` writes: one line each, empty when all is equal."""
+    """Return a line for each file of a folder that differs from what `make` writes; empty if all are equal."""
     expected = _set_files(study)
     lines = []
     for name, text in expected.items():
@@ -85,7 +85,7 @@ def _files(
 
 
 def _features(force_N: Array) -> Iterator[str]:
-    """Yield the numeric columns of the profile as its file holds it: fixed decimals, never a minus before a zero."""
+    """Yield the numeric columns of the profile in the file's format: fixed decimals, never a minus before a zero."""
     for name, value in describe(np.round(force_N, FORCE_DECIMALS)).items():
         decimals = FEATURE_DECIMALS.get(name, FORCE_DECIMALS)
         yield f"{round(value, decimals) + 0.0:.{decimals}f}"

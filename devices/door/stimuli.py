@@ -24,13 +24,13 @@ from palpate.signals.doors.profile_file import HEADER
 from palpate.signals.doors.profiles import normalise
 
 MEASURED_LABEL = "BC3"
-"""The place of the measured door in the thesis' design; the other five places are the catalogue's."""
+"""The measured door's place in the thesis' design; the other five places are the catalogue's."""
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
 """The shipped studies."""
 MEASURED_FILE = STUDIES / "door_ratings" / "measured" / "haptune_actual.csv"
 IDENTITY = ("id", "car", "variant", "augmentation", "source", "file")
 FEATURE_DECIMALS = {"peak_count": 0, "first_peak_deg": 1, "opening_deg": 1}
-"""All other features carry as many decimals as a force."""
+"""Decimals of some features; all others have those of a force."""
 TABLE = "stimuli.csv"
 FOLDER = "profiles"
 DOORS_FILE = Path(__file__).resolve().with_name("doors.yaml")
@@ -47,7 +47,7 @@ def profile_text(force_N: Array) -> str:
 
 
 def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]]:
-    """Yield the six unmodified doors: label, source (measured or simulated) and force, the measured one first."""
+    """Yield the six original doors: label, source (measured or simulated) and force, the measured one first."""
     columns = read_columns(measured, HEADER)
     yield MEASURED_LABEL, "measured", normalise(columns["angle_deg"], columns["force_N"]).force_N
     for label, entry in read_catalogue().items():
@@ -55,7 +55,7 @@ def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]
 
 
 def stimulus_files(measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> dict[str, str]:
-    """Return path inside the study's folder and content of everything that is made: 90 profiles and the table."""
+    """Return all generated files by path inside the study's folder: 90 profiles and the table."""
     files: dict[str, str] = {}
     rows: list[str] = []
     for label, source, force_N in originals(measured):
@@ -78,7 +78,7 @@ def make(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -
 
 
 def differences(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[str]:
-    """List what in a folder differs by a byte from what `make` writes: one line each, empty when all is equal."""
+    """Return a line for each file of a folder that differs from what `make` writes; empty if all are equal."""
     expected = stimulus_files(measured, seed)
     lines = [_difference(folder / name, text.encode()) for name, text in expected.items()]
     unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
@@ -97,13 +97,13 @@ def _difference(path: Path, expected: bytes) -> str:
 
 
 def _fixed(value: float, decimals: int) -> str:
-    """Return a number with fixed decimals, and never a minus before a zero."""
+    """Return a number with fixed decimals, never with a minus before a zero."""
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """One simulated door: what it is like, in words, and its parameters."""
+    """A simulated door: a description in words, and its parameters."""
 
     label: str
     character: str
@@ -130,7 +130,7 @@ def read_catalogue(path: Path | str = DOORS_FILE) -> dict[str, CatalogueEntry]:
 
 
 def find_door(catalogue: dict[str, CatalogueEntry], label: str) -> CatalogueEntry:
-    """Return the entry of one label; for an unknown one, raise an error that lists the labels."""
+    """Return the entry of a label. Raises DoorDataError that lists the labels for an unknown one."""
     if label not in catalogue:
         raise DoorDataError(f"There is no simulated door {label!r}; there are: {', '.join(catalogue)}.")
     return catalogue[label]

@@ -1,4 +1,4 @@
-"""The door's simulated twin: a hand opens it along a minimum-jerk path and the profile answers with force.
+"""The door's simulated twin: a hand opens it along a minimum-jerk path, and the profile gives the force.
 
 Pure Python on purpose: a rating session with a simulated door needs no numpy.
 """
@@ -13,7 +13,7 @@ from palpate.devices.device import interleaved
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
 
 LONGEST = 1_000_000
-"""Most samples of one opening; more is a mistake in a rate or a duration."""
+"""Greatest number of samples of one opening; more is a mistake in a rate or a duration."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class DoorTelemetry:
     force_N: tuple[float, ...]
 
     def interleaved(self) -> bytes:
-        """Return angle and force alternating, as little-endian float32: 8 bytes a sample."""
+        """Return angle and force alternating, as little-endian float32: 8 bytes per sample."""
         return interleaved(self.angle_deg, self.force_N)
 
 
@@ -48,7 +48,7 @@ def open_door(profile_N: Sequence[float], duration_s: float, rate_hz: float) -> 
 
 
 def _steps(duration_s: float, rate_hz: float) -> int:
-    """Return the whole sampling steps in the opening; a product a hair below a whole number counts as that number."""
+    """Return the number of whole sampling steps in the opening, with a tolerance for rounding errors."""
     for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz)):
         if not (math.isfinite(value) and value > 0):
             raise DoorDataError(f"{name} is {value}: a finite number above 0 is needed.")
@@ -59,7 +59,7 @@ def _steps(duration_s: float, rate_hz: float) -> int:
 
 
 def _minimum_jerk(share: float) -> float:
-    """Return the share of the way after a share of the time."""
+    """Return the share of the distance after a share of the time."""
     share = min(share, 1.0)
     return min(share**3 * (10 + share * (6 * share - 15)), 1.0)
 

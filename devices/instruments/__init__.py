@@ -1,1 +1,1 @@
-"""Devices of one module each: a module here is a kind of device, named like the module and described by its `KIND`."""
+"""Kinds of devices with one module each: a module here is named like its kind, which its `KIND` describes."""

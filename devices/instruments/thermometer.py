@@ -42,13 +42,13 @@ READING = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?|NAN)\s*(?:°?C|DE
 CELSIUS = ("C", "CEL", "CELS", "CELSIUS")
 SCPI_OVERLOAD, SCPI_NAN = 9.9e37, 9.91e37
 LEVEL_DEGC = {"skin": 33.0, "room": 22.5}
-"""Where the twin's temperature lies: a hand at rest has 25 to 36 degC (Jones and Ho 2008)."""
+"""Mean of the twin's temperature: a hand at rest has 25 to 36 degC (Jones and Ho 2008)."""
 DRIFT_DEGC, DRIFT_S = 0.3, 900.0
-"""How far the twin's temperature swings, and how long one swing takes."""
+"""Amplitude and period of the oscillation of the twin's temperature."""
 
 
 class Settings(Strict):
-    """A thermometer in a rig file."""
+    """The settings of a thermometer in a rig file."""
 
     kind: Literal["thermometer"]
     driver: Literal["serial", "twin"]
@@ -92,7 +92,7 @@ MEANINGS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Commands:
-    """A set of commands: its requests, `{input}` in place of the input, what ends one, and how the line is set."""
+    """A set of commands: the requests, with `{input}` for the input, their line end, and the settings of the line."""
 
     identify: str = ""
     unit: str = ""
@@ -111,31 +111,31 @@ COMMANDS: Mapping[str, Commands] = {
     ),
     "lines": Commands(),
 }
-"""`read` is empty where the device sends readings by itself; `status` is 0 while a reading is sound."""
+"""The sets of commands; `read` is empty if the device sends readings by itself; `status` is 0 for a good reading."""
 
 
 class Port(Protocol):
-    """The used part of a serial port, by pyserial's names."""
+    """The functions of a serial port that are used here, by pyserial's names."""
 
     @property
     def in_waiting(self) -> int:
-        """How many bytes have come."""
+        """Return how many bytes have arrived."""
 
     def write(self, data: bytes, /) -> int | None:
         """Send bytes."""
 
     def readline(self) -> bytes:
-        """Return a line with its end, or what came of one within the timeout."""
+        """Return a line with its end, or the part of it that arrived within the timeout."""
 
     def reset_input_buffer(self) -> None:
-        """Drop what has come."""
+        """Drop the bytes that have arrived."""
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
 
 
 class NoReading(Exception):
-    """An answer that did not come, or cannot be read; the next one may be sound. `what` is a word of FAULTS."""
+    """An answer that is missing or cannot be read; the next one may be fine. `what` is one of FAULTS."""
 
     def __init__(self, what: str, message: str) -> None:
         super().__init__(message)
@@ -144,9 +144,9 @@ class NoReading(Exception):
 
 @dataclass
 class Thermometer:
-    """A source of the signal `temperature` in degrees Celsius. A reading that is missed is a lost sample.
+    """A source of the signal `temperature` in degrees Celsius. A missed reading is a lost sample.
 
-    `elapsed_s` stands in for the time since the start; then no reading comes too late.
+    `elapsed_s` replaces the time since the start; then no reading comes too late.
     """
 
     name: str
@@ -166,12 +166,12 @@ class Thermometer:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The temperature."""
+        """Return its only signal, the temperature."""
         settings = self.settings
         return (Signal("temperature", ("temperature",), ("degC",), settings.rate_hz, "host", settings.calibrated),)
 
     def open(self) -> None:
-        """Open the port, see what answers, and take a reading. Raises DeviceError."""
+        """Open the port, identify the device, and take a reading. Raises DeviceError."""
         self.close()
         self.port = self.connect(self)
         with closed_on_failure(self.close), faults_as_errors():
@@ -181,7 +181,7 @@ class Thermometer:
         """Do nothing: a thermometer moves nothing."""
 
     def close(self) -> None:
-        """Stop and let go of the port."""
+        """Stop and close the port."""
         self.stopped.set()
         with self.lock:
             port, self.port, self.elapsed = self.port, None, None
@@ -189,11 +189,11 @@ class Thermometer:
                 port.close()
 
     def describe(self) -> Mapping[str, Any]:
-        """Return the settings, and what the device says that it is."""
+        """Return the settings, and the device's identification."""
         return {**self.settings.model_dump(mode="json", exclude_none=True), "identity": self.identity}
 
     def health(self, seconds: float) -> Health:
-        """Read it for so long: what it measures, and whether anything was lost."""
+        """Read it for some seconds, and return the temperature and whether readings were lost."""
         from palpate.devices.health import sensed
 
         facts = {"identity": self.identity} if self.identity else {}
@@ -206,10 +206,10 @@ class Thermometer:
         return Health(not lost, message, readings, self.settings.calibrated, facts)
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: what a hand does is not in front of this sensor."""
+        """Do nothing: this sensor does not see the hand's scene."""
 
     def start(self, now_ns: NowNs) -> None:
-        """Begin to sample. Raises DeviceError where it is not open and cannot be opened anew."""
+        """Begin to sample. Raises DeviceError if it is not open and cannot be reopened."""
         with self.lock:
             if self.port is None:
                 self.open()
@@ -218,10 +218,10 @@ class Thermometer:
             self.number = self.lost = self.missed = 0
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Take the readings that are due, waiting at most so long for the next.
+        """Take the readings that are due, waiting at most `timeout_s` for the next.
 
         Raises DeviceFault: `link_lost`, `silent`, `not_a_number` or `over_range`. The port is closed then, so that the
-        next start opens it anew.
+        next start reopens it.
         """
         with self.lock:
             if self.elapsed is None:
@@ -238,13 +238,13 @@ class Thermometer:
             return {"temperature": blocks}
 
     def stop(self) -> None:
-        """End sampling."""
+        """Stop sampling."""
         self.stopped.set()
         with self.lock:
             self.elapsed = None
 
     def _sample(self, elapsed_s: float) -> list[Block]:
-        """Take the reading that is due; those before it that were not taken in time are lost."""
+        """Take the reading that is due; earlier ones that were not taken in time are lost."""
         if self.elapsed_s is None and (late := int(elapsed_s * self.settings.rate_hz) - self.number) > 0:
             self.number, self.lost, self.why = self.number + late, self.lost + late, "it answered too late"
         number, self.number = self.number, self.number + 1
@@ -260,7 +260,7 @@ class Thermometer:
         return [Block(number, interleaved((degC,)), self.now_ns(), None, lost, self.why if lost else "")]
 
     def _greet(self) -> None:
-        """Check that the device speaks this set of commands, in degrees Celsius. Raise DeviceError, DeviceFault."""
+        """Check that the device uses this set of commands and degrees Celsius. Raises DeviceError, DeviceFault."""
         commands = COMMANDS[self.settings.commands]
         if commands.identify:
             self.identity = self._first(partial(self._answer, commands.identify))
@@ -278,7 +278,7 @@ class Thermometer:
         self._first(self._reading)
 
     def _first(self, ask: Callable[[], Any]) -> Any:
-        """Return the first answer that can be read, of a few tries. Raises DeviceError where there is none."""
+        """Return the first answer that can be read within a few tries. Raises DeviceError if there is none."""
         problem = ""
         for _ in range(self.settings.most_missed):
             try:
@@ -291,7 +291,7 @@ class Thermometer:
         )
 
     def _reading(self) -> float:
-        """Return a temperature in degC. Raises NoReading, and DeviceFault where the sensor itself is not sound."""
+        """Return a temperature in degC. Raises NoReading, and DeviceFault if the sensor itself is faulty."""
         commands = COMMANDS[self.settings.commands]
         if commands.status and (status := self._answer(commands.status)).lstrip("0"):
             if not status.isdigit():
@@ -314,7 +314,7 @@ class Thermometer:
         return DeviceFault(self.name, what, f"{self.name}: {message}; see its sensor and its input.")
 
     def _answer(self, request: str) -> str:
-        """Send a request, if it is one, and return the line that comes. Raises NoReading, DeviceFault (`link_lost`)."""
+        """Send the request, if any, and return the next line. Raises NoReading, DeviceFault (`link_lost`)."""
         commands, port = COMMANDS[self.settings.commands], self.port
         if port is None:
             raise DeviceFault(self.name, "link_lost", f"{self.name} is not open.")
@@ -337,7 +337,7 @@ class Thermometer:
             raise NoReading("not_a_number", f"{line!r:.40} is no text") from None
 
     def _drop_line(self) -> None:
-        """Read a line away, whatever it holds."""
+        """Read and discard a line."""
         try:
             self._answer("")
         except NoReading:
@@ -379,7 +379,7 @@ class TwinPort:
 
 
 def connect_twin(thermometer: Thermometer) -> Port:
-    """Return the line to a simulated thermometer; its temperature swings slowly, by the time since sampling began."""
+    """Return the port of a simulated thermometer, whose temperature oscillates slowly from the start of sampling."""
     settings, count = thermometer.settings, 0
 
     def degC() -> float:
@@ -408,7 +408,7 @@ def connect_serial(thermometer: Thermometer) -> Port:
 
 
 def make(name: str, settings: Settings, folder: Path) -> Thermometer:  # noqa: ARG001 - it reads no file
-    """Return the thermometer of that name; nothing is opened."""
+    """Return the thermometer of that name without opening it."""
     return Thermometer(name, settings, connect_twin if settings.driver == "twin" else connect_serial)
 
 

@@ -1,4 +1,4 @@
-"""Trained models at the rig: read from their files, run with NumPy alone, listed and compared.
+"""Trained models at the rig: read from their files, run with NumPy or the compiled kernel, listed and compared.
 
 `palpate.modeling.files.model_files` writes such a file, `palpate.signals.models.file` reads it.
 """

@@ -1,6 +1,6 @@
-"""The inputs of a model (profiles from files, wishes as NAME=VALUE), and its answer as a person reads it.
+"""The inputs of a model (profiles from files, wishes as NAME=VALUE), and its answer as text.
 
-Every attribute stands between its two words, with its interval.
+Every attribute is shown between its two words, with its interval.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from palpate.signals.models.runtime import Model
 
 LOW, HIGH = 0.0, 100.0
 FAR = 10.0
-"""An answer so far beyond 0..100 comes from a profile that is unlike all that the model learned from."""
+"""An answer this far beyond 0..100 comes from a profile that is unlike all of the training data."""
 BAR = 25
-"""Characters of the scale that is drawn."""
+"""Width of the drawn scale in characters."""
 NEUTRAL = 50.0
-"""An attribute that nothing is wished for (thesis 5.7.1)."""
+"""The value of an attribute without a wish (thesis 5.7.1)."""
 TOP = 100.0
 
 
 @dataclass(frozen=True)
 class Rated:
-    """One attribute: what is predicted on 0..100 (`raw` before it was kept within), its interval, the study's scale.
+    """An attribute: the prediction on 0..100 (`raw` before it was clipped), its interval, and the study's scale.
 
-    The interval is around what was kept within, for ratings that are kept within in the same way: that brings no two
-    numbers further apart, so it holds at least as many as one around `raw`, and never shrinks to a point at an end.
+    The interval is around the clipped prediction, for ratings that are clipped in the same way: clipping brings no two
+    numbers further apart, so it covers at least as many as one around `raw`, and never shrinks to a point at an end.
     """
 
     attribute: str
@@ -46,7 +46,7 @@ class Rated:
 
 
 def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
-    """Return the answer to one profile (621,). Raise ModelInputError as `Model.run` does."""
+    """Return the answer to a profile (621,). Raises ModelInputError as `Model.run` does."""
     port, interval = model.card.gives, model.card.interval
     raw = model.run(force_N)
     halves = interval.half_width if interval is not None else (None,) * port.size
@@ -62,12 +62,12 @@ def rated(model: Model, force_N: Array) -> tuple[Rated, ...]:
 
 
 def as_data(file: str, answer: tuple[Rated, ...]) -> dict[str, Any]:
-    """Return the same as JSON data."""
+    """Return the answer as JSON data."""
     return {"file": file, "ratings": [asdict(rated) for rated in answer]}
 
 
 def in_words(file: str, answer: tuple[Rated, ...]) -> str:
-    """Describe the answer, a line for each attribute, with a drawn scale."""
+    """Return the answer as text, a line for each attribute, with a drawn scale."""
     left = max(len(rated.attribute) for rated in answer)
     right = max(len(rated.antonym) for rated in answer)
     lines = [file]
@@ -89,7 +89,7 @@ def in_words(file: str, answer: tuple[Rated, ...]) -> str:
 
 
 def heading(model: Model) -> str:
-    """Describe what the columns are, and the card's notes for the reader."""
+    """Return a heading for the columns, and the card's notes for the reader."""
     card = model.card
     interval = card.interval
     sure = (
@@ -111,9 +111,9 @@ def _place(value: float) -> int:
 
 
 def profile_of(path: Path, recording: bool, zero: bool) -> Array:
-    """Return the 621 forces of a profile file; with `recording`, of a recording that is normalised first.
+    """Return the 621 forces of a profile file; with `recording`, of a recording, which is normalised first.
 
-    Raise DoorDataError naming file and line.
+    Raises DoorDataError that names file and line.
     """
     from palpate.devices.door.recording import read_columns
     from palpate.signals.doors.grid import DoorDataError
@@ -135,7 +135,7 @@ def profile_of(path: Path, recording: bool, zero: bool) -> Array:
 def wish_of(given: Sequence[str], port: Port) -> Array:
     """Return the wished ratings in the model's order, 0..100; 50 for an attribute that is not named.
 
-    Raise ModelInputError: no NAME=VALUE, an unknown name, one that occurs twice, or a value that is not 0 to 100.
+    Raises ModelInputError: no NAME=VALUE, an unknown name, a repeated one, or a value that is not 0 to 100.
     """
     wished: dict[str, float] = {}
     pairs = zip(port.antonyms, port.names, strict=True) if port.antonyms else ()

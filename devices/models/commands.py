@@ -212,7 +212,7 @@ def _read(name: str, lab: Path) -> Model:
 
 
 def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
-    """Return the inputs of all models that are compared."""
+    """Return the inputs on which the models are compared."""
     import numpy as np
 
     from palpate.devices.models.answers import profile_of

@@ -1,4 +1,4 @@
-"""Models side by side: what their cards say of them, and how far apart their answers to the same inputs are."""
+"""Models side by side: their cards, and how far apart their answers to the same inputs are."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from palpate.signals.models.fastest import fastest
 from palpate.signals.models.runtime import Model
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "door_ratings" / "profiles"
-"""The profiles that models of a feeling are compared on, if no others are given."""
+"""The profiles on which models of perception are compared by default."""
 ASIDE = (10.0, 90.0)
-"""The wishes that models of a profile are compared on: one attribute at these, the others at 50 (thesis 5.7.1)."""
+"""The wishes on which models of a profile are compared: one attribute at these, the others at 50 (thesis 5.7.1)."""
 WINDOW = "texture_window"
 DRIVE = "texture_drive"
 SIDE = 5
-"""Speeds, and forces, evenly from the least to the greatest of the first model's recording."""
+"""Number of speeds, and of forces, evenly from the least to the greatest of the first model's recording."""
 WARM_UP = 200
-"""Samples that are made before the window that is looked at."""
+"""Number of samples before the window that is used."""
 
 
 @dataclass(frozen=True)
 class Apart:
-    """Two models' answers: mean and greatest absolute difference, in the unit of what they give, and where it is."""
+    """Two models' answers: mean and greatest absolute difference, in the unit of the answers, and where it occurs."""
 
     first: str
     second: str
@@ -42,14 +42,14 @@ class Apart:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The inputs of all models: (n, in), and a name for each row. Of windows, a model is given its own last samples."""
+    """The inputs of all models, (n, in), and a name for each row. A model gets its own last samples of a window."""
 
     rows: Array
     names: tuple[str, ...]
 
 
 def require_alike(models: Sequence[Model]) -> None:
-    """Raise ModelInputError where models take or give different things, saying which.
+    """Raise ModelInputError if the models' inputs or outputs differ, saying which.
 
     Models of one texture may have windows of different lengths.
     """
@@ -67,7 +67,7 @@ def require_alike(models: Sequence[Model]) -> None:
 
 
 def wishes(model: Model) -> Inputs:
-    """Return inputs with all attributes at 50, and with each one aside."""
+    """Return inputs with all attributes at 50, and with each one in turn at other values."""
     names = model.card.takes.names or tuple(map(str, range(1, model.card.takes.size + 1)))
     rows, titles = [np.full(len(names), NEUTRAL)], ["all at 50"]
     for place, name in enumerate(names):
@@ -93,9 +93,9 @@ def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> lis
 
 
 def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> float:
-    """Return the median time of one answer in ms, over all inputs one by one, after one that does not count.
+    """Return the median time of one answer in ms, over all inputs one by one, after a warm-up run.
 
-    For a texture's model, time what plays it.
+    For a texture's model, time the runtime that plays it.
     """
     rows = rows_for(model, inputs.rows)
     run = model.run if model.card.texture is None else fastest(model).run
@@ -118,7 +118,7 @@ def _answers(model: Model, first: Model, rows: Array) -> Array:
 
 
 def _recounted(ratings: Array, one: tuple[float, float] | None, other: tuple[float, float] | None) -> Array:
-    """Return the same ratings on the scale that people answered on, as another card maps it to 0..100."""
+    """Return ratings of one card's scale as another card maps that scale to 0..100."""
     if one is None or other is None:
         return ratings
     return (one[0] - other[0] + ratings / TOP * (one[1] - one[0])) / (other[1] - other[0]) * TOP
@@ -130,7 +130,7 @@ def _port(port: Port) -> str:
 
 
 def require_one_texture(models: Sequence[Model]) -> None:
-    """Raise ModelInputError where a model makes another texture, or its card is contradictory."""
+    """Raise ModelInputError if a model makes another texture, or its card is contradictory."""
     first, texture = models[0].card, texture_of(models[0]).id
     for card in (model.card for model in models):
         if card.texture is None or card.texture.id != texture:
@@ -146,14 +146,14 @@ def require_one_texture(models: Sequence[Model]) -> None:
 
 
 def texture_of(model: Model) -> Texture:
-    """Return the card's texture. Raise ModelInputError where it has none."""
+    """Return the card's texture. Raises ModelInputError if it has none."""
     if model.card.texture is None:
         raise ModelInputError(f"{model.card.name}: its card names no texture. Export the model again.")
     return model.card.texture
 
 
 def rows_for(model: Model, rows: Array) -> Array:
-    """Return windows (n, 3 * longest) cut to this model's number of last samples, and other inputs as they are."""
+    """Return windows (n, 3 * longest) cut to this model's number of last samples; other inputs unchanged."""
     if model.card.takes.kind != WINDOW or rows.shape[1] == model.card.takes.size:
         return rows
     shaped = rows.reshape(len(rows), 3, -1)[:, :, -(model.card.takes.size // 3) :]

@@ -1,4 +1,4 @@
-"""Where trained models lie: a lab's own in LAB/models, shipped ones in devices/door/made and devices/render/made."""
+"""Find trained models: a lab's own in LAB/models, shipped ones in devices/door/made and devices/render/made."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ FOLDER = "models"
 OTHERS = {
     "palpate-attributes/1": "how textures feel, from features of touch and sight: read by `palpate textures index`"
 }
-"""Cards of models that no rig runs, by their format, and what they are."""
+"""Formats of cards of models that no rig runs, with what they are."""
 
 
 @dataclass(frozen=True)
 class Listed:
-    """A model that lies somewhere: its card, or what is wrong with it."""
+    """A model in a folder: its card, or what is wrong with it."""
 
     path: Path
     owner: str
     card: Card | None
     wrong: str = ""
     other: str = ""
-    """What it is where it is no model for a rig, but one that another part of Palpate reads."""
+    """What the file is if it is a model for another part of Palpate, else ""."""
 
 
 def places(lab: Path) -> tuple[tuple[str, Path], ...]:
@@ -41,7 +41,7 @@ def places(lab: Path) -> tuple[tuple[str, Path], ...]:
 
 
 def listed(lab: Path) -> Iterator[Listed]:
-    """Yield every card in the folders, by name; whether its numbers are intact is only known when it is read."""
+    """Yield every card in the folders, by name; whether its numbers are intact is checked when it is read."""
     for owner, folder in places(lab):
         for path in sorted(folder.glob(f"*{CARD_SUFFIX}")):
             try:
@@ -58,7 +58,7 @@ def listed(lab: Path) -> Iterator[Listed]:
 
 
 def find_model(name: str, lab: Path) -> Path:
-    """Return the card of a name or a path. Raise ModelFileError naming the nearest model."""
+    """Return the card of a name or a path. Raises ModelFileError that suggests the nearest model."""
     if "/" in name or "\\" in name:
         return Path(name)
     for _, folder in places(lab):

@@ -1,4 +1,4 @@
-"""A model's card in words, and tables of models as plain text."""
+"""A model's card as text, and tables of models as plain text."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PLAIN = {
 
 
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
-    """Describe a model: what it takes and gives, how good it is, where it comes from."""
+    """Return a description of a model: its inputs and outputs, its accuracy, its provenance."""
     count = sum(tensor.size for tensor in tensors.values())
     interval = ["none"]
     if card.interval is not None:
@@ -74,17 +74,17 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
 
 
 def direction(card: Card) -> str:
-    """Describe in short what it takes and gives."""
+    """Return a short description of a model's input and output."""
     return f"{KINDS[card.takes.kind].removeprefix('a ')} -> {KINDS[card.gives.kind].removeprefix('a ')}"
 
 
 def size_words(size: int) -> str:
-    """Return bytes as a person reads them."""
+    """Return a number of bytes for people to read."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
 
 
 def step_words(steps: Sequence[Step], tensors: Mapping[str, Values], before: str = "") -> Iterator[str]:
-    """Yield a line for each step, with nested ones under their number."""
+    """Yield a line for each step, with nested steps under their number."""
     for place, step in enumerate(steps, start=1):
         number = f"{before}{place}"
         yield f"{number}. {_step(step, tensors)}"
@@ -160,7 +160,7 @@ def _texture(texture: Texture | None, tensors: Mapping[str, Values]) -> list[str
 
 
 def _flat(facts: Mapping[str, Any], before: str = "") -> Iterator[str]:
-    """Yield nested facts, one a line."""
+    """Yield nested facts, one per line."""
     for name, value in facts.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{before}{name}.")
@@ -174,7 +174,7 @@ def _flat(facts: Mapping[str, Any], before: str = "") -> Iterator[str]:
 
 
 def signal_step(step: Step, tensors: Mapping[str, Values]) -> str:
-    """Return a line on one of these steps; "" on another."""
+    """Return a line on a step of a signal model; "" for other steps."""
     line = ""
     match step:
         case Join():
@@ -204,22 +204,22 @@ def signal_step(step: Step, tensors: Mapping[str, Values]) -> str:
 
 
 ERRORS = ("mae", "loop_fresh", "loop_judge", "waveform_mae")
-"""The metrics that stand for a model in the list, the first that there is."""
+"""The metrics that represent a model in the list; the first one that it has is used."""
 
 
 ASKED = {"ratings": "profiles", "acceleration": "windows, for the mean of the next acceleration,", "spectrum": "hands"}
-"""What models that give this are compared on."""
+"""What models with these outputs are compared on."""
 
 
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return columns side by side, with the heads first and the last column as long as it is."""
+    """Return columns side by side, headings first, with the last column unpadded."""
     widths = [max(len(row[place]) for row in (heads, *rows)) for place in range(len(heads))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
     return "\n".join(line.rstrip() for line in lines)
 
 
 def list_row(model: Listed) -> dict[str, Any]:
-    """Return one row of the list of models; a broken model with its error."""
+    """Return a row of the list of models; for a broken model its error."""
     row = {"name": model.path.stem, "where": model.owner, "file": str(model.path)}
     card = model.card
     if card is None:
@@ -239,7 +239,7 @@ def list_row(model: Listed) -> dict[str, Any]:
 
 
 def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: Sequence[float]) -> str:
-    """Describe every metric of the cards, a column for each model, and the time of one answer on this machine."""
+    """Return every metric of the cards, a column for each model, and the time of one answer on this machine."""
     cards = [model.card for model in models]
     rows = [["method", *(card.method for card in cards)]]
     rows += [
@@ -252,7 +252,7 @@ def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: S
 
 
 def apart_words(pairs: Sequence[Apart], port: Port, count: int) -> str:
-    """Describe how far each pair of models differs."""
+    """Return a description of how far each pair of models differs."""
     what = f"{count} {ASKED.get(port.kind, 'wishes')}"
     heads = ("", "", "mean", "greatest", "at")
     rows = [[pair.first, pair.second, f"{pair.mean:.3g}", f"{pair.greatest:.3g}", pair.at] for pair in pairs]

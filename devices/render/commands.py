@@ -94,7 +94,7 @@ def _played(
 
 
 def _require_together(by_hand: bool, paced: bool) -> None:
-    """Raise click.UsageError where an option has no effect beside the others."""
+    """Raise click.UsageError if an option has no effect together with the others."""
     if not by_hand and (odd := _given("seconds", "out", "paced", "as_json")):
         raise click.UsageError(f"{odd} goes with --hand: without a hand there is a window")
     if by_hand and (odd := _given("language", "screen", "windowed")):
@@ -104,7 +104,7 @@ def _require_together(by_hand: bool, paced: bool) -> None:
 
 
 def _given(*names: str) -> str:
-    """Return the first of these parameters that was given, as it is written; "" for none."""
+    """Return the first of these options that was given, as it is written; "" for none."""
     context = click.get_current_context()
     by_user = (name for name in names if context.get_parameter_source(name) is ParameterSource.COMMANDLINE)
     written = {param.name: param.opts[0] for param in context.command.params}

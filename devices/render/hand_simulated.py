@@ -1,4 +1,4 @@
-"""A simulated hand that strokes freely, as a tablet's twin reports it and the stylus' filters make speed and force."""
+"""A simulated hand that strokes freely, through a tablet's twin and the stylus' filters to speed and force."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHORTEST_S, LONGEST_S = 1.0, 3600.0
 
 @dataclass(frozen=True)
 class OverTablet:
-    """A scene of a hand alone: where it is and how hard it presses; nothing is under it."""
+    """A scene with only a hand: where it is and how hard it presses, without a surface."""
 
     hand: FreeHand
 
@@ -63,7 +63,7 @@ class _Read:
 
 
 def simulated_hand(seconds: float, seed: int) -> Scripted:
-    """Return free strokes over a tablet's twin of so many seconds, seeded. Raise RenderError."""
+    """Return free strokes over a tablet's twin for some seconds, seeded. Raises RenderError."""
     if not SHORTEST_S <= seconds <= LONGEST_S:
         raise RenderError(f"{seconds:g} s of a simulated hand: {SHORTEST_S:g} to {LONGEST_S:g} are expected.")
     clock, read = _Clock(), _Read()

@@ -1,4 +1,4 @@
-"""Where speed and force come from: a recording (CSV), a simulated hand, a stylus, or whoever pushes reports."""
+"""Sources of speed and force: a recording (CSV), a simulated hand, a stylus, or pushed reports."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ LONGEST_S = 86_400.0
 
 
 class Hand(Protocol):
-    """Speed in mm/s and force in N, asked for once for every sample that is played."""
+    """A source of speed in mm/s and force in N, queried once for every sample that is played."""
 
     def at(self, sample: int) -> tuple[float, float]:
-        """Return speed and force at the sample of this number; a live hand gives its newest."""
+        """Return speed and force at the sample of this number; a live hand returns its newest."""
 
 
 @dataclass(frozen=True)
 class Scripted:
-    """A hand known beforehand, at 1 kHz; away after its end."""
+    """A hand known in advance, at 1 kHz; off the surface after its end."""
 
     speed_mm_s: Sequence[float]
     force_N: Sequence[float]
@@ -62,21 +62,21 @@ class Scripted:
 
 @dataclass
 class OnTablet:
-    """The stylus of an open tablet that was started; nobody else may read it meanwhile."""
+    """The stylus of an open, started tablet; nothing else may read it meanwhile."""
 
     tablet: Tablet
 
     def at(self, sample: int) -> tuple[float, float]:  # noqa: ARG002 - a live hand has no other than its newest
-        """Return the newest speed and force. Raise DeviceFault where the tablet fails."""
+        """Return the newest speed and force. Raises DeviceFault if the tablet fails."""
         self.tablet.read(0.0)
         return self.tablet.felt
 
 
 @dataclass
 class Pushed:
-    """Reports that somebody pushes, as a window does with its mouse; from any one thread.
+    """A stylus whose reports are pushed, as a window does for its mouse; from any one thread.
 
-    `elapsed_s` is the clock that the reports are timed by.
+    `elapsed_s` is the clock that times the reports.
     """
 
     elapsed_s: Callable[[], float]
@@ -91,11 +91,11 @@ class Pushed:
         self._stylus = Stylus(self.shape)
 
     def push(self, report: Report) -> None:
-        """Take a report, timed by the clock."""
+        """Add a report, timed by the clock."""
         self._waiting.append(report)
 
     def at(self, sample: int) -> tuple[float, float]:  # noqa: ARG002 - a live hand has no other than its newest
-        """Return the newest speed and force. Raise DeviceFault where too many reports in a row are implausible."""
+        """Return the newest speed and force. Raises DeviceFault if too many reports in a row are implausible."""
         now_s = self.elapsed_s()
         due = int(now_s * RATE_HZ) + 1
         if due - self._ticks > RATE_HZ:  # nobody asked for a second: only what is newest matters
@@ -133,15 +133,15 @@ RECORDING = TableFormat(
 
 
 def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
-    """Return the hand that a CSV records, at 1 kHz from its first time on.
+    """Return the hand in a CSV file, at 1 kHz from its first time on.
 
-    Columns t_s, speed_mm_s, force_N: on straight lines between rows. Columns t_s, x_mm, y_mm, pressure: a stylus'
-    reports, through the same causal filters and thresholds as a real one's (thesis 4.5.3).
+    Columns t_s, speed_mm_s, force_N: linear between rows. Columns t_s, x_mm, y_mm, pressure: a stylus' reports, through
+    the same causal filters and thresholds as a real one's (thesis 4.5.3).
 
     Raises:
         RenderError: a file that cannot be read, columns that are missing, times that do not rise, fewer than two rows,
-    reports that no tablet gives.
-        DeviceError: reports that are no numbers.
+            implausible reports.
+        DeviceError: reports that are not numbers.
     """
     table = read_table(path, (), RECORDING)
     if not set(REPORTED) - set(table.header):

@@ -1,4 +1,4 @@
-"""A texture played without a window: as fast as it goes, or paced at 1 kHz."""
+"""Play a texture without a window: as fast as possible, or paced at 1 kHz."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ WORDS = {
     "muted": "steps of silence, since the model would not stay within its bounds",
 }
 TOLD_S = 0.001
-"""Seconds; less is not reported."""
+"""Shorter times, in seconds, are not reported."""
 
 
 @dataclass(frozen=True)
 class Played:
-    """(3, n) at 1 kHz: acceleration in m/s^2, speed in mm/s, force in N; and the record of how it went."""
+    """Signals (3, n) at 1 kHz, acceleration in m/s^2, speed in mm/s and force in N, and the record of the timing."""
 
     signals: Array
     record: Mapping[str, Any]
 
 
 def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
-    """Return a simulated hand, or one from a file, cut to `seconds`. Raise RenderError, DeviceError."""
+    """Return a simulated hand, or one from a file, cut to `seconds`. Raises RenderError, DeviceError."""
     if given == SIMULATED:
         return simulated_hand(10.0 if seconds is None else seconds, seed)
     hand = read_hand(Path(given))
@@ -59,7 +59,7 @@ def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
 def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.perf_counter_ns) -> Played:
     """Play as fast as possible; `record` holds the steps' durations (`took`), against 1000 us.
 
-    Raise as `open_voice`.
+    Raises as `open_voice`.
     """
     voice = opened_voice(sounds)
     samples, took = np.empty(len(hand)), Deadlines()
@@ -74,7 +74,7 @@ def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.per
 def paced(job: Job, hand: Scripted) -> Played:
     """Play at 1 kHz, in a process of its own, into the rig's actuator or a twin.
 
-    Raise RenderError, also where this process was held up so long that the trace was overwritten.
+    Raises RenderError, also if this process was delayed so long that the trace was overwritten.
     """
     with Rendering(job) as running:
         kept, first = [], 0
@@ -94,12 +94,12 @@ def paced(job: Job, hand: Scripted) -> Played:
 
 
 def job_for(sounds: Sounds, hand: Scripted, rig: Path | None, ahead: int, real_time: bool) -> Job:
-    """Return the job of playing a whole hand."""
+    """Return the job that plays a whole hand."""
     return Job(sounds, hand, rig, ahead, real_time, hand.seconds)
 
 
 def require_out(path: Path) -> None:
-    """Raise RenderError where it is neither a CSV nor an npz, or its folder does not exist."""
+    """Raise RenderError unless the path is a CSV or npz file in an existing folder."""
     if path.suffix not in OUT:
         raise RenderError(f"{path}: what is played is written as {' or '.join(OUT)}.")
     if not path.parent.is_dir():
@@ -119,13 +119,13 @@ def write(path: Path, played: Played) -> None:
 
 
 def level_m_s2(signals: Array) -> float:
-    """Return the RMS of what sounded."""
+    """Return the RMS of the samples with sound."""
     heard = signals[0][signals[0] != 0.0]
     return float(np.sqrt(np.mean(heard**2))) if heard.size else 0.0
 
 
 def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> Iterator[str]:
-    """Describe the record, line by line."""
+    """Yield the record as text, line by line."""
     voice = record.get("voice") or {}
     yield f"{seconds:g} s at 1 kHz by {voice.get('runtime', 'nothing')}, level {level_m_s2:.3g} m/s^2"
     if "took" in record:

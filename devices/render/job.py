@@ -1,4 +1,4 @@
-"""The job of a rendering process, and requests to it meanwhile: plain data that crosses processes."""
+"""The job of a rendering process, and requests to it: plain data that is passed between processes."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from palpate.signals.textures.sounds import Sounds
 
 @dataclass(frozen=True)
 class Job:
-    """A job of rendering. `hand`: a script, the shape of a stylus whose reports are pushed, or the rig's tablet (None).
+    """A rendering job. `hand`: a script, the shape of a stylus whose reports are pushed, or None for the rig's tablet.
 
     `rig` is a rig file that provides texture_renderer; None: the twin of a voice coil. `ahead` in ms. `epoch_s` is the
-    time.monotonic() that pushed reports count from.
+    time.monotonic() from which pushed reports count.
     """
 
     sounds: Sounds | None
@@ -30,30 +30,30 @@ class Job:
 
 @dataclass(frozen=True)
 class Switch:
-    """Go over to another texture, or to silence."""
+    """A request to change to another texture, or to silence."""
 
     sounds: Sounds | None
 
 
 @dataclass(frozen=True)
 class Volume:
-    """A volume, from 0 to 1: 1 as it was recorded."""
+    """A request for a volume from 0 to 1, where 1 is as recorded."""
 
     gain: float
 
 
 @dataclass(frozen=True)
 class Reports:
-    """A stylus' or a mouse's reports, timed in seconds since `epoch_s`."""
+    """Reports of a stylus or a mouse, timed in seconds since `epoch_s`."""
 
     reports: tuple[Report, ...]
 
 
 @dataclass(frozen=True)
 class Ask:
-    """Tell how it goes."""
+    """A request for the record so far."""
 
 
 @dataclass(frozen=True)
 class End:
-    """Stop."""
+    """A request to stop."""

@@ -1,4 +1,4 @@
-"""The loop at 1 kHz: hand, voice, actuator, the clock that paces it, and whether it met every millisecond."""
+"""The 1 kHz loop: hand, voice, actuator, the clock that paces it, and whether it met every deadline."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ NS_US = 1000
 LATE_US = 1000.0
 """A step that is ready after the next one is due would have been missed without a buffer."""
 EDGES_US = tuple(float(round(2 ** (place / 4), 3)) for place in range(2 * 4, 18 * 4 + 1))
-"""Upper edges of the histogram's cells, from 4 us to 0.26 s in quarters of an octave; one more cell lies beyond."""
+"""Upper edges of the histogram's cells, from 4 us to 0.26 s in quarters of an octave; a last cell has no edge."""
 STEP_NS = 1_000_000
 NEVER = 2**62
-"""Milliseconds that nobody plays to the end."""
+"""A number of milliseconds that is never reached."""
 
 
 class Pace(Protocol):
-    """A clock that can be waited for."""
+    """A clock with a function that waits."""
 
     def now_ns(self) -> int:
-        """Return the time in nanoseconds; it never runs backwards."""
+        """Return the time in nanoseconds; it never decreases."""
 
     def until(self, at_ns: int) -> None:
-        """Wait until then; not at all where that is past."""
+        """Wait until a time; not at all if it has passed."""
 
 
 class Wall:
-    """The machine's monotonic clock, slept on to the end.
+    """The machine's monotonic clock, with waiting by sleep only.
 
-    A sleep ends some tens of microseconds late, which the buffer bears; whoever waits awake uses up the share of the
-    processor that the next step needs where others want it too.
+    A sleep ends some tens of microseconds late, which the buffer covers; busy waiting would use up processor time that
+    the next step needs if other processes want it too.
     """
 
     def now_ns(self) -> int:
@@ -55,7 +55,7 @@ class AtOnce:
         self._now_ns = 0
 
     def now_ns(self) -> int:
-        """Return the last time that was waited for."""
+        """Return the latest time that was waited for."""
         return self._now_ns
 
     def until(self, at_ns: int) -> None:
@@ -65,9 +65,9 @@ class AtOnce:
 
 @dataclass
 class Deadlines:
-    """Steps, how many were late, the worst, and a histogram, of times in ns from when a step was due.
+    """Counts of steps and of late ones, the worst delay, and a histogram, of times in ns after a step was due.
 
-    `skipped` are those among the late ones that were caught up with in one go, since a later one was due by then.
+    `skipped` are the late steps that were computed together with others, because a later one was due by then.
     """
 
     steps: int = 0
@@ -77,7 +77,7 @@ class Deadlines:
     cells: list[int] = field(default_factory=lambda: [0] * (len(EDGES_US) + 1))
 
     def note(self, took_ns: int) -> None:
-        """Count a step that was ready so long after it was due."""
+        """Count a step that was ready `took_ns` after it was due."""
         us = took_ns / NS_US
         self.steps += 1
         self.cells[bisect_left(EDGES_US, us)] += 1
@@ -86,7 +86,7 @@ class Deadlines:
         self.worst_us = max(self.worst_us, us)
 
     def skip(self, took_ns: int) -> None:
-        """Count a step that was due during a stall and was only made up for afterwards, together with others."""
+        """Count a step that was due during a stall and was computed afterwards, together with others."""
         self.skipped += 1
         self.note(took_ns)
 
@@ -96,7 +96,7 @@ class Deadlines:
         return self.late / self.steps if self.steps else 0.0
 
     def quantile_us(self, share: float) -> float:
-        """Return the upper edge of the cell that this share of the steps reaches: at most 19 % too much."""
+        """Return the upper edge of the cell that holds this quantile, in us: at most 19 % too much."""
         target, seen = share * self.steps, 0
         for count, edge in zip(self.cells, EDGES_US, strict=False):
             seen += count
@@ -125,7 +125,7 @@ class Watches(Protocol):
     """A listener that gets every sample."""
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
-        """Take one sample, with the speed and force that it was made for."""
+        """Take a sample, with the speed and force that it was made for."""
 
 
 class Nobody:
@@ -137,10 +137,11 @@ class Nobody:
 
 @dataclass
 class Loop:
-    """One turn each millisecond fills the sink's room. After a stall one turn makes up for all that was missed, a
-    sample written as soon as it is made: where the turn itself is held up, what it made so far is played.
+    """A loop whose turn each millisecond fills the sink's room.
 
-    `ready` counts from when a step was due to when it was written, `woken` to when its turn began.
+    After a stall one turn computes all that was missed, and writes each sample as soon as it is made, so that the first
+    ones are played if the turn itself is delayed. `ready` counts from when a step was due to when it was written,
+    `woken` to when its turn began.
     """
 
     render: Steps
@@ -159,7 +160,7 @@ class Loop:
         self._due_ns = self.pace.now_ns() + STEP_NS
 
     def turn(self) -> None:
-        """Wait for the next step and do it, with all those that are due by then."""
+        """Wait for the next step and compute it, with all others that are due by then."""
         pace, due_ns = self.pace, self._due_ns
         pace.until(due_ns)
         woken_ns = pace.now_ns()
@@ -177,7 +178,7 @@ class Loop:
         self._due_ns = due_ns
 
     def run(self, steps: int, ended: Callable[[], bool] = lambda: False) -> None:
-        """Run so many milliseconds, or until it has ended."""
+        """Run for so many milliseconds, or until `ended`."""
         self.begin()
         while self.ready.steps < steps and not ended():
             self.turn()

@@ -1,4 +1,4 @@
-"""The devices of a job, opened and put together to a loop."""
+"""The devices of a job, opened and connected to a loop."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WARM_MS = 50
 
 @dataclass
 class Playing:
-    """A job at work: its loop, and what its parts have to say."""
+    """A running job: its loop, and the records of its parts."""
 
     renderer: Renderer
     hand: Hand
@@ -38,7 +38,7 @@ class Playing:
     facts: dict[str, Any] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
-        """Return everything that a record keeps, as JSON data."""
+        """Return all records as JSON data."""
         voice = self.renderer.voice
         return {
             "ready": self.loop.ready.record(), "woken": self.loop.woken.record(), "output": dict(self.sink.record()),
@@ -48,7 +48,7 @@ class Playing:
 
 
 def describe_voice(voice: Voice) -> dict[str, Any]:
-    """Return what a record keeps of a voice: its model's file by digest, what ran it, its tally."""
+    """Return the record of a voice: its model's file by digest, its runtime, its tally."""
     card = voice.card
     return {
         "model": card.name, "method": card.method, "weights_sha256": card.weights.sha256,
@@ -57,13 +57,15 @@ def describe_voice(voice: Voice) -> dict[str, Any]:
 
 
 def sounding(sounds: Sounds | None) -> Voice | None:
-    """Open the voice of what is to be played, or none for silence. Raises ModelFileError, RenderError."""
+    """Open the voice of a texture, or none for silence. Raises ModelFileError, RenderError."""
     return None if sounds is None else opened_voice(sounds)
 
 
 def warm(voice: Voice | None) -> None:
-    """Play some silence and some strokes into a twin, as fast as it goes, so that nothing is done for the first time
-    in the loop: imports, first uses of libraries, memory. The voice is at rest afterwards; use a throwaway one.
+    """Play silence and strokes into a twin as fast as possible, so that nothing in the loop happens for the first time.
+
+    That concerns imports, first uses of libraries, memory. The voice is at rest afterwards; use a separate one for
+    playing.
     """
     pace = AtOnce()
     coil = twin_coil(MOST_AHEAD, lambda: pace.now_ns() * 1e-9)
@@ -75,9 +77,9 @@ def warm(voice: Voice | None) -> None:
 
 @contextmanager
 def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playing]:
-    """Open what the job names, ready to be run; afterwards everything is silent and let go of.
+    """Open the devices of a job, ready to run; afterwards make everything silent and release it.
 
-    Raises ModelFileError, RenderError, DeviceError where something cannot be had.
+    Raises ModelFileError, RenderError, DeviceError if anything is not available.
     """
     warm(sounding(job.sounds))
     renderer = Renderer(sounding(job.sounds))
@@ -98,7 +100,7 @@ def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playin
 
 
 def twin_coil(ahead: int, elapsed_s: Any = time.monotonic) -> VoiceCoil:
-    """Return a voice coil's twin, open."""
+    """Return an open twin of a voice coil."""
     coil = make("actuator", Settings(kind="voice_coil", driver="twin", ahead_ms=max(5, ahead)), Path(), elapsed_s)
     coil.open()
     return coil

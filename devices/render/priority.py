@@ -1,4 +1,4 @@
-"""Keeping everything else out of the loop: the garbage collector, other threads, other processes, the disk."""
+"""Protect the loop from delays by the garbage collector, other threads, other processes and the disk."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ SWITCH_S = 0.0002
 MCL_CURRENT_AND_FUTURE = 3
 PR_SET_TIMERSLACK = 29
 SLICE_NS = 100_000
-"""The shortest that the fair scheduler gives: who asks for so little at a time is let in soon after it wakes."""
+"""The shortest slice of the fair scheduler: a thread that requests it runs soon after it wakes."""
 SLICE_CALLS = {"x86_64": (314, 315), "aarch64": (274, 275)}
-"""The kernel's numbers of sched_setattr and sched_getattr, which C libraries have no names for."""
+"""The kernel's numbers of sched_setattr and sched_getattr, for which C libraries have no names."""
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Collect no garbage and let other threads give way soon; restore both afterwards."""
+    """Disable the garbage collector and shorten other threads' time slices; restore both afterwards."""
     collected, switched = gc.isenabled(), sys.getswitchinterval()
     gc.collect()
     gc.freeze()
@@ -39,7 +39,10 @@ def undisturbed() -> Iterator[None]:
 
 
 def in_front(real_time: bool) -> Mapping[str, str]:
-    """Bring the calling thread to the front, of a process that does nothing else; what was allowed, in words."""
+    """Give the calling thread the highest priority allowed; return in words what was allowed.
+
+    Only for a process that does nothing else.
+    """
     allowed = {"priority": "real-time (SCHED_FIFO)" if real_time and _fifo() else "normal"}
     if real_time and allowed["priority"] == "normal":
         allowed["priority"] = (
@@ -56,11 +59,11 @@ def in_front(real_time: bool) -> Mapping[str, str]:
 
 
 def by_itself() -> None:
-    """Become a session of one process, before any thread is started.
+    """Make this process a session of its own, before any thread is started.
 
-    Where Linux shares the processor out between sessions (autogroup), the loop has a share of its own, however much
-    else was started from the same terminal. And a terminal's Ctrl-C or its end do not tear the loop off: whoever
-    began it hears of them, and ends it in silence.
+    If Linux shares the processor between sessions (autogroup), the loop has a share of its own, whatever else was
+    started from the same terminal. Ctrl-C or the end of a terminal do not stop the loop either: the parent gets them,
+    and ends it silently.
     """
     with suppress(OSError, AttributeError):
         os.setsid()
@@ -77,7 +80,7 @@ class _Attributes(ctypes.Structure):
 
 
 def _short_slices() -> bool:
-    """Request short time slices; return whether the scheduler granted them: Linux 6.12 or later, ordinary priority."""
+    """Request short time slices; return whether the scheduler granted them: Linux 6.12 or later, normal priority."""
     size, numbers = ctypes.sizeof(_Attributes), SLICE_CALLS.get(platform.machine())
     if numbers is None or os.sched_getscheduler(0) != os.SCHED_OTHER:
         return False

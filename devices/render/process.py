@@ -1,4 +1,4 @@
-"""The loop in a process of its own: nothing that a window or a session does can hold it up."""
+"""The loop in a process of its own, so that a window or a session cannot delay it."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 STAT, SCHEDULED = Path("/proc/stat"), Path("/proc/thread-self/schedstat")
 STEAL = 8
-"""The field of the line `cpu`, its name counted, that holds the ticks a hypervisor gave to others (proc(5))."""
+"""The field of the line `cpu`, counting its name, with the ticks that a hypervisor gave to others (proc(5))."""
 
 
 class Rendering:
-    """A job that runs in another process. Use it in a `with`; one thread talks to it.
+    """A job that runs in another process. Use it in a `with` block, from one thread.
 
-    Raises, on entering, what opening raises as RenderError.
+    On entering, errors of opening are raised as RenderError.
     """
 
     def __init__(self, job: Job) -> None:
@@ -86,15 +86,15 @@ class Rendering:
 
     @property
     def running(self) -> bool:
-        """Whether it still plays."""
+        """Return whether it is still playing."""
         return self._process is not None and self._process.is_alive()
 
     def switch(self, sounds: Sounds | None) -> None:
-        """Go over to another texture, or to silence. Raises RenderError where its model cannot be played."""
+        """Change to another texture, or to silence. Raises RenderError if its model cannot be played."""
         self._send_request(Switch(sounds))
 
     def volume(self, gain: float) -> None:
-        """Set the volume, from 0 to 1: 1 as it was recorded."""
+        """Set the volume, from 0 to 1, where 1 is as recorded."""
         self._send(Volume(gain))
 
     def push(self, reports: Sequence[Report]) -> None:
@@ -102,7 +102,7 @@ class Rendering:
         self._send(Reports(tuple(reports)))
 
     def record(self) -> Mapping[str, Any]:
-        """Return the record so far as JSON data, or the last one after the end. Raise RenderError where it failed."""
+        """Return the record so far as JSON data, or the last one after the end. Raises RenderError if it failed."""
         if self.running:
             with suppress(RenderError):
                 self._send(Ask())
@@ -114,7 +114,7 @@ class Rendering:
     def wait(self, timeout_s: float) -> Mapping[str, Any]:
         """Return the record once a job of limited length has ended.
 
-        Raise RenderError where it failed or takes longer.
+        Raises RenderError if it failed or takes longer.
         """
         return self._answer(timeout_s)
 
@@ -153,7 +153,7 @@ class Rendering:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Make processes that are started meanwhile compute with one thread."""
+    """Make processes that are started within the block compute with one thread."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
@@ -167,7 +167,9 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(job: Job, memory: str, talk: Connection) -> None:
-    """Run the other process: open, report it, play until an `End` comes; answer on a thread beside the loop."""
+    """Run the other process: open, report that, play until an `End` arrives; a thread beside the loop answers
+    requests.
+    """
     by_itself()
     try:
         shared, trace = SharedMemory(name=memory), Trace.own()
@@ -206,7 +208,7 @@ def _play(job: Job, work: Playing, talk: Connection) -> None:
 
 
 def _listen(work: Playing, talk: Connection, ending: threading.Event) -> None:
-    """Do what is requested; end with the process that requests it."""
+    """Handle requests, and end when the requesting process ends."""
     while not ending.is_set():
         try:
             request = talk.recv()
@@ -236,7 +238,7 @@ def _obey(request: object, work: Playing, talk: Connection, ending: threading.Ev
 
 
 def over(shared: SharedMemory) -> NDArray[np.float64]:
-    """Return the trace's memory in shared memory; release it before that is closed."""
+    """Return the trace's array in shared memory; release it before that is closed."""
     if shared.buf is None:
         raise RenderError("the trace's memory is gone")
     return np.frombuffer(shared.buf, dtype=np.float64, count=BYTES // 8)
@@ -244,17 +246,17 @@ def over(shared: SharedMemory) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Outside:
-    """Seconds since the machine was started, None where the system does not tell.
+    """Time in seconds that other processes took, since the machine was started; None if the system does not report it.
 
-    `stolen_s` is of all processors together, in ticks of usually 10 ms; `waited_s` of the calling thread: it could have
-    run and was not let in.
+    `stolen_s` covers all processors, in ticks of usually 10 ms; `waited_s` the calling thread: it could have run but
+    was not scheduled.
     """
 
     stolen_s: float | None
     waited_s: float | None
 
     def since(self, before: Outside) -> dict[str, float | None]:
-        """Return the increase since `before`, as a record keeps it."""
+        """Return the increase since `before`, as it is recorded."""
         return {
             "stolen_s": _less(self.stolen_s, before.stolen_s), "waited_s": _less(self.waited_s, before.waited_s),
         }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Switching what is played without a click: the old voice and the new one sound together for a moment."""
+"""Switch textures without a click: the old voice and the new one sound together for a moment."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from palpate.signals.textures.voice import Voice
 
 CROSS_MS = 20
 MOST_CHANGE = 1 / CROSS_MS
-"""Of the volume, in a millisecond."""
+"""Greatest change of the volume per millisecond."""
 OLD = tuple(math.cos(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
 NEW = tuple(math.sin(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
-"""Gains of equal power: two voices know nothing of each other, so their squares add."""
+"""Gains of equal power: the two voices are independent, so their squares add."""
 
 
 class Renderer:
     """A player of one voice that can switch to another one within 20 ms.
 
-    Any thread may ask for a switch; one steps it. A voice is made (read, checked, built) before it is handed over, so
-    that the step has nothing to wait for. Of several that are asked for within 20 ms the last one is played.
+    Any thread may request a switch; one thread steps it. A voice is made (read, checked, built) before it is handed
+    over, so that the step never waits. Of several requests within 20 ms the last one is played.
     """
 
     def __init__(self, voice: Voice | None = None) -> None:
@@ -31,11 +31,11 @@ class Renderer:
 
     @property
     def voice(self) -> Voice | None:
-        """The voice that is played, or will be as soon as a switch under way has ended."""
+        """Return the voice that is played, or will be as soon as the current switch has ended."""
         return self._queued
 
     def switch(self, voice: Voice | None) -> None:
-        """Go over to another voice, or to silence."""
+        """Change to another voice, or to silence."""
         self._queued = voice
 
     def volume(self, gain: float) -> None:

@@ -1,4 +1,4 @@
-"""Where the samples go: a voice coil, fed ahead by some milliseconds, or an array."""
+"""Sinks of samples: a voice coil, filled some milliseconds ahead, or an array."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from palpate.protocols.shell_command import shell_command
 from palpate.signals.textures.sounds import RenderError
 
 WHEN_LATE = "the last sample, dying away with a time constant of 2 ms"
-"""What devices/actuator/queue.py plays where a sample is missing."""
+"""What devices/actuator/queue.py plays if a sample is missing."""
 MOST_AHEAD = 10
-"""Milliseconds that are played ahead at most: more would be felt as delay."""
+"""Greatest number of milliseconds that are played ahead: more would be felt as delay."""
 
 
 class Sink(Protocol):
     """A sink of samples in m/s^2 at 1 kHz."""
 
     def free(self) -> int:
-        """Return how many samples may be written now. Raise DeviceFault where the output failed."""
+        """Return how many samples may be written now. Raises DeviceFault if the output failed."""
 
     def write(self, samples: Sequence[float]) -> None:
-        """Play these after those that wait. Raises DeviceFault."""
+        """Play samples after those in the queue. Raises DeviceFault."""
 
 
 @dataclass
 class Coil:
-    """A voice coil that is open and started, kept `ahead` samples ahead.
+    """An open, started voice coil, kept `ahead` samples ahead.
 
-    Where it was not identified samples are multiplied by `gain_V` (V per m/s^2), and nothing is compensated.
+    If it was not identified, samples are multiplied by `gain_V` (V per m/s^2), without compensation.
     """
 
     coil: VoiceCoil
@@ -41,7 +41,7 @@ class Coil:
     gain_V: float | None = None
 
     def __post_init__(self) -> None:
-        """Raise RenderError where `ahead` is out of its range."""
+        """Raise RenderError if `ahead` is out of its range."""
         if not 1 <= self.ahead <= min(MOST_AHEAD, self.coil.queue.capacity):
             most = min(MOST_AHEAD, self.coil.queue.capacity)
             raise RenderError(f"{self.coil.name}: {self.ahead} ms ahead; 1 to {most} are expected.")
@@ -65,7 +65,7 @@ class Coil:
 
 
 def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
-    """Return the sink of an open voice coil. Raise RenderError where a real one was never identified."""
+    """Return the sink of an open voice coil. Raises RenderError if a real one was never identified."""
     if coil.compensation is not None:
         return Coil(coil, ahead)
     if isinstance(coil.output, Felt):
@@ -78,7 +78,7 @@ def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
 
 @dataclass
 class RecordingSink:
-    """A sink that keeps everything; one sample may be written at each step, so that it is paced as a hand is."""
+    """A sink that stores all samples; one may be written per step, so that it follows the hand's pace."""
 
     samples: list[float] = field(default_factory=list)
 
@@ -87,5 +87,5 @@ class RecordingSink:
         return 1
 
     def write(self, samples: Sequence[float]) -> None:
-        """Keep."""
+        """Store the samples."""
         self.samples.extend(samples)

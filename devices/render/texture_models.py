@@ -1,4 +1,4 @@
-"""Which model's file a texture and a method mean: a lab's own first, then those that are shipped."""
+"""Find the model of a texture and a method: a lab's own first, then the shipped ones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def available(lab: Path) -> dict[str, dict[str, Path]]:
 
 
 def card_for(texture: str, method: str, lab: Path) -> Path:
-    """Return the card of a texture's model by that method. Raise RenderError naming what is available."""
+    """Return the card of a texture's model by that method. Raises RenderError that lists the available ones."""
     there = available(lab)
     if not there:
         raise RenderError(f"no texture has a model in {lab / FOLDER} or among the shipped ones: palpate train textures")

@@ -1,4 +1,4 @@
-"""The last seconds of what was played, for whoever looks on: a ring that one thread or process writes."""
+"""A ring buffer of the last seconds that were played, written by one thread or process, for others to read."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 ROWS = 3
 ROOM = 8192
-"""Samples that are kept, 8 s."""
+"""Number of samples that are stored, 8 s."""
 BYTES = 8 * (1 + ROWS * ROOM)
 
 
 @dataclass
 class Trace:
-    """Acceleration (m/s^2), speed (mm/s), force (N), sample after sample, in `memory`: float64 of BYTES bytes.
+    """Acceleration (m/s^2), speed (mm/s) and force (N) by sample, in `memory`: float64 of BYTES bytes.
 
-    Its first number counts the samples. It is written after them, so that a reader in another process takes no sample
-    for newer than it is; a reader that falls more than 4 s behind misses some.
+    Its first number counts the samples. It is written after them, so that a reader in another process never takes an
+    old sample for a new one; a reader that falls more than 4 s behind misses some.
     """
 
     memory: NDArray[np.float64]
@@ -44,7 +44,7 @@ class Trace:
         memory[0] = count + 1
 
     def since(self, first: int) -> tuple[int, NDArray[np.float64]]:
-        """Return (number of the sample after the last, (3, n)): from `first` on, the newest 4096 at most."""
+        """Return the number after the last sample, and samples (3, n) from `first` on, at most the newest 4096."""
         count = self.count
         start = max(first, count - ROOM // 2, 0)
         places = np.arange(start, count) % ROOM

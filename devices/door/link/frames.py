@@ -71,7 +71,7 @@ def unstuffed(data: bytes) -> bytes | None:
 
 
 def frame_of(raw: bytes | None) -> Frame | None:
-    """Return the frame of these unstuffed bytes, if they are one and the CRC is right."""
+    """Return the frame in these unstuffed bytes if they are a frame with a correct CRC, else None."""
     if raw is None or len(raw) < OVERHEAD:
         return None
     length, kind, sequence = HEAD.unpack_from(raw)
@@ -81,10 +81,10 @@ def frame_of(raw: bytes | None) -> Frame | None:
 
 
 class Parser:
-    """Finds frames in bytes that come in pieces of any size. It never raises, and keeps at most MAX_STUFFED bytes.
+    """A parser that finds frames in bytes that arrive in pieces of any size, and never raises.
 
-    A zero always ends the frame before it, so garbage costs at most the frame that it struck. `dropped` counts runs of
-    bytes that were no frame, `dropped_bytes` the bytes in them.
+    It keeps at most MAX_STUFFED bytes. A zero always ends the frame before it, so garbage costs at most the frame that
+    it hits. `dropped` counts runs of bytes that were not frames, `dropped_bytes` their bytes.
     """
 
     def __init__(self) -> None:
@@ -112,7 +112,7 @@ class Parser:
         return frames
 
     def _keep(self, rest: bytes) -> None:
-        """Keep what may still become a frame; of what is too long for one, only count the bytes."""
+        """Keep bytes that may still become a frame; of runs that are too long, count the bytes only."""
         if self._overlong or len(rest) > MAX_STUFFED:
             self.dropped += not self._overlong
             self.dropped_bytes += len(rest)
@@ -121,5 +121,5 @@ class Parser:
 
     @property
     def kept(self) -> int:
-        """The number of bytes that wait for the end of their frame."""
+        """Return the number of bytes that wait for the end of their frame."""
         return len(self._partial)

@@ -1,4 +1,4 @@
-"""Limits of what is sent to the door simulator: torque, slope and reach of a profile, checked before sending."""
+"""Limits of profiles that are sent to the door simulator: torque, slope and reach, checked before sending."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class ProfileRefused(DeviceError):
 
 
 class Limits(Strict):
-    """The rig's limits; the device's own limits hold beside them.
+    """The rig's limits, which apply in addition to the device's own.
 
-    torque_Nm: of the profile, at the hinge; slope_Nm_deg: from one point of it to the next; speed_deg_s: the device
-    must itself stop at this speed or a lower one.
+    torque_Nm: of the profile, at the hinge; slope_Nm_deg: from one point to the next; speed_deg_s: the device must
+    itself stop at this speed or a lower one.
     """
 
     torque_Nm: Annotated[float, Field(gt=0, le=200)] = TORQUE_NM
@@ -34,8 +34,8 @@ def profile_for_door(
 ) -> Profile:
     """Return the torques that make these forces at the handle, and where the motion ends.
 
-    `force_N` has 621 points; the zeros after the motion's end are no forces: the last value is held there instead, and
-    the device's stop stands at the end, so that no step is ever rendered.
+    `force_N` has 621 points. The zeros after the end of the motion are not forces: the last value is held there
+    instead, and the device's stop is at the end, so that no step is ever rendered.
 
     Raises:
         ProfileRefused: not 621 finite points, no motion, or beyond a limit; the message says where and by how much.
@@ -51,7 +51,7 @@ def change_for_door(
 ) -> Profile:
     """Return the torques for a change while the door plays, with its stop at `end_deg`.
 
-    A motion that ends before the stop holds its last torque up to it; one that goes on behind it is never felt there.
-    Raises ProfileRefused as `profile_for_door`.
+    If the motion ends before the stop, its last torque is held up to it; the part of a longer motion behind the stop is
+    never felt. Raises ProfileRefused as `profile_for_door`.
     """
     return Profile(profile_for_door(force_N, handle_radius_m, limits, what).torque_Nm, end_deg)

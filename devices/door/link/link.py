@@ -1,6 +1,6 @@
-"""The link to the door simulator: requests and their answers, telemetry, a heartbeat that only a live host gives.
+"""The link to the door simulator: requests and answers, telemetry, and a heartbeat that needs a live host.
 
-Nothing here waits by the wall clock: `clock_s` is whatever the port lives by, so a dialogue can run in virtual time.
+Nothing here waits by the wall clock: `clock_s` is the time of the port, so a dialogue can run in virtual time.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from palpate.devices.door.link.codes import fault_name, reason_name, state_name
 from palpate.devices.door.link.frames import SEQUENCES, Frame, Parser
 
 REPLY_S = 0.2
-"""A request without an answer is sent again after this long."""
+"""Seconds after which a request without an answer is sent again."""
 PATIENCE_S = 2.0
-"""After this long without an answer the link counts as lost."""
+"""Seconds without an answer after which the link counts as lost."""
 ALIVE_S = 0.5
-"""So long the heart beats on after the main thread was last heard of."""
+"""Seconds for which heartbeats go on after the main thread was last alive."""
 KEPT = 60_000
-"""Telemetry that may wait to be read: a minute at the highest rate."""
+"""Telemetry samples that may wait to be read: a minute at the highest rate."""
 
 Arrived = tuple[int, says.Telemetry]
 
 
 class Port(Protocol):
-    """A line to the device. What it raises where the line is gone is an OSError."""
+    """A line to the device. It raises OSError if the line is lost."""
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come, waiting for something at most that long; may return earlier with nothing."""
+        """Return the bytes that have arrived, waiting at most `timeout_s` for some; it may return earlier with none."""
 
     def write(self, data: bytes) -> None:
-        """Send it all."""
+        """Send all bytes."""
 
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the line."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Timing:
 
 
 class Link:
-    """One line to one device. With `Threads` any thread may use it; without them, whoever waits reads the port."""
+    """A line to one device. With `Threads` any thread may use it; without them, the waiting thread reads the port."""
 
     def __init__(
         self, name: str, port: Port, clock_s: Callable[[], float] = time.monotonic, timing: Timing | None = None
@@ -74,9 +74,9 @@ class Link:
         self._writing = threading.Lock()
 
     def ask(self, *messages: says.Message) -> list[says.Message]:
-        """Send these requests and give their answers, in order; whatever is not answered is sent again.
+        """Send requests and return their answers in order; requests without an answer are sent again.
 
-        Raises DeviceFault: link_lost where no answer comes, refused where one is refused.
+        Raises DeviceFault: link_lost if no answer comes, refused if a request is refused.
         """
         requests = {self._next(): message for message in messages}
         try:
@@ -93,7 +93,7 @@ class Link:
         return answers
 
     def send(self, message: says.Message) -> None:
-        """Send it once, and wait for nothing. A line that is gone is noted in `broken`."""
+        """Send a message once, without waiting. If the line is lost, that is recorded in `broken`."""
         self._write(says.sent(message, self._next()))
 
     def keep_alive(self, seconds: float = ALIVE_S) -> None:
@@ -101,12 +101,12 @@ class Link:
         self._alive_until_s = self.clock_s() + seconds
 
     def beat(self) -> None:
-        """Send a heartbeat, if the main thread was heard of lately."""
+        """Send a heartbeat if the main thread was alive recently."""
         if self.clock_s() < self._alive_until_s and self.broken is None:
             self.send(says.Heartbeat())
 
     def wait(self, ready: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until it is so, the link is broken, or time is over; whether it is so."""
+        """Wait until `ready`, the link is broken, or the time is over; return whether it is ready."""
         if self.threaded:
             with self._changed:
                 self._changed.wait_for(lambda: ready() or self.broken is not None, timeout_s)
@@ -117,7 +117,7 @@ class Link:
         return ready()
 
     def pump(self, timeout_s: float) -> None:
-        """Read what has come, and take it in."""
+        """Read the bytes that have arrived, and handle their messages."""
         try:
             data = self.port.read(timeout_s)
         except OSError as error:
@@ -131,15 +131,15 @@ class Link:
             self._changed.notify_all()
 
     def from_now(self) -> None:
-        """Forget the telemetry so far: what `latest` and `quiet_s` say is from now on."""
+        """Forget the telemetry so far, so that `latest` and `quiet_s` count from now on."""
         self.latest, self.report, self._heard_s = None, None, self.clock_s()
 
     def quiet_s(self) -> float:
-        """Return how long no telemetry has come, in seconds."""
+        """Return how many seconds have passed without telemetry."""
         return self.clock_s() - self._heard_s
 
     def lose(self, error: Exception) -> None:
-        """Note that the line is gone; the first cause stays in `broken`, and heartbeats end."""
+        """Record that the line is lost; the first cause stays in `broken`, and heartbeats end."""
         message = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
         with self._changed:
             if self.broken is None:

@@ -1,4 +1,4 @@
-"""Messages between the host and the door simulator: one frozen dataclass a message, packed by struct."""
+"""Messages between the host and the door simulator: a frozen dataclass for each, packed by struct."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.devices.door.link.frames import Frame, on_the_line
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message of fixed length; its fields, in order, are what LAYOUT packs."""
+    """A message of fixed length, whose fields LAYOUT packs in order."""
 
     KIND: ClassVar[int] = 0
     LAYOUT: ClassVar[Struct] = Struct("<")
@@ -25,13 +25,13 @@ class Message:
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """Return the message of this payload. Raise struct.error where the length is another."""
+        """Return the message of this payload. Raises struct.error for another length."""
         return cls(*cls.LAYOUT.unpack(payload))
 
 
 @dataclass(frozen=True, slots=True)
 class Points(Message):
-    """Points of a profile in N m, from number `first` on."""
+    """Points of a profile in N m, beginning with number `first`."""
 
     first: int
     torque_Nm: tuple[float, ...]
@@ -43,7 +43,7 @@ class Points(Message):
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """Return the message of this payload. Raise struct.error where the length does not fit."""
+        """Return the message of this payload. Raises struct.error if the length does not fit."""
         (first,) = cls.LAYOUT.unpack_from(payload)
         return cls(first, tuple(value for (value,) in iter_unpack("<f", payload[cls.LAYOUT.size :])))
 
@@ -59,7 +59,7 @@ class Hello(Message):
 
 @dataclass(frozen=True, slots=True)
 class UploadBegin(Message):
-    """A profile of so many points follows; the rendered stop stands at end_deg. Its CRC is `profile_crc`'s."""
+    """The announcement of a profile with so many points and a rendered stop at end_deg. Its CRC is `profile_crc`'s."""
 
     points: int
     end_deg: float
@@ -77,7 +77,7 @@ class UploadChunk(Points):
 
 @dataclass(frozen=True, slots=True)
 class UploadEnd(Message):
-    """The profile is complete: check it."""
+    """The end of an upload, after which the device checks the profile."""
 
     crc: int
     KIND: ClassVar[int] = 0x04
@@ -86,7 +86,7 @@ class UploadEnd(Message):
 
 @dataclass(frozen=True, slots=True)
 class ReadBack(Message):
-    """Give these points of the profile that you hold. Answered by Part."""
+    """A request for these points of the stored profile. Answered by Part."""
 
     first: int
     count: int
@@ -96,7 +96,7 @@ class ReadBack(Message):
 
 @dataclass(frozen=True, slots=True)
 class Arm(Message):
-    """Motor on, hold the arm where it is. Names the profile that is meant."""
+    """A request to switch the motor on and hold the arm in place. It names the profile to be played."""
 
     crc: int
     KIND: ClassVar[int] = 0x06
@@ -105,28 +105,28 @@ class Arm(Message):
 
 @dataclass(frozen=True, slots=True)
 class Play(Message):
-    """Render the profile."""
+    """A request to render the profile."""
 
     KIND: ClassVar[int] = 0x07
 
 
 @dataclass(frozen=True, slots=True)
 class Stop(Message):
-    """Motor off, brake on."""
+    """A request for motor off, brake on."""
 
     KIND: ClassVar[int] = 0x08
 
 
 @dataclass(frozen=True, slots=True)
 class EStop(Message):
-    """Motor off, brake on, and stay so until the fault is cleared."""
+    """A request for motor off, brake on, until the fault is cleared."""
 
     KIND: ClassVar[int] = 0x09
 
 
 @dataclass(frozen=True, slots=True)
 class Clear(Message):
-    """Forget the fault of this code; another one stays."""
+    """A request to clear the fault of this code; another fault stays."""
 
     fault: int
     KIND: ClassVar[int] = 0x0A
@@ -135,14 +135,14 @@ class Clear(Message):
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat(Message):
-    """The host is alive. Not answered."""
+    """The sign that the host is alive. Not answered."""
 
     KIND: ClassVar[int] = 0x0B
 
 
 @dataclass(frozen=True, slots=True)
 class SetRate(Message):
-    """Send telemetry so many times a second of plant time, 1 to 1000."""
+    """A request for telemetry at this rate per second of plant time, 1 to 1000."""
 
     rate_hz: int
     KIND: ClassVar[int] = 0x0C
@@ -151,7 +151,7 @@ class SetRate(Message):
 
 @dataclass(frozen=True, slots=True)
 class Change(Message):
-    """Pass over to the profile of this CRC, uploaded while playing; its stop stands where the old one does."""
+    """A request to change to the profile of this CRC, uploaded while playing, with the stop of the old one."""
 
     crc: int
     KIND: ClassVar[int] = 0x0D
@@ -160,7 +160,7 @@ class Change(Message):
 
 @dataclass(frozen=True, slots=True)
 class Ack(Message):
-    """The request of this sequence, of type `to`, was done; the device is in `state` now."""
+    """The answer that the request of this sequence, of type `to`, was done; the device is in `state` now."""
 
     to: int
     state: int
@@ -170,7 +170,7 @@ class Ack(Message):
 
 @dataclass(frozen=True, slots=True)
 class Nak(Message):
-    """The request of this sequence, of type `to`, was refused; nothing has changed."""
+    """The answer that the request of this sequence, of type `to`, was refused; nothing has changed."""
 
     to: int
     reason: int
@@ -182,7 +182,7 @@ class Nak(Message):
 
 @dataclass(frozen=True, slots=True)
 class Identity(Message):
-    """The device's identity, abilities and state. `profile_crc` is 0 where it holds no profile."""
+    """The device's identity, abilities and state. `profile_crc` is 0 if it holds no profile."""
 
     magic: bytes
     version: int
@@ -201,7 +201,7 @@ class Identity(Message):
 
     @property
     def known(self) -> bool:
-        """Whether this is a door simulator at all."""
+        """Return whether the device is a door simulator."""
         return self.magic == MAGIC
 
 
@@ -230,7 +230,7 @@ class Telemetry(Message):
 
 @dataclass(frozen=True, slots=True)
 class FaultReport(Message):
-    """The device went safe by itself, at this time of its clock, because of this value. Sent once."""
+    """The report that the device went safe by itself, at this time of its clock, because of this value. Sent once."""
 
     t_us: int
     fault: int
@@ -264,7 +264,9 @@ def sent(message: Message, sequence: int) -> bytes:
 
 @dataclass(frozen=True)
 class Profile:
-    """An uploaded profile: torques in N m, as the device holds them (float32), and the place of its rendered stop."""
+    """An uploaded profile: torques in N m, as the device holds them (float32), and the position of its rendered
+    stop.
+    """
 
     torque_Nm: tuple[float, ...]
     end_deg: float
@@ -278,7 +280,7 @@ class Profile:
 
 
 def as_float32(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the values as the line carries them."""
+    """Return the values as they are sent, rounded to float32."""
     layout = Struct(f"<{len(values)}f")
     rounded: tuple[float, ...] = layout.unpack(layout.pack(*values))
     return rounded

@@ -1,4 +1,4 @@
-"""One presentation on the door simulator, from the check of its limits until the arm is at rest again."""
+"""A presentation on the door simulator, from the check of its limits until the arm is at rest again."""
 
 from __future__ import annotations
 
@@ -28,39 +28,39 @@ class Recorded(Protocol):
     """The recorder of the telemetry: palpate.devices.streams.recording.Recording."""
 
     def start(self) -> None:
-        """Begin."""
+        """Begin recording."""
 
     def due(self) -> bool:
-        """Return whether there is something to be taken."""
+        """Return whether there are samples to take."""
 
     def take(self) -> Chunk:
-        """Return what has come since the last time."""
+        """Return the samples since the last call."""
 
     def fault(self) -> DeviceFault | None:
-        """Return what failed, or None."""
+        """Return the fault, or None."""
 
     def stop(self) -> Mapping[str, Any]:
-        """End, and say what it came to."""
+        """End recording, and return a summary of each stream."""
 
 
 class Changes(Protocol):
-    """The source of changes to the profile that is being felt: palpate.devices.door.live.LiveDoor."""
+    """The source of changes to the profile while it is felt: palpate.devices.door.live.LiveDoor."""
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
-        """Return the new 621 forces to be felt from now on, in newtons; None while nothing has changed."""
+        """Return the 621 new forces to be felt from now on, in newtons; None if nothing has changed."""
 
     def took(self, t_ns: int, why: str) -> None:
-        """Note that the door has taken the last forces, or stays as it is, and `why`."""
+        """Record that the door has accepted the last forces, or `why` it has not."""
 
     def rests(self) -> None:
-        """Note that the door is stopped for a pause."""
+        """Record that the door is stopped for a pause."""
 
     def done(self) -> bool | None:
-        """Return whether the participant is done; None where one opening and return of the door ends it."""
+        """Return whether the participant is done; None if one opening and return of the door ends it."""
 
 
 class Door(Protocol):
-    """The door, as a presentation needs it."""
+    """The interface of a door for a presentation."""
 
     name: str
     unconfirmed: UnconfirmedFault
@@ -75,16 +75,16 @@ class Door(Protocol):
         """The longest time of a presentation, in seconds."""
 
     def profile(self, request: Present) -> Profile:
-        """Return the profile to be played. Raise DeviceFault (limit)."""
+        """Return the profile to be played. Raises DeviceFault (limit)."""
 
     def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
-        """Return the torques for a change, with the stop where it is. Raise ProfileRefused."""
+        """Return the torques for a change, with the stop in its place. Raises ProfileRefused."""
 
     def greeted(self) -> tuple[Link, Identity]:
-        """Return the link, reconnected where it was lost, and the door's identity. Raise DeviceFault."""
+        """Return the link, reconnected if it was lost, and the door's identity. Raises DeviceFault."""
 
     def recorded(self, now_ns: Callable[[], int]) -> Recorded:
-        """Return the recorder of the telemetry."""
+        """Return a recorder of the telemetry."""
 
     def safe(self) -> None:
         """Bring it to rest."""
@@ -92,7 +92,7 @@ class Door(Protocol):
 
 @dataclass
 class Showing:
-    """A presentation under way. Closed at any point, it leaves the door safe."""
+    """A presentation in progress. Closing it at any point leaves the door safe."""
 
     door: Door
     request: Present
@@ -102,7 +102,7 @@ class Showing:
     rests: bool = False
 
     def steps(self) -> Generator[Aside | Chunk | Reply | Fault, None, None]:
-        """Yield what the presentation gives, one thing at a time; the last one is a Reply or a Fault."""
+        """Yield the events of the presentation one at a time; the last one is a Reply or a Fault."""
         recorded: list[Recorded] = []
         try:
             try:
@@ -135,7 +135,7 @@ class Showing:
         return Reply(felt.reply_value(recorded[0].stop()))
 
     def _ready(self) -> Generator[Aside, None, Link]:
-        """Return the link to a door without a fault, after a person has mended and confirmed whatever was wrong."""
+        """Return the link to a door without a fault, after a person has repaired and confirmed any problem."""
         unconfirmed = self.door.unconfirmed
         while True:
             confirmed = unconfirmed.message
@@ -162,7 +162,7 @@ class Showing:
 
 @dataclass
 class Felt:
-    """The arm is felt: played, watched, stopped for every pause and played again after it."""
+    """The part of a presentation in which the door is felt: played, watched, stopped for pauses and played again."""
 
     showing: Showing
     act: Act
@@ -173,7 +173,7 @@ class Felt:
     ended: str = ""
 
     def steps(self) -> Steps:
-        """Yield the steps until it is over. Raise DeviceFault."""
+        """Yield the events until the presentation is over. Raises DeviceFault."""
         showing, link = self.showing, self.link
         link.listen = self.opening.see
         gc.freeze()  # A collection of all that is loaded halts every thread, the heart too, for longer than is allowed.
@@ -219,14 +219,14 @@ class Felt:
             self.showing.desk.tell({self.showing.door.name: "playing"})
 
     def _something(self) -> bool:
-        """Return whether something has come, and keep the heartbeat alive, because the main thread is."""
+        """Return whether anything has arrived, and allow further heartbeats, because the main thread is alive."""
         self.link.keep_alive()
         self._change()
         self.ended = self._over()
         return bool(self.ended) or self.recorded.due() or self._fault() is not None
 
     def _change(self) -> None:
-        """Send the door a change, if there is one. Raise DeviceFault where the line is lost."""
+        """Send the door a change, if there is one. Raises DeviceFault if the line is lost."""
         door, now_ns = self.showing.door, self.showing.now_ns
         if door.changes is None or not self._playing or (force_N := door.changes.newer(now_ns())) is None:
             return
@@ -241,7 +241,7 @@ class Felt:
         self._took(why)
 
     def _took(self, why: str) -> None:
-        """Pass on the outcome of a change; show it to the experimenter where it differs from the last one."""
+        """Pass on the outcome of a change; show it to the experimenter if it differs from the last one."""
         showing = self.showing
         if showing.door.changes is not None:
             showing.door.changes.took(showing.now_ns(), why)
@@ -283,7 +283,7 @@ class Felt:
 
 
 def _ended(recorded: list[Recorded]) -> Steps:
-    """Yield what is left of the telemetry."""
+    """Yield the rest of the telemetry."""
     for recording in recorded:
         recording.stop()
         while recording.due():

@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 ProfileFor = Callable[[Present], Sequence[float]]
-"""The 621 forces, in newtons at the handle, that a request stands for."""
+"""Returns the 621 forces, in newtons at the handle, for a request."""
 Recorder = Callable[["DoorSimulator", NowNs], Recorded]
 PAUSE_S = 600.0
-"""Telemetry goes on while a session is paused, and is kept for so long until somebody can take it."""
+"""Telemetry goes on while a session is paused, and is kept for this long until it can be taken."""
 
 
 @dataclass(frozen=True)
 class Connection:
-    """A link that is up, and how to take it down; `facts` describe it."""
+    """An open link, and the function that closes it; `facts` describe it."""
 
     link: Link
     close: Callable[[], None]
@@ -62,12 +62,12 @@ class Setup:
 
 
 def no_profiles(request: Present) -> Sequence[float]:
-    """Refuse: this door was given no stimuli."""
+    """Raise DeviceError, because this door was given no stimuli."""
     raise DeviceError(f"the door was given no profile for {request.trial.stimulus.id}")
 
 
 def streamed(door: DoorSimulator, now_ns: NowNs) -> Recorded:
-    """Return the recorder of the telemetry, as for every other stream."""
+    """Return a recorder of the telemetry, as for every other stream."""
     from palpate.devices.streams.recording import Recording
 
     return Recording({door.name: door}, now_ns, room_s=PAUSE_S)
@@ -75,7 +75,9 @@ def streamed(door: DoorSimulator, now_ns: NowNs) -> Recorded:
 
 @dataclass
 class DoorSimulator:
-    """The door. `connect` makes the line, `profile_for` says what a stimulus is, `recorder` keeps the telemetry."""
+    """A door simulator. `connect` opens the line, `profile_for` gives a stimulus' forces, `recorder` records
+    telemetry.
+    """
 
     name: str
     setup: Setup
@@ -85,7 +87,7 @@ class DoorSimulator:
     unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
     identity: Identity | None = None
     changes: Changes | None = None
-    """Where the profile changes from while it is felt; None where it does not."""
+    """The source of changes while the door is felt; None if the profile does not change."""
     _connection: Connection | None = None
     _showing: tuple[Present, Generator[WorldEvent, None, None]] | None = None
     _numbering: TelemetryBlocks | None = None
@@ -102,11 +104,11 @@ class DoorSimulator:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The one signal: telemetry."""
+        """Return its only signal, the telemetry."""
         return (Signal("telemetry", CHANNELS, UNITS, float(self.setup.telemetry_hz), self.name, self.setup.calibrated),)
 
     def open(self) -> None:
-        """Connect, and leave it safe. Raises DeviceError: no door there, or one that allows more than the rig does."""
+        """Connect, and leave it safe. Raises DeviceError: no door, or one that allows more than the rig does."""
         self._let_go()
         connection = self.connect()
         self._connection = connection
@@ -119,13 +121,13 @@ class DoorSimulator:
             dialogue.rest(self._connection.link)
 
     def close(self) -> None:
-        """Make it safe and let go of the line."""
+        """Make it safe and close the line."""
         if self._showing is not None and getgeneratorstate(self._showing[1]) != GEN_RUNNING:
             self._end_showing()
         self._let_go()
 
     def greeted(self) -> tuple[Link, Identity]:
-        """Return the link, reconnected where it was lost, and the door's identity. Raise DeviceFault."""
+        """Return the link, reconnected if it was lost, and the door's identity. Raises DeviceFault."""
         try:
             if self._connection is None or self._connection.link.broken is not None:
                 self.open()
@@ -136,14 +138,14 @@ class DoorSimulator:
         return link, identity
 
     def profile(self, request: Present) -> Profile:
-        """Return the profile to be played, within the limits. Raise DeviceFault (limit)."""
+        """Return the profile to be played, within the limits. Raises DeviceFault (limit)."""
         try:
             return self.check(self.profile_for(request), request.trial.stimulus.id)
         except ProfileRefused as refused:
             raise DeviceFault(self.name, "limit", f"{self.name}: {refused}") from refused
 
     def demand_follows(self) -> None:
-        """Raise DeviceError where its firmware cannot change the door while it is felt. Called while it is open."""
+        """Raise DeviceError if the open door's firmware cannot change the door while it is felt."""
         identity = self.identity
         if identity is not None and identity.firmware < FOLLOWS_FROM:
             raise DeviceError(
@@ -153,22 +155,22 @@ class DoorSimulator:
             )
 
     def check(self, force_N: Sequence[float], what: str) -> Profile:
-        """Return the profile as it would be sent, for a check before a session. Raise ProfileRefused."""
+        """Return the profile as it would be sent, for a check before a session. Raises ProfileRefused."""
         return profile_for_door(force_N, self.setup.handle_radius_m, self._limits(), what)
 
     def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
-        """Return the torques for a change while it plays, with the stop where it is. Raise ProfileRefused."""
+        """Return the torques for a change while it plays, with the stop in its place. Raises ProfileRefused."""
         return change_for_door(force_N, self.setup.handle_radius_m, self._limits(), end_deg, "the changed profile")
 
     def recorded(self, now_ns: NowNs) -> Recorded:
-        """Return the recorder of one presentation's telemetry."""
+        """Return a recorder of one presentation's telemetry."""
         return self.recorder(self, now_ns)
 
     def expect(self, scene: Scene | None) -> None:
         """Do nothing: the door makes its own scene."""
 
     def start(self, now_ns: NowNs) -> None:
-        """Count telemetry from the next sample on. Raises DeviceError."""
+        """Number telemetry samples from the next one on. Raises DeviceError."""
         link = self._up()
         link.stamp_ns = now_ns
         link.from_now()
@@ -176,7 +178,7 @@ class DoorSimulator:
         self._numbering = TelemetryBlocks()
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Return the telemetry that has come. Raise DeviceFault where the link is lost or falls silent."""
+        """Return the telemetry that has arrived. Raises DeviceFault if the link is lost or silent."""
         link = self._up()
         link.wait(lambda: bool(link.samples), timeout_s)
         arrived = [link.samples.popleft() for _ in range(len(link.samples))]
@@ -185,7 +187,7 @@ class DoorSimulator:
         return {"telemetry": self._numbering.blocks(arrived) if self._numbering is not None else []}
 
     def stop(self) -> None:
-        """Stop counting samples."""
+        """Stop numbering samples."""
         self._numbering = None
 
     def describe(self) -> Mapping[str, Any]:
@@ -204,7 +206,7 @@ class DoorSimulator:
         }
 
     def health(self, seconds: float) -> Health:
-        """Read the telemetry at rest for so long. Called while it is open."""
+        """Read the telemetry of the open door at rest for some seconds."""
         from palpate.devices.health import sensed
 
         link = self._up()
@@ -220,7 +222,7 @@ class DoorSimulator:
         return Health(not wrong, summary, readings, self.setup.calibrated, facts)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Let the stimulus be felt; whatever ends it, the door is safe then. Raises DeviceError."""
+        """Let the participant feel the stimulus, and leave the door safe in any case. Raises DeviceError."""
         if self._showing is None or self._showing[0] is not request:
             self._end_showing()
             self._showing = (request, Showing(self, request, window, desk, now_ns).steps())
@@ -262,7 +264,7 @@ class DoorSimulator:
         return self._connection.link
 
     def _greet(self, link: Link) -> Identity:
-        """Return the identity of a safe door as the rig needs it: it may have been restarted since the last time."""
+        """Return the identity of a safe door with the rig's settings, as it may have been restarted."""
         self.identity = identity = dialogue.greet(link)
         if identity.speed_deg_s > self.setup.limits.speed_deg_s:
             raise DeviceError(

@@ -1,4 +1,4 @@
-"""Telemetry of the door as a signal: samples with their numbers, lost ones counted, and what cannot be true."""
+"""Telemetry of the door as a signal: numbered samples, lost ones counted, and a check for impossible values."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ UNITS = ("deg", "deg/s", "N m", "A", "code")
 ROW = Struct("<5f")
 SAMPLES = 1 << 32
 ANGLE_DEG = 90.0
-"""No door of this kind opens so far, in either direction."""
+"""No door of this kind opens as far, in either direction."""
 TORQUE_NM = 500.0
 LOST = "lost on the line"
 
 
 def row(sample: Telemetry) -> bytes:
-    """Return one sample as a row of CHANNELS."""
+    """Return a sample as a row of CHANNELS."""
     return ROW.pack(sample.angle_deg, sample.velocity_deg_s, sample.torque_Nm, sample.brake_A, sample.state)
 
 
 def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
-    """Return a fault for impossible values of a sample, as a second guard beside the device's own."""
+    """Return a fault for impossible values of a sample, as a second check beside the device's own."""
     values = (sample.angle_deg, sample.velocity_deg_s, sample.torque_Nm, sample.brake_A)
     if not all(map(math.isfinite, values)):
         return DeviceFault(name, "not_a_number", f"{name}: telemetry that is not a number: {values}")
@@ -41,7 +41,7 @@ def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
 
 @dataclass
 class TelemetryBlocks:
-    """A builder of blocks from what arrived; the first sample after the start is number 0."""
+    """A builder of blocks from telemetry; the first sample after the start is number 0."""
 
     start: int | None = None
     next: int = 0
@@ -82,7 +82,7 @@ class TelemetryBlocks:
 
 @dataclass
 class Opening:
-    """A detector of an opening to the end from closed, and the return; it sees every sample of telemetry."""
+    """A detector of a complete opening from closed, and of the return; it sees every sample of telemetry."""
 
     end_deg: float
     closed_deg: float = 3.0
@@ -93,7 +93,7 @@ class Opening:
     back: bool = False
 
     def see(self, sample: Telemetry) -> None:
-        """Take the sample as the door's present place."""
+        """Use the sample as the door's current position."""
         angle = sample.angle_deg
         self.most_deg = max(self.most_deg, angle) if self.closed and math.isfinite(angle) else self.most_deg
         if angle <= self.closed_deg:
@@ -103,7 +103,7 @@ class Opening:
 
 
 def trouble(link: Link, state: int | None) -> DeviceFault | None:
-    """Return the door's present fault; `state` is the expected state, or None for any."""
+    """Return the door's current fault; `state` is the expected state, or None for any."""
     if link.broken is not None:
         return link.broken
     if link.quiet_s() > link.timing.silent_s:

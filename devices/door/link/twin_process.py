@@ -1,4 +1,4 @@
-"""The twin's process, as its parent sees it: started with a pseudo-terminal for a port, gone when its parent is."""
+"""The twin's process from its parent's side: started with a pseudo-terminal as a port, ended with its parent."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ENDS_S = 5.0
 
 @dataclass
 class TwinProcess:
-    """A firmware emulator. It lives as long as its standard input is open, and is safe before it ends.
+    """The process of a firmware emulator. It lives as long as its standard input is open, and ends safe.
 
-    As a device of its own it hears nothing of its host's terminal: a Ctrl-C there is the host's to deal with.
+    Like a real device, it does not get Ctrl-C from its host's terminal.
     """
 
     name: str
@@ -33,7 +33,7 @@ class TwinProcess:
     def start(
         self, speed: float, seed: int, limits: Limits, baud: int, log: Path | None = None, more: Sequence[str] = ()
     ) -> str:
-        """Start it; the path of its port. Raises DeviceError."""
+        """Start the process, and return the path of its port. Raises DeviceError."""
         settings = {
             "speed": speed, "seed": seed, "baud": baud, "torque-limit": limits.torque_Nm,
             "slope-limit": limits.slope_Nm_deg, "speed-limit": limits.speed_deg_s, **({"log": log} if log else {}),
@@ -55,7 +55,7 @@ class TwinProcess:
             raise DeviceError(f"{self.name}: the door's twin did not start (it printed {line!r})") from None
 
     def end(self) -> None:
-        """End it; it is killed only where it does not end by itself."""
+        """End the process; it is killed only if it does not end by itself."""
         process, self.process = self.process, None
         if process is None:
             return

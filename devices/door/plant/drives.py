@@ -10,10 +10,10 @@ from palpate.devices.door.plant.parameters import Detent, Parameters
 
 
 class Drives:
-    """Motor torque, brake torque and the hand's path between two commands, exactly as the held commands make them.
+    """Motor torque, brake torque and the hand's path between two commands, exactly as the held commands produce them.
 
     The motor's torque and the coil's current approach their commands exponentially, so both are known at every instant
-    of a period; the powder follows the current with play (hysteresis), which a monotone current passes in one clamp.
+    of a period; the powder follows the current with play (hysteresis), which for a monotone current is a single clamp.
     """
 
     __slots__ = (
@@ -54,7 +54,7 @@ class Drives:
         return self.dry_Nm + min(max(brake.gain_Nm_A * self._powder(self.coil(t)), 0.0), brake.limit_Nm)
 
     def _powder(self, coil_A: float) -> float:
-        """Return the powder's state at the coil current `coil_A`, with a play behind it."""
+        """Return the powder's state at the coil current `coil_A`, after the play."""
         play = self._brake.play_A
         if self.powder_A < coil_A - play:
             return coil_A - play

@@ -20,20 +20,22 @@ from palpate.devices.door.plant.moreau import Setting, implicit_euler
 from palpate.devices.door.plant.parameters import TICK_S, Parameters
 
 FINE = 0.3
-"""Largest step inside an oscillation that matters, in radians of its phase."""
+"""Largest step within a relevant oscillation, in radians of its phase."""
 QUIET_RAD = 1e-8
-"""An oscillation smaller than this is not resolved: the step is stable without."""
+"""A smaller oscillation is not resolved, as the step is stable without."""
 MOST = 4000
-"""Steps within one period before the rest of it is left to one implicit Euler step."""
+"""Greatest number of steps within a period, before its rest is left to one implicit Euler step."""
 TURN, HIGH, LOW, LEAVE, AGAIN = range(1, 6)
-"""Events: the speed passes zero, the arm touches a stop, the push ends, it begins anew before the stop is back."""
+"""Events: the speed passes zero, the arm touches the high or the low stop, the push ends, the push begins again before
+the stop is back.
+"""
 R = sqrt(3) / 6
 C1, C2 = 0.5 - R, 0.5 + R
 A12, A21 = 0.25 - R, 0.25 + R
 D12, D21, D = 0.125 - R / 2, 0.125 + R / 2, 1 / 24
 E1, E2 = 0.25 + R / 2, 0.25 - R / 2
 CLOSE_RAD = 1e-14
-"""Newton's iteration on a nonlinear spring ends at a change below this."""
+"""Newton's iteration on a nonlinear spring ends at a smaller change."""
 Stages = tuple[float, float, float, float, float, float]
 """Offset and speed at the end, offsets at the two stages, speeds at the two stages."""
 Spring = Callable[[float], tuple[float, float]]
@@ -43,10 +45,10 @@ CLOSE = 1e-13
 
 
 class Dynamics:
-    """Angle and velocity of the arm, moved through time by `advance`.
+    """Angle and velocity of the arm, which `advance` moves through time.
 
-    The angle is kept as an offset from `origin`, the place of the stop that was touched last: a stop of 1e8 N m/rad is
-    pressed by nanoradians, which an angle near 1 rad could not hold.
+    The angle is stored as an offset from `origin`, the position of the stop that was touched last: a stop of 1e8 N
+    m/rad is pressed by nanoradians, which an angle near 1 rad could not represent.
     """
 
     __slots__ = (
@@ -82,7 +84,7 @@ class Dynamics:
     def advance(
         self, motor_Nm: float, brake_A: float, hand: Hand, start_s: float = 0.0, duration_s: float = TICK_S
     ) -> None:
-        """Move through one period of held commands, `start_s` on the hand's clock."""
+        """Move through one period of held commands, beginning at `start_s` on the hand's clock."""
         self.drives.begin(motor_Nm, brake_A, self._gripped(hand, start_s), start_s)
         t, steps, close = 0.0, 0, duration_s * (1 - 1e-12)
         while t < close:
@@ -95,7 +97,7 @@ class Dynamics:
         self.drives.end(duration_s)
 
     def _gripped(self, hand: Hand, start_s: float) -> Hand:
-        """Return the hand, or nobody for as long as it would have to hold more than its grip."""
+        """Return the hand, or NOBODY while it would have to hold more than its grip."""
         if hand.grip_Nm == inf:
             return hand
         angle, speed = hand.path(start_s)
@@ -103,7 +105,7 @@ class Dynamics:
         return hand if abs(pull) <= hand.grip_Nm else NOBODY
 
     def _mode(self) -> None:
-        """Set stiffness and damping of what the arm is coupled to now."""
+        """Set stiffness and damping of everything that acts on the arm now."""
         drives = self.drives
         self._k, self._b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
         if self.side:
@@ -124,7 +126,7 @@ class Dynamics:
         return t + h
 
     def _forward(self, t: float, h: float) -> float:
-        """Try a step, and less until the arm slides one way at both stages: friction must not feed a swing back."""
+        """Try a step, halved until the arm slides in one direction at both stages, and return its size."""
         self._trial(t, h)
         for _ in range(40):
             _, w, _, _, v1, v2 = self.end
@@ -135,7 +137,7 @@ class Dynamics:
         return h
 
     def _size(self, t: float, rest: float) -> float:
-        """Return the step to take: whole unless an oscillation matters that is faster than it."""
+        """Return the step size: the whole rest unless a relevant oscillation is faster."""
         rate = max(sqrt((self._k + self.notch_k) / self.inertia), self._b / self.inertia)
         if rate * rest <= 1.25 * FINE:
             return rest
@@ -149,7 +151,7 @@ class Dynamics:
         return rest / ceil(rest * rate / FINE)
 
     def _trial(self, t: float, h: float) -> None:
-        """Try a step of size h; `end` holds its result, and `stages` what drove it, until another is tried."""
+        """Try a step of size h; `end` holds its result and `stages` its inputs until the next trial."""
         drives, slide, t1, t2 = self.drives, self.slide, t + C1 * h, t + C2 * h
         m1, p1, r1 = drives.motor(t1), drives.hand(t1, self.origin), drives.friction(t1)
         m2, p2, r2 = drives.motor(t2), drives.hand(t2, self.origin), drives.friction(t2)
@@ -169,7 +171,7 @@ class Dynamics:
         return self._guard(event, self.end[0], self.end[1])
 
     def _guard(self, event: int, x: float, w: float) -> float:
-        """Return the value that passes from above zero to below at an event."""
+        """Return the value that passes from positive to negative at an event."""
         if event == TURN:
             return self.slide * w
         if event == HIGH:
@@ -181,7 +183,7 @@ class Dynamics:
         return -self.left * (self.stiffness * x + self.damping * w)
 
     def _passed(self, known: int) -> int:
-        """Return an event, other than the known one, that the trial step ran past; 0 for none."""
+        """Return an event, other than the known one, that the trial step passed; 0 for none."""
         x, w = self.end[0], self.end[1]
         if self.slide * w < 0.0 and known != TURN:
             return TURN
@@ -194,7 +196,7 @@ class Dynamics:
         return LOW if known != LOW and self._guard(LOW, x, w) < 0.0 else 0
 
     def _enter(self, event: int, t: float) -> None:
-        """Change the state to what holds after the event."""
+        """Change to the state after the event."""
         if event == TURN:
             self.w, self.slide = 0.0, self._breaks(t)
         elif event in {HIGH, LOW}:
@@ -211,7 +213,7 @@ class Dynamics:
         self.origin = self.arm.high_stop_rad if side > 0 else self.arm.low_stop_rad
 
     def _commit(self, h: float) -> None:
-        """Take the trial step, and book the work of its two stages."""
+        """Accept the trial step, and record the work of its two stages."""
         x1, x2, v1, v2 = self.end[2:]
         motor1, motor2, pull1, pull2, rub1, rub2 = self.stages
         drives, ledger, half = self.drives, self.ledger, 0.5 * h
@@ -257,7 +259,7 @@ class Dynamics:
         return self.arm.stiction * self.drives.friction(t) - abs(self._still(t))
 
     def _last_resort(self, t: float, h: float) -> None:
-        """Take the rest of the period in one implicit Euler step."""
+        """Complete the period with one implicit Euler step."""
         drives, origin = self.drives, self.origin
         drives_k, b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
         f = drives.motor(t + h) + drives.hand(t + h, origin)
@@ -287,7 +289,7 @@ def gauss_step(h: float, x: float, w: float, inertia: float, b: float, k: float,
 def gauss_step_nonlinear(
     h: float, x: float, w: float, inertia: float, b: float, k: float, f1: float, f2: float, spring: Spring
 ) -> Stages:
-    """Return the same with a further spring n(x), by Newton's iteration from the linear answer; it always ends."""
+    """Return such a step with a further spring n(x), by Newton's iteration from the linear result; it always ends."""
     end = gauss_step(h, x, w, inertia, b, k, f1, f2)
     hh, drift = h * h, h * w
     for _ in range(12):
@@ -319,7 +321,7 @@ def _ended(h: float, x: float, w: float, a1: float, a2: float) -> Stages:
 
 
 def first_zero(value: Callable[[float], float], start: float, end: float, at_start: float, at_end: float) -> float:
-    """Return where `value` passes from above zero to below between `start` and `end`, on the side below."""
+    """Return where `value` passes from positive to negative between `start` and `end`, on the negative side."""
     low, high, above, below = start, end, at_start, at_end
     while above <= 0.0:
         middle = start + (high - start) / 8
@@ -347,7 +349,7 @@ def first_zero(value: Callable[[float], float], start: float, end: float, at_sta
 
 @dataclass(slots=True)
 class Ledger:
-    """Work done on the arm by motor and hand, and what friction, dampers, stops and detents took.
+    """Work done on the arm by motor and hand, and the energy absorbed by friction, dampers, stops and detents.
 
     `stop_taken_J` grows while the arm pushes into a stop, `stop_returned_J` while the stop pushes it out.
     """
@@ -361,7 +363,7 @@ class Ledger:
     stop_returned_J: float = 0.0
 
     def stop(self, taken_J: float) -> None:
-        """Add the energy that a stop took, in joules; negative where it gave some."""
+        """Add the energy that a stop absorbed, in joules; negative if it released some."""
         if taken_J >= 0.0:
             self.stop_taken_J += taken_J
         else:

@@ -1,7 +1,7 @@
 """The simulated hand: a spring and a damper between the handle and a point that moves along a path.
 
-A stiff hand on a path of constant speed pulls at that speed whatever the door does; a soft one on a minimum-jerk path
-(Flash and Hogan 1985) pulls as a person does.
+A stiff hand on a path of constant speed pulls at that speed whatever the door does; a soft hand on a minimum-jerk path
+(Flash and Hogan 1985) pulls like a person.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 Path = Callable[[float], tuple[float, float]]
-"""Time in seconds -> where the hand wants the arm to be (rad) and how fast it moves there (rad/s)."""
+"""From time in seconds to the hand's target for the arm: angle (rad) and speed (rad/s)."""
 
 
 @dataclass(frozen=True)
 class Hand:
-    """The hand at the handle; `torque_Nm` is added, and beyond `grip_Nm` the hand slips off for that millisecond."""
+    """A hand at the handle; `torque_Nm` is added, and beyond `grip_Nm` the hand slips off for that millisecond."""
 
     path: Path
     stiffness_Nm_rad: float
@@ -30,11 +30,11 @@ def _nowhere(_t_s: float) -> tuple[float, float]:
 
 
 NOBODY = Hand(_nowhere, 0.0, 0.0)
-"""Nobody touches the door."""
+"""No hand at the door."""
 
 
 def push(torque_Nm: float) -> Hand:
-    """Return a hand with a constant torque at the arm, whatever it does."""
+    """Return a hand with a constant torque on the arm, whatever it does."""
     return Hand(_nowhere, 0.0, 0.0, torque_Nm)
 
 
@@ -51,7 +51,7 @@ def constant_velocity(
     stiffness_Nm_rad: float = 2000.0,
     damping_Nm_s_rad: float = 40.0,
 ) -> Hand:
-    """Return a stiff pull to `speed_rad_s` within `rise_s`, at that speed, and to rest at `to_rad` within `rise_s`."""
+    """Return a stiff pull that speeds up to `speed_rad_s` within `rise_s`, and stops at `to_rad` within `rise_s`."""
     moving = max(to_rad / speed_rad_s, rise_s)
     pace = to_rad / moving
 
@@ -64,7 +64,7 @@ def constant_velocity(
 
 
 def _ramp(t_s: float, rise_s: float) -> tuple[float, float]:
-    """Return a speed that rises evenly from 0 to 1 over `rise_s`, and the way gone."""
+    """Return a speed that rises linearly from 0 to 1 over `rise_s`, and the distance."""
     if t_s <= 0.0:
         return 0.0, 0.0
     if t_s < rise_s:
@@ -82,8 +82,8 @@ def human(
 ) -> Hand:
     """Return a person's pull: minimum jerk to `to_rad` through the arm's own stiffness and damping.
 
-    With `stay_s` the hand brings the door back as it opened it, so long after it was open. The arm's impedance at the
-    handle is of the order of what Tsuji et al. (1995) measured: some hundreds of N/m, some tens of N s/m.
+    With `stay_s` the hand brings the door back as it opened it, that long after it was open. The arm's impedance at the
+    handle is similar to what Tsuji et al. (1995) measured: some hundreds of N/m, some tens of N s/m.
     """
     back = math.inf if stay_s is None else start_s + opening_s + stay_s
 
@@ -99,7 +99,7 @@ def human(
 
 
 def minimum_jerk(share: float) -> tuple[float, float]:
-    """Return the share of the way after a share of the time, and its derivative."""
+    """Return the share of the distance after a share of the time, and its derivative."""
     if share <= 0.0:
         return 0.0, 0.0
     if share >= 1.0:

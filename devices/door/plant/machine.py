@@ -1,7 +1,7 @@
-"""The door machine: plant, sensors and the 1 kHz control together, one millisecond at a time.
+"""The door machine: plant, sensors and 1 kHz control together, one millisecond at a time.
 
-Control is a cascade: an outer torque loop asks for speed, the inner velocity loop asks the motor for torque. Less of
-the torque loop is used once a hand that is damped too much for it makes the motor buzz.
+Control is a cascade: an outer torque loop commands a speed, the inner velocity loop commands the motor's torque. The
+share of the torque loop is reduced when a heavily damped hand makes the motor buzz.
 """
 
 from __future__ import annotations
@@ -19,24 +19,26 @@ from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
 from palpate.signals.doors.grid import POINTS
 
 SLOW_RAD_S = 0.03
-"""Below this speed the brake is let go: at rest its direction is unknown."""
+"""Below this speed the brake is released: at rest its direction is unknown."""
 CALM_S = 0.5
-"""How fast the damping of a shaken arm fades."""
+"""Time constant with which the damping of a shaken arm fades."""
 ONE_TURN = 0.25
-"""What a reversal adds to an arm's shaking."""
+"""Increase of an arm's shaking by a reversal."""
 SWUNG_RAD_S = 0.1
-"""A reversal between speeds above this is one."""
+"""Least speed before and after a reversal."""
 GENTLE_S = 0.1
-"""How fast what the hand was holding turns into what the profile asks, once playing begins."""
+"""Time in which the torque held by the hand turns into the profile's, once playing begins."""
 LOOK_RAD = 0.03
-"""How far along the profile the brake's torque must be wanted: the way of a pull during the brake's lag."""
+"""How far along the profile the brake's torque must be needed: the distance of a pull during the brake's lag."""
 BUZZ_NM = 3.0
-"""The motor's command turns back between two steps of more than this: one sign of buzzing, far above the noise."""
+"""A reversal of the motor's command between two larger steps is one sign of buzzing, far above the noise."""
 FADE_S = 0.02
 SIGNS = 6.0
-"""So many signs, fading with `FADE_S`, are a buzz: a pull or a stop gives a few, an unstable loop hundreds a second."""
+"""So many signs, fading with `FADE_S`, are a buzz: a pull or a stop causes a few, an unstable loop hundreds a
+second.
+"""
 KEPT = 0.75
-"""The share that each buzz leaves."""
+"""Factor of the share at each buzz."""
 
 
 @dataclass(slots=True)
@@ -66,7 +68,7 @@ class Cascade:
         self.reset(0.0)
 
     def reset(self, angle_rad: float) -> None:
-        """Forget all errors, and stand where the arm is."""
+        """Forget all errors, and use the arm's current angle."""
         self._error = self._sum = self._shaken = self._went = self._held = 0.0
         self._easing = Easing()
         self._anchor = angle_rad
@@ -77,16 +79,16 @@ class Cascade:
         return self._easing.share
 
     def begin(self, rendered: Rendered, angle_rad: float, felt_Nm: float) -> None:
-        """Begin with the torque that the hand has on the handle, so that playing starts without a jerk."""
+        """Begin with the torque of the hand on the handle, so that playing starts without a jerk."""
         self._held = felt_Nm - rendered.at(angle_rad)
 
     def hold(self, angle_rad: float, speed_rad_s: float) -> Command:
-        """Stay where the machine was armed, with the brake on."""
+        """Hold the position at which the machine was armed, with the brake on."""
         target = self._clipped_speed(self._gains.hold_1_s * (self._anchor - angle_rad))
         return Command(self._inner(target - speed_rad_s, 0.0), self._brake.current_limit_A, 0.0)
 
     def play(self, rendered: Rendered, angle_rad: float, speed_rad_s: float, felt_Nm: float) -> Command:
-        """Let the handle feel the profile, read as far ahead as the answer takes."""
+        """Render the profile at the handle, read ahead by the delay of the response."""
         gains = self._gains
         command = rendered.at(angle_rad + gains.error_lookahead_s * speed_rad_s)
         ahead = rendered.at(angle_rad + gains.lookahead_s * speed_rad_s)
@@ -123,7 +125,7 @@ class Cascade:
         return min(max(command, -self._motor_limit), self._motor_limit)
 
     def _braking(self, rendered: Rendered, angle_rad: float, speed_rad_s: float) -> float:
-        """Return the brake's current for its share of the coming resistance, in steps; 0 where the profile pulls."""
+        """Return the brake's current for its share of the resistance ahead, in steps; 0 where the profile pulls."""
         torque = 0.0
         if speed_rad_s > SLOW_RAD_S:
             gains = self._gains
@@ -132,7 +134,7 @@ class Cascade:
         return min(torque / self._brake.gain_Nm_A, self._brake.current_limit_A) if torque else 0.0
 
     def follow(self, brake_A: float) -> None:
-        """Keep track of what the brake's coil does with its command."""
+        """Update the model of the brake's coil with its command."""
         self._feed += self._lag * (brake_A - self._feed)
 
     def _clipped_speed(self, speed_rad_s: float) -> float:
@@ -140,7 +142,7 @@ class Cascade:
 
 
 class Easing:
-    """Watches the motor's command; `share` only falls, until the next mode begins."""
+    """A monitor of the motor's command; `share` only falls, until the next mode begins."""
 
     __slots__ = ("_motor_Nm", "_signs", "_step_Nm", "share")
 
@@ -148,7 +150,7 @@ class Easing:
         self.share, self._signs, self._motor_Nm, self._step_Nm = 1.0, 0.0, 0.0, 0.0
 
     def see(self, motor_Nm: float) -> None:
-        """Take the command of this millisecond."""
+        """Use the command of this millisecond."""
         step, before = motor_Nm - self._motor_Nm, self._step_Nm
         self._motor_Nm, self._step_Nm = motor_Nm, step
         self._signs *= 1.0 - TICK_S / FADE_S
@@ -164,7 +166,7 @@ TICK_US = round(TICK_S * 1e6)
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One millisecond as the machine's sensors have it; `torque_Nm` is the hand's, positive opening."""
+    """The readings of the machine's sensors in a millisecond; `torque_Nm` is the hand's, positive opening."""
 
     t_us: int
     angle_rad: float
@@ -176,10 +178,10 @@ class Tick:
 
 
 class Machine:
-    """A door simulator that does not know it is simulated.
+    """A simulated door machine with the interface of a real one.
 
-    `off`: motor without torque, brake fully on. `hold`: motor on, the arm stays where it was. `play`: the handle feels
-    the profile that was loaded. The hand's clock starts when `play` begins; before, the hand rests where it begins.
+    `off`: motor without torque, brake fully on. `hold`: motor on, the arm stays in place. `play`: the handle renders
+    the loaded profile. The hand's clock starts when `play` begins; before, the hand rests at its start.
     """
 
     def __init__(self, parameters: Parameters = DEFAULT, hand: Hand | None = None) -> None:
@@ -195,7 +197,7 @@ class Machine:
 
     @property
     def mode(self) -> Mode:
-        """What the machine does."""
+        """Return the mode of the machine."""
         return self._mode
 
     @mode.setter
@@ -208,9 +210,9 @@ class Machine:
         self._mode = mode
 
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
-        """Take 621 torques against opening, over 0 to 62 degrees; a stop is rendered at `end_rad`.
+        """Load 621 torques against opening, over 0 to 62 degrees; a stop is rendered at `end_rad`.
 
-        What stands in the profile behind the end is padding and never rendered: the last value holds.
+        Torques behind the end are padding and never rendered: the last value holds.
 
         Raises:
             PlantError: another number of torques, one that is not finite, or an end outside the profile.
@@ -218,11 +220,11 @@ class Machine:
         self.rendered = Rendered(torque_Nm, end_rad, self.parameters.control.end_stiffness_Nm_rad)
 
     def change(self, torque_Nm: Sequence[float]) -> None:
-        """Pass over to another profile with the same stop; the torque never steps. Raises PlantError as `load`."""
+        """Change to another profile with the same stop, without a step in torque. Raises PlantError as `load`."""
         self.rendered = Passage(self.rendered, torque_Nm)
 
     def step(self) -> Tick:
-        """Advance by 1 ms: read the sensors, command motor and brake, let the plant move."""
+        """Advance by 1 ms: read the sensors, command motor and brake, and move the plant."""
         sensing, dynamics = self.sensing, self.dynamics
         if isinstance(self.rendered, Passage):
             self.rendered = self.rendered.after_tick()
@@ -266,10 +268,10 @@ class Sensing:
         self._bias = 0.0
 
     def read(self, angle_rad: float, torque_Nm: float, known_Nm: float) -> None:
-        """Take a reading; `known_Nm` is what motor and hand are known to do, for the observer.
+        """Read the sensors; `known_Nm` is the known torque of motor and hand, for the observer.
 
-        The observer (Luenberger 1964) predicts angle and speed over the period from that torque and corrects both, and
-        the rest that it does not know (friction, a stop), by what the encoder says: the speed has no lag of a filter.
+        The observer (Luenberger 1964) predicts angle and speed over the period from that torque, and corrects both and
+        the unknown torque (friction, a stop) by the encoder's angle: the speed has no filter lag.
         """
         rate = known_Nm / self._inertia + self._bias
         ahead = self.angle_rad + TICK_S * (self.speed_rad_s + 0.5 * TICK_S * rate)

@@ -1,8 +1,8 @@
-"""One implicit Euler step in which friction and stop are sets: the last resort that always ends.
+"""One implicit Euler step in which friction and stop are set-valued: the last resort, which always ends.
 
 Moreau's time stepping (Moreau 1988; Acary and Brogliato 2008, ch. 10) for one degree of freedom: the velocity at the
-end of the step balances all torques, the friction anywhere within its band and the stop only pushing. Every torque
-falls as that velocity rises, so there is exactly one answer, found by trying the cases; it never adds energy.
+end of the step balances all torques, with friction anywhere within its band and a stop that only pushes. Every torque
+falls as that velocity rises, so there is exactly one solution, found by trying the cases; it never adds energy.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """The inputs of a step: inertia, the linear torque f - k (x) - b w, friction, and the stops' places."""
+    """The inputs of a step: inertia, the linear torque f - k (x) - b w, friction, and the positions of the stops."""
 
     inertia: float
     f: float
@@ -38,7 +38,9 @@ def implicit_euler(s: Setting, h: float, x: float, w: float) -> tuple[float, flo
 
 
 def _against(s: Setting, h: float, x: float, w: float, friction: float) -> tuple[float, int]:
-    """Return the speed for the given friction, without a stop or with the one that it would run into, and the stop."""
+    """Return the speed for the given friction, without a stop or with the one that the arm would reach, and the
+    stop.
+    """
     push = s.inertia * w / h + s.f - s.k * x - friction
     mass = s.inertia / h + s.b + s.k * h
     speed = push / mass

@@ -10,7 +10,7 @@ TICK_S = 1e-3
 
 
 class PlantError(ValueError):
-    """A parameter, profile or command that the door machine cannot take; the message names it."""
+    """A parameter, profile or command that the door machine cannot use; the message names it."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Detent:
 
 @dataclass(frozen=True)
 class Arm:
-    """The arm with what touches it: bearing, end stops, detents.
+    """The arm with its bearing, end stops and detents.
 
     `stop_damping` is the stop's damper as a share of critical damping, 2 sqrt(stiffness inertia), of this arm.
     `stiction` is the torque to break away over the torque to keep sliding.
@@ -47,7 +47,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Motor:
-    """Direct drive: torque follows the command with the electrical lag, within its limit."""
+    """A direct-drive motor: its torque follows the command with the electrical lag, within its limit."""
 
     torque_limit_Nm: float = 60.0
     lag_s: float = 5e-4
@@ -55,10 +55,10 @@ class Motor:
 
 @dataclass(frozen=True)
 class Brake:
-    """Magnetic powder brake under open-loop current.
+    """A magnetic powder brake under open-loop current.
 
     The coil current follows the command with `lag_s`; the powder follows the current with `play_A` of play to either
-    side (hysteresis); its torque is `gain_Nm_A` times what the powder has, up to `limit_Nm`, and `drag_Nm` always.
+    side (hysteresis); the torque is `gain_Nm_A` times the powder's current, up to `limit_Nm`, and `drag_Nm` always.
     """
 
     current_limit_A: float = 1.0
@@ -83,11 +83,10 @@ class Sensors:
 class Control:
     """Gains of the cascade: torque error -> PID -> velocity -> P -> motor torque.
 
-    `lookahead_s` is how far ahead the profile is read for the motor's torque: the delay from an angle to the torque
-    that answers it; `error_lookahead_s` the same for the torque that the reading is compared with.
-    The integral gain keeps the felt inertia the same at all frequencies: (1 + torque_p velocity_p) / inertia.
-    `calming_Nm_s_rad` is the damping of an arm that shakes.
-    `brake_share` of the resistance to come is left to the brake, in steps of `brake_step_Nm`.
+    `lookahead_s` is how far ahead the profile is read for the motor's torque: the delay from an angle to the resulting
+    torque; `error_lookahead_s` the same for the torque that the reading is compared with. The integral gain keeps the
+    felt inertia the same at all frequencies: (1 + torque_p velocity_p) / inertia. `calming_Nm_s_rad` is the damping of
+    a shaking arm. `brake_share` of the resistance ahead is left to the brake, in steps of `brake_step_Nm`.
     """
 
     torque_p: float = 0.55
@@ -107,10 +106,10 @@ class Control:
 
 @dataclass(frozen=True)
 class Limits:
-    """The machine's limits of what it commands: a limit of the commanded speed, not of the real one.
+    """The machine's limits for its commands: a limit of the commanded speed, not of the real one.
 
-    A hand that pushes hard moves the arm faster than `speed_rad_s`, against a motor that brakes it; the true speed is
-    what the firmware watches: above its own limit, which is higher, the machine goes safe.
+    A hand that pushes hard moves the arm faster than `speed_rad_s`, against a braking motor; the firmware watches the
+    real speed and makes the machine safe above its own, higher limit.
     """
 
     torque_Nm: float = 60.0
@@ -119,7 +118,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Parameters:
-    """One door machine."""
+    """The parameters of a door machine."""
 
     arm: Arm = field(default_factory=Arm)
     motor: Motor = field(default_factory=Motor)
@@ -174,7 +173,7 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 def check(parameters: Parameters) -> None:
-    """Refuse the first number outside its range, by name."""
+    """Raise PlantError that names the first number outside its range."""
     for part in fields(parameters):
         group = getattr(parameters, part.name)
         for one in fields(group):

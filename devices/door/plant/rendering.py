@@ -1,4 +1,4 @@
-"""The torque that the handle is to feel, over the angle: the profile, and a stop at either end of it."""
+"""The torque to render at the handle, over the angle: the profile, and a stop at either end of it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS
 
 STEP_RAD = math.radians(MAX_ANGLE_DEG) / (POINTS - 1)
 PASSAGE_TICKS = 50
-"""Ticks of 1 ms that the passage from one profile to another takes at least: one period of 20 Hz."""
+"""Least number of 1 ms ticks for a passage from one profile to another: one period of 20 Hz."""
 FASTEST_NM_S = 200.0
-"""How fast the torque at an arm that stands may change by a passage."""
+"""Greatest rate of change of the torque on a resting arm during a passage."""
 
 
 class Rendered:
-    """A profile as torque over angle; behind its end stands a spring, and another before its start."""
+    """A profile as torque over angle, with a spring behind its end and another before its start."""
 
     __slots__ = ("_last", "_torque", "end_rad", "stiffness")
 
@@ -63,9 +63,9 @@ class Rendered:
 
 
 class Passage(Rendered):
-    """From one profile to another with the same stop: at every tick a mixture of the two, so within both's limits.
+    """A transition between two profiles with the same stop: at every tick a mixture, so within the limits of both.
 
-    It takes PASSAGE_TICKS, and as much longer as keeps every angle's torque below FASTEST_NM_S.
+    It takes at least PASSAGE_TICKS, and longer if needed to keep the change of every angle's torque below FASTEST_NM_S.
     """
 
     __slots__ = ("_before", "_share", "_step")
@@ -78,7 +78,7 @@ class Passage(Rendered):
         self._share = 0.0
 
     def after_tick(self) -> Rendered:
-        """Return the passage a tick later, or the new profile where it is over."""
+        """Return the passage one tick later, or the new profile if it is over."""
         self._share += self._step
         return self if self._share < 1.0 else Rendered(self._torque, self.end_rad, self.stiffness)
 
@@ -93,7 +93,7 @@ class Passage(Rendered):
         return old + self._share * (new - old)
 
     def mixed(self) -> Rendered:
-        """Return the present mixture as a profile."""
+        """Return the current mixture as a profile."""
         pairs = zip(self._before.torques(), self._torque, strict=True)
         torque = [old + self._share * (new - old) for old, new in pairs]
         return Rendered(torque, self.end_rad, self.stiffness)

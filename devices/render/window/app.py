@@ -1,4 +1,4 @@
-"""The renderer's window: what is done on it goes to what plays, and what is played comes back to it."""
+"""The renderer's window: it passes actions to the renderer, and shows what is played."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from palpate.devices.window.shell import Shell
 
 LOOK_S, TELL_S = 0.04, 0.5
-"""How often the trace is drawn, and how often the figures are asked for."""
+"""Intervals at which the trace is drawn, and the figures are updated."""
 MOUSE = Shape(report_hz=60.0)
-"""A mouse as a stylus: windows report it once a frame at the slowest."""
+"""A mouse as a stylus: windows report it at least once per frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,13 +57,13 @@ class Plays(Protocol):
 
     @property
     def running(self) -> bool:
-        """Whether it plays."""
+        """Return whether it is playing."""
 
     def switch(self, sounds: Sounds | None) -> None:
-        """Go over to another texture, or to silence. Raises RenderError."""
+        """Change to another texture, or to silence. Raises RenderError."""
 
     def push(self, reports: Sequence[Report]) -> None:
-        """Send a stylus' or a mouse's newest reports. Raise RenderError."""
+        """Send the newest reports of a stylus or a mouse. Raises RenderError."""
 
     def volume(self, gain: float) -> None:
         """Set the volume, from 0 to 1. Raise RenderError."""
@@ -74,8 +74,11 @@ class Plays(Protocol):
 
 @dataclass(frozen=True)
 class Hands:
-    """The sources of strokes. `hand`: the shape of reports that the window pushes, None: the rig's tablet, read by
-    the loop itself. `tablet`: a pen tablet that only a window hears."""
+    """The sources of strokes.
+
+    `hand` is the shape of reports that the window pushes; None: the rig's tablet, read by the loop itself. `tablet` is
+    a pen tablet whose reports only a window gets.
+    """
 
     rig: Path | None
     hand: Shape | None
@@ -84,12 +87,12 @@ class Hands:
 
 @dataclass
 class RunningRenderings:
-    """The started renderings, which end with the window."""
+    """The renderings that were started, which end with the window."""
 
     running: list[Rendering] = field(default_factory=list)
 
     def begin(self, job: Job) -> Rendering:
-        """Start to play. Raises RenderError."""
+        """Start to play, and return the rendering. Raises RenderError."""
         self.end()
         rendering = Rendering(job)
         rendering.__enter__()
@@ -138,9 +141,9 @@ def app_on(
 class RendererApp(WindowApp):
     """The renderer's window.
 
-    `sounds` makes of a card what is to be played, `start` starts to play (it ended, and a texture is chosen anew).
-    `stylus` gives the reports of a pen tablet that only the window hears; `epoch_s` is the shell's time that reports
-    count from. `notice` is shown first.
+    `sounds` makes a request from a card, `start` starts to play again (after an end, when a texture is chosen).
+    `stylus` gives the reports of a pen tablet that only the window gets; `epoch_s` is the shell's time from which
+    reports count. `notice` is shown first.
     """
 
     main: RendererScreen
@@ -171,7 +174,7 @@ class RendererApp(WindowApp):
         self._play()
 
     def turn(self) -> None:
-        """Pass on what was done, and show what is played."""
+        """Pass on the user's actions, and show what is played."""
         self._scene.turn()
         main, before = self.main, self.choice
         for request in (main.requests.pop(0) for _ in range(len(main.requests))):
@@ -202,7 +205,7 @@ class RendererApp(WindowApp):
             self._look()
 
     def _play(self) -> None:
-        """Play the texture that is chosen. Where it cannot be played the window says so, and the last one goes on."""
+        """Play the chosen texture. If it cannot be played, the window says so and the last one goes on."""
         try:
             sounds = self.sounds(self.main.view.models[self.choice.texture][self.choice.method])
             if self.plays is None or not self.plays.running:
@@ -219,7 +222,7 @@ class RendererApp(WindowApp):
             self._say(self.page.texts("cannot", why=str(error)), wrong=True)
 
     def _report(self, stroke: Stroke) -> Report:
-        """Return the mouse's stroke as a stylus' report, with the force of the slider."""
+        """Return the mouse's stroke as a stylus' report, with the slider's force."""
         watch = self._scene.watch
         shown_s = 0.0 if watch is None else watch.shown_s + watch.lost_s
         pressure = self.curve.pressure(self.choice.force_N) if stroke.touching else 0.0
@@ -227,7 +230,7 @@ class RendererApp(WindowApp):
         return Report(at_s, stroke.x_mm, stroke.y_mm, pressure, stroke.touching)
 
     def _ask(self) -> None:
-        """Update the shown record, and say so where the process has ended."""
+        """Update the shown record, and show if the process has ended."""
         plays = self.plays
         if plays is None:
             return
@@ -246,7 +249,7 @@ class RendererApp(WindowApp):
         self.main.show(heard(trace.since(trace.count - SHOWN)[1]), self._status)
 
     def _safely(self, act: Callable[[Plays], None]) -> None:
-        """Do something with whoever plays; where that fails, the next look at it says so."""
+        """Call a function with the renderer; if that fails, the next update of the record shows it."""
         if self.plays is None:
             return
         try:
@@ -262,7 +265,7 @@ class RendererApp(WindowApp):
 
 
 def hands_for(options: RenderOptions) -> Hands:
-    """Return the rig's stylus and actuator, the mouse for a twin of a tablet, a twin's actuator without a rig.
+    """Return the rig's stylus and actuator; the mouse for a twin of a tablet; a twin's actuator without a rig.
 
     Raise RigFileError, DeviceError.
     """
@@ -285,7 +288,7 @@ def hands_for(options: RenderOptions) -> Hands:
 def _listening(
     hands: Hands, shell: Any, picture: Box, px_per_mm: float, epoch_s: float
 ) -> Callable[[], Sequence[Report]] | None:
-    """Return the reports of a tablet that only this window hears, as touches on the picture. Raise DeviceError."""
+    """Return a function for the reports of a tablet that only this window gets, as touches on the picture."""
     tablet = hands.tablet
     if tablet is None:
         return None
@@ -296,6 +299,6 @@ def _listening(
 
 
 def on_picture(report: Report, picture: Box, px_per_mm: float) -> Report:
-    """Return the report, without contact where it is off the picture (thesis 4.5.3)."""
+    """Return the report, without contact if it is off the picture (thesis 4.5.3)."""
     inside = not report.away and picture.holds(report.x_mm * px_per_mm, report.y_mm * px_per_mm)
     return report if inside else report._replace(pressure=0.0, touching=False)

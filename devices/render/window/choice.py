@@ -1,4 +1,4 @@
-"""The choices in the window: a texture, the method of its model, volume, a mouse's force; and their words."""
+"""The user's choices in the window, with their texts: texture, method of its model, volume, a mouse's force."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 from palpate.devices.window.texts import MASTER, Texts, window_texts
 
 LIGHTEST_N, FIRMEST_N = 0.2, 3.0
-"""A mouse has no pressure: it presses as firmly as a slider says, within what hands do (thesis 4.5.3)."""
+"""Range of a mouse's force: a mouse has no pressure, so a slider sets it, within what hands do (thesis 4.5.3)."""
 USUAL_N = 0.8
-"""What hands begin with (thesis 4.5.1)."""
+"""Force at the beginning (thesis 4.5.1)."""
 Models = Mapping[str, Mapping[str, Path]]
 """{texture: {method: card}}, as palpate.devices.render.texture_models.available gives it."""
 FOLDER = Path(__file__).resolve().parent / "texts"
@@ -19,7 +19,7 @@ FOLDER = Path(__file__).resolve().parent / "texts"
 
 @dataclass(frozen=True)
 class Choice:
-    """The choice; `volume` from 0 to 1, 1 as it was recorded."""
+    """The user's choice; `volume` is from 0 to 1, where 1 is as recorded."""
 
     texture: str
     method: str
@@ -27,7 +27,7 @@ class Choice:
     force_N: float = USUAL_N
 
     def of_texture(self, texture: str, models: Models) -> Choice:
-        """Return another texture by the same method, or by its first one where it has no such model."""
+        """Return the choice of another texture with the same method, or its first one if it has no such model."""
         methods = models[texture]
         return replace(self, texture=texture, method=self.method if self.method in methods else next(iter(methods)))
 
@@ -41,26 +41,26 @@ class Choice:
 
 
 def beside(names: Sequence[str], name: str, by: int) -> str:
-    """Return the name so many places further, cyclically."""
+    """Return the name `by` places further on, cyclically."""
     return names[(names.index(name) + by) % len(names)]
 
 
 def in_view(names: Sequence[str], name: str, most: int) -> tuple[str, ...]:
-    """Return at most so many neighbours of a name, including itself."""
+    """Return at most `most` neighbours of a name, including itself."""
     first = min(max(0, names.index(name) - most // 2), max(0, len(names) - most))
     return tuple(names[first : first + most])
 
 
 def render_texts(language: str = MASTER) -> Texts:
-    """Return the words of the window and of what it shares with others. Raise WindowError."""
+    """Return the texts of the window and of what it shares with others. Raises WindowError."""
     return window_texts(FOLDER, "renderer", language)
 
 
 def texture_word(texts: Texts, texture: str) -> str:
-    """Return a texture in the language; by its name where there is no word for it."""
+    """Return a texture's word in the language, or its name if there is none."""
     return texts.words.get(f"texture.{texture}", texture.replace("_", " "))
 
 
 def method_word(texts: Texts, method: str) -> str:
-    """Return a method in the language; by its name where there is no word for it."""
+    """Return a method's word in the language, or its name if there is none."""
     return texts.words.get(f"method.{method}", method)

@@ -1,4 +1,4 @@
-"""Elements of this window alone: the picture, gauges, and the last second of output with its spectrum."""
+"""Elements of the renderer's window: the picture, gauges, and the last second of output with its spectrum."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SCALES = (1.0, 2.0, 5.0)
 
 @dataclass(frozen=True)
 class Touched(Target):
-    """The picture, which is stroked over. `shown` is painted in the box' middle; None: an empty ground."""
+    """The picture to stroke over. `shown` is painted in the middle of the box; None: an empty background."""
 
     shown: Image.Image | None = field(default=None, compare=False, repr=False)
     of: str = ""
@@ -97,11 +97,11 @@ class Spectrum(Element):
         _paste(image, box, np.minimum(rows, back), np.maximum(rows, back), floor=at <= LEAST_DB)
 
     def x(self, hertz: float) -> int:
-        """Return the column of a frequency."""
+        """Return the pixel column of a frequency."""
         return self.box.left + round(hertz / HERTZ[-1] * (self.box.width - 1))
 
     def y(self, level_dB: float) -> int:
-        """Return the row of a level."""
+        """Return the pixel row of a level."""
         return self.box.top + round((MOST_DB - level_dB) / (MOST_DB - LEAST_DB) * (self.box.height - 1))
 
 
@@ -124,7 +124,9 @@ class Gauge(Element):
 def _paste(
     image: Image.Image, box: Box, tops: Array, bottoms: Array, colour: Colour = COURSE, floor: Array | None = None
 ) -> None:
-    """Paint a column of colour from top to bottom at each place, smooth at both ends; none where `floor` holds."""
+    """Paint a column of colour from top to bottom at each place, antialiased at both ends; none where `floor` is
+    true.
+    """
     from PIL import Image
 
     rows = np.arange(box.height, dtype=np.float32)[:, None]
@@ -137,7 +139,7 @@ def _paste(
 
 @dataclass(frozen=True)
 class Heard:
-    """The last second: acceleration (m/s^2) as float64 bytes, speed and force now, RMS over what sounded of it."""
+    """The last second: acceleration (m/s^2) as float64 bytes, current speed and force, RMS of the part with sound."""
 
     acceleration: bytes = b""
     speed_mm_s: float = 0.0
@@ -146,12 +148,12 @@ class Heard:
 
     @property
     def samples(self) -> Array:
-        """The acceleration, oldest first."""
+        """Return the acceleration, oldest first."""
         return np.frombuffer(self.acceleration)
 
 
 def heard(last: Array) -> Heard:
-    """Return what is shown of (3, n): acceleration, speed, force at 1 kHz."""
+    """Return the display of signals (3, n): acceleration, speed, force at 1 kHz."""
     if not last.shape[1]:
         return Heard()
     shown = np.ascontiguousarray(last[:, -SHOWN:])
@@ -175,7 +177,7 @@ def columns(samples: Array, width: int) -> tuple[Array, Array]:
 
 
 def spectrum_dB(samples: Array) -> Array:
-    """Return the RMS of each line, 0 to 500 Hz in steps of 4, in dB re 1 m/s^2; within the axis."""
+    """Return the RMS of each line, 0 to 500 Hz in steps of 4, in dB re 1 m/s^2, limited to the axis."""
     if len(samples) < FRAME:
         return np.full(FRAME // 2 + 1, LEAST_DB)
     window = np.hanning(FRAME + 1)[:-1]

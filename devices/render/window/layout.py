@@ -1,4 +1,4 @@
-"""Where everything stands: the picture to the left, what is played to the right, the choices below."""
+"""The layout of the renderer's window: the picture on the left, the output on the right, the choices below."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from palpate.devices.window.typeset import SMALL_STEPS, line_px
 
 MOST_CHIPS = 6
 CELLS = (3, 2)
-"""Figures beside and below each other."""
+"""Numbers of figures beside and below each other."""
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A slider with what it is for before it and its value behind it."""
+    """A slider with its name before it and its value behind it."""
 
     label: Box
     track: Box
@@ -25,7 +25,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot with its name above it and the numbers of its axis to the left."""
+    """A plot with its name above it and the numbers of its axis on the left."""
 
     name: Box
     numbers: Box
@@ -34,7 +34,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Layout:
-    """Head, the picture's card with its sliders, the card of what is played, two rows of choices."""
+    """The parts of the window: head, the picture's card with its sliders, the output's card, two rows of choices."""
 
     head: Box
     close: Box

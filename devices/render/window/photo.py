@@ -1,4 +1,4 @@
-"""A texture's picture at the size that it has: so many pixels of the screen as it is millimetres wide."""
+"""A texture's picture at true size, by its width in millimetres."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 PLATE_MM = 100.0
-"""Side of a sample (thesis 3.3.1): how wide a picture is that does not say so."""
+"""Side of a sample (thesis 3.3.1), the default width of a picture."""
 MM_INCH = 25.4
 KINDS = (".png", ".jpg", ".jpeg")
 LARGEST_PX = 8192
@@ -22,7 +22,7 @@ LARGEST_PX = 8192
 
 @dataclass(frozen=True)
 class Photo:
-    """A file, and how many millimetres a pixel of it is."""
+    """A picture file, and how many millimetres one of its pixels is."""
 
     path: Path
     mm_per_px: float
@@ -30,12 +30,12 @@ class Photo:
 
     @property
     def size_mm(self) -> tuple[float, float]:
-        """Width and height of what it shows, in mm."""
+        """Return width and height of the pictured area, in mm."""
         return self.size_px[0] * self.mm_per_px, self.size_px[1] * self.mm_per_px
 
 
 def photo_file(card: Card, folder: Path) -> Path | None:
-    """Return the picture that a card in `folder` names, else that of a simulated surface of that name, if any."""
+    """Return the picture that a card in `folder` names, else that of a simulated surface of that name, or None."""
     if card.texture is None:
         return None
     if card.texture.picture is not None:
@@ -44,7 +44,7 @@ def photo_file(card: Card, folder: Path) -> Path | None:
 
 
 def read_photo(path: Path) -> Photo:
-    """Return the photo, sized by the file's stated density, else as wide as a sample. Raise WindowError."""
+    """Return the photo, scaled by the density in the file, else as wide as a sample. Raises WindowError."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -59,7 +59,7 @@ def read_photo(path: Path) -> Photo:
 
 
 def at_true_size(photo: Photo, px_per_mm: float, room_px: tuple[int, int]) -> Image.Image:
-    """Return the picture's middle at its true size on the screen, as much of it as there is room for."""
+    """Return the middle part of the picture at true size on the screen, as far as it fits the room."""
     from PIL import Image
 
     with Image.open(photo.path) as opened:

@@ -1,4 +1,4 @@
-"""The screen: what mouse and keyboard do to the choice, strokes over the picture, and what somebody else is to do."""
+"""The screen: how mouse and keyboard change the choice, strokes over the picture, and requests to the window."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SLIDERS = ("volume", "press")
 
 
 class Stroke(NamedTuple):
-    """A place on the picture, in mm from its top left corner; `t_s` in seconds since the screen was shown."""
+    """A position on the picture, in mm from its top left corner; `t_s` is in seconds since the screen was shown."""
 
     t_s: float
     x_mm: float
@@ -28,7 +28,7 @@ class Stroke(NamedTuple):
 
 
 class RendererScreen(AppScreen):
-    """The picture and the choices. `strokes` over the picture are left for the window."""
+    """The screen with the picture and the choices. `strokes` over the picture are left to the window."""
 
     LETTERS: ClassVar = {"m": "mute", "q": "close", "ㅡ": "mute", "ㅂ": "close"}
 
@@ -42,7 +42,7 @@ class RendererScreen(AppScreen):
         return self.view.elements(self.choice, self.heard, self.status)
 
     def show(self, heard: Heard, status: RendererStatus) -> None:  # type: ignore[override]
-        """Show what is played, and its status, from now on."""
+        """Show the output and its status from now on."""
         if (heard, status) != (self.heard, self.status):
             self.heard, self.status, self._stale = heard, status, True
 

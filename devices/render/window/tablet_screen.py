@@ -1,6 +1,6 @@
 """The tablet's own screen: a texture's picture at true size under the stylus (thesis 4.5.3, 4.7.1).
 
-The window is in a process of its own, so that it never holds up the participant's window or takes its keys.
+The window has a process of its own, so that it never delays the participant's window or takes its keys.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
 TURN_S = 0.02
 GROUND = (24, 24, 24)
-"""The screen around the picture, and all of it where none is shown."""
+"""Colour of the screen around the picture, and of all of it if none is shown."""
 
 
 class TabletScreen:
-    """A window that fills the tablet's screen. Use it in a `with`, or close it; one thread talks to it.
+    """A window that fills the tablet's screen. Use it in a `with` block, or close it; from one thread.
 
-    Raises RenderError, on entering, where the screen cannot be had.
+    Raises RenderError, on entering, if the screen is not available.
     """
 
     def __init__(self, display: Display) -> None:
@@ -59,7 +59,7 @@ class TabletScreen:
         self.close()
 
     def show(self, picture: Path | None) -> None:
-        """Show the picture, or nothing, and return once it is seen. Raise RenderError."""
+        """Show the picture, or nothing, and return once it is visible. Raises RenderError."""
         try:
             if self._talk is None:
                 raise RenderError("the tablet's screen is not open")
@@ -69,7 +69,7 @@ class TabletScreen:
         self._answer(ANSWER_S)
 
     def close(self) -> None:
-        """Give the screen back; again does nothing."""
+        """Close the window; a second call does nothing."""
         process, self._process = self._process, None
         if self._talk is not None:
             self._talk.close()  # its end of the pipe hears that, and ends
@@ -94,7 +94,7 @@ class TabletScreen:
 
 @dataclass
 class Canvas:
-    """The whole screen as a picture, painted for a shell; `middle_px` is where the texture's middle lies."""
+    """The whole screen as a picture, painted for a shell; `middle_px` is the position of the texture's middle."""
 
     shell: Shell
     image: Image.Image
@@ -102,7 +102,7 @@ class Canvas:
     middle_px: tuple[int, int]
 
     def show(self, picture: Path | None) -> None:
-        """Paint the picture at true size, or the ground alone, and have it seen. Raises WindowError."""
+        """Paint the picture at true size, or only the background, and show it. Raises WindowError."""
         width, height = self.image.size
         self.image.paste(GROUND, (0, 0, width, height))
         if picture is not None:
@@ -114,7 +114,7 @@ class Canvas:
 
 
 def _serve(display: Display, talk: Connection) -> None:
-    """Run the other process: open the window, report it, and show requested pictures until the other end is gone."""
+    """Run the other process: open the window, report that, and show requested pictures until the other end closes."""
     by_itself()
     try:
         canvas = _opened(display)
@@ -140,7 +140,7 @@ def _listen(canvas: Canvas, talk: Connection) -> None:
 
 
 def _done(canvas: Canvas, picture: Path | None) -> str:
-    """Show it; what went wrong, or nothing."""
+    """Show the picture; return the error message, or ""."""
     try:
         canvas.show(picture)
     except WindowError as error:
@@ -149,7 +149,7 @@ def _done(canvas: Canvas, picture: Path | None) -> str:
 
 
 def _opened(display: Display) -> Canvas:
-    """Return the window on the tablet's screen, dark. Raise WindowError where there is none."""
+    """Return the window on the tablet's screen, dark. Raises WindowError if there is none."""
     from PIL import Image
 
     from palpate.devices.window.app import NEVER

@@ -1,4 +1,4 @@
-"""The view of the window: every element as it looks now."""
+"""The view of the window: all elements as they look now."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class RendererStatus(Status):
 
 @dataclass(frozen=True)
 class Picture:
-    """A texture's picture as it is shown; or why there is none."""
+    """A texture's picture as it is shown, or why there is none."""
 
     photo: Photo | None = None
     shown: Image.Image | None = None
@@ -62,7 +62,7 @@ class Picture:
 
 @dataclass
 class RendererView(AppView):
-    """A builder of the elements. `by_mouse`: strokes come from the pointer, pressed as firmly as a slider says."""
+    """A builder of the elements. `by_mouse`: strokes come from the pointer, with the force of a slider."""
 
     models: Models
     by_mouse: bool = True
@@ -71,11 +71,11 @@ class RendererView(AppView):
 
     @cached_property
     def layout(self) -> Layout:
-        """Where everything stands."""
+        """Return the layout of the window."""
         return lay_out(self.page)
 
     def elements(self, choice: Choice, heard: Heard, status: RendererStatus) -> Iterator[Element]:
-        """Yield every element, from the ground up."""
+        """Yield all elements, from the background up."""
         place, radius = self.layout, rounding(self.page)
         yield from self._head()
         yield Card("touch", place.touch, radius=radius)
@@ -140,7 +140,7 @@ class RendererView(AppView):
         return Picture(photo, shown)
 
     def _card(self, path: Path) -> ModelCard | None:
-        """Return the model's card; None where it cannot be read, because playing it says why."""
+        """Return the model's card; None if it cannot be read, because playing it says why."""
         if path not in self._cards:
             try:
                 self._cards[path] = read_card(path)
