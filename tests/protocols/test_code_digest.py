@@ -143,7 +143,7 @@ def test_a_partial_is_of_the_module_of_its_function():
             },
             {
                 "palpate.modeling.doors.evaluation.report",
-                "palpate.modeling.commands",
+                "palpate.modeling.commands_doors",
                 "palpate.modeling.textures.foten",
             },
         ),
