@@ -1,6 +1,6 @@
 """The console script, and `python -m palpate`.
 
-An interrupt (Ctrl-C) ends the program with a word at any instant, also while it is imported.
+An interrupt (Ctrl-C) ends the program with a message at any moment, also while it is imported.
 """
 
 from __future__ import annotations

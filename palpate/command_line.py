@@ -78,11 +78,11 @@ class Verbs(click.Group):
     """A group that knows its verbs without importing them."""
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
-        """The verbs, in the order of a study's life."""
+        """Return the verbs in the order of a study's life."""
         return list(VERBS)
 
     def get_command(self, _ctx: click.Context, name: str) -> click.Command | None:
-        """Import the verb's room and hand over its command."""
+        """Import the module of a verb and return its command."""
         if name not in VERBS:
             return None
         place = VERBS[name][0]
@@ -95,7 +95,7 @@ class Verbs(click.Group):
             formatter.write_dl([(name, line) for name, (_, line) in VERBS.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click does, but an unknown verb names the nearest known one."""
+        """Resolve a verb as click does; for an unknown verb, name the nearest known one."""
         if args and args[0] not in VERBS and not args[0].startswith("-"):
             from palpate.protocols.did_you_mean import nearest
 

@@ -102,7 +102,7 @@ def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
 
 
 def stimulus_rows(path: Path) -> Iterator[Row]:
-    """Read a stimulus table: a column `id`, others by names of their own. Raises StudyError."""
+    """Yield the rows of a stimulus table, which has a column `id` and others. Raises StudyError."""
     table = read_table(path, (), STIMULI)
     if table.empty:
         raise StudyError(f"{path}: the file is empty; a header with the column id is expected")

@@ -36,7 +36,7 @@ def studies(lab: Path, as_json: bool) -> None:
 
 
 def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
-    """A study's line in the list; a broken one is listed with its complaint."""
+    """Return a study's line in the list; a study that cannot be read is listed with its error."""
     from palpate.protocols.tasks import TASKS
 
     try:

@@ -154,9 +154,9 @@ def _update_row(study_files: StudyFiles, lab: Path, participant: str, result: Se
 def _before(
     study_files: StudyFiles, lab: Path, people: list[str], number: int, live: LiveOptions, real: bool
 ) -> dict[str, dict[str, Any] | None]:
-    """Demand that everybody's earlier sessions are over, and that study and models are those of the sample.
+    """Check that all earlier sessions have ended, and that study and models are those of the sample.
 
-    Returns for each participant what was accepted of a change or of a time, to go on record.
+    Returns for each participant what goes on record about an accepted change or time.
     """
     from palpate.studies.launching.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
     from palpate.studies.launching.launch import demand_in_time, demand_next
@@ -216,7 +216,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
 def _resumed(
     record: Record, lab: Path, study: str | None, live: LiveOptions
 ) -> tuple[StudyFiles, RigPlan, dict[str, Any] | None]:
-    """Return the recorded study at its folder, its rig, and what goes on record of changes since then."""
+    """Return the recorded study with its folder, its rig plan, and what goes on record of changes since then."""
     from palpate.studies.catalogue import StudyFiles, find
     from palpate.studies.launching.changes import demand_same_models, sample_ledgers
     from palpate.studies.launching.launch import changed_since
@@ -345,7 +345,7 @@ def record(study: str, as_json: bool, **options: Any) -> None:
 
 
 def recorded(record: Record) -> Iterator[str]:
-    """Yield what the recordings of a session that count came to, a line each."""
+    """Yield one line for each recording of a session that counts."""
     for attempt in record.state.counting:
         for event in record.events_of(attempt):
             if event.kind == "reply" and event.value.get("recorded"):
@@ -353,7 +353,7 @@ def recorded(record: Record) -> Iterator[str]:
 
 
 def _reply_lines(event: Event) -> Iterator[str]:
-    """Yield of each stream what came and what was lost; the samples of a simulated session lie in its reply."""
+    """Yield for each stream what was received and what was lost; a simulated session has the samples in its reply."""
     for name, stream in event.value.get("streams", {}).items():
         lost = f"{stream['lost']} LOST in {count(stream['gaps'], 'gap')}" if stream["lost"] else "none lost"
         drift = "" if stream.get("drift_ppm") is None else f", clock {stream['drift_ppm']:+.0f} ppm"

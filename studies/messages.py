@@ -1,4 +1,4 @@
-"""Errors in a user's words: the only place that turns system, database and parser errors into messages."""
+"""Errors in a user's words: the only module that turns system, database and parser errors into messages."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _SECRETS = (
     ),
     re.compile(r"(?P<name>:)(?!//|\*\*\*@|(?<=\b[A-Za-z]:)[\\/])(?P<secret>[^\s'\"]+)(?P<end>@)"),
 )
-"""`password=SECRET`, and `:SECRET@` whatever stands before it."""
+"""`password=SECRET`, and `:SECRET@` whatever precedes it."""
 
 
 def describe_error(error: BaseException) -> str | None:
-    """Return what went wrong and where, or None for a fault of the program, which needs its traceback."""
+    """Describe what went wrong and where; return None for a fault of the program, which needs its traceback."""
     text = _describe(error)
     if text is None:
         return None
@@ -119,9 +119,9 @@ def _classes(*names: str) -> tuple[type[BaseException], ...]:
 
 
 def _place(traceback: TracebackType | None) -> str | None:
-    """Return the file or database that an error is about: read() and parsers name none, but their callers hold it.
+    """Return the file or database that an error is about, from variables of its callers: parsers name none.
 
-    Looked for from the innermost frame to the second one of our own, since the outer ones hold other files, too.
+    The search goes from the innermost frame to the second one of Palpate: the outer ones hold other files, too.
     """
     frames, ours = [], 0
     while traceback is not None:

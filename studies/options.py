@@ -1,4 +1,4 @@
-"""What the verbs of several rooms share: the lab, and an answer as JSON. Imports nothing heavy and no device."""
+"""What the verbs of several folders share: the lab, and an answer as JSON. Imports nothing heavy and no device."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as
 
 
 def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:
-    """The option --sessions; `otherwise` tells what is taken without it. `only_simulated` says what it means."""
+    """Return the option --sessions; `otherwise` says what is used without it. `only_simulated` interprets its value."""
     usual = f"  [default: {otherwise}]" if otherwise else ""
     return click.option(
         "--sessions",
@@ -34,24 +34,24 @@ def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:
 
 
 def only_simulated(sessions: str | None) -> bool | None:
-    """Return the choice of --sessions: True for simulated ones alone, False for people's alone, None for both."""
+    """Interpret --sessions: True for simulated ones alone, False for real ones alone, None for both."""
     return None if sessions is None else sessions == "simulated"
 
 
 def names_in(given: Sequence[str]) -> tuple[str, ...]:
-    """The names of an option that takes some between commas and may be given more than once."""
+    """Return the names given to an option that takes several between commas and may be repeated."""
     return tuple(name.strip() for part in given for name in part.split(",") if name.strip())
 
 
 def with_options(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
-    """Put all of these on a command; help shows them in their order."""
+    """Add all these options to a command, in the order in which help lists them."""
     for option in reversed(options):
         command = option(command)
     return command
 
 
 def needs_packages(*packages: str) -> Callable[[Command], Command]:
-    """Refuse a command before any work where a package is missing that an extra installs. Put it above the options."""
+    """Refuse a command at once where a package of an extra is missing. Put this decorator above the options."""
 
     def checked(command: Command) -> Command:
         @wraps(command)
@@ -72,7 +72,7 @@ def echo_json(value: Any) -> None:
 
 
 def progress(items: Iterable[T], doing: str, quiet: bool, total: int | None = None) -> Generator[T]:
-    """The items one by one; on a terminal with a progress bar. `total` says how many, where `items` has no length."""
+    """Yield the items, with a progress bar on a terminal; `total` is their number if `items` has no length."""
     count = len(items) if total is None and isinstance(items, Sized) else total or 0
     with progress_bar(quiet) as show:
         show(0, count, doing)
@@ -83,7 +83,7 @@ def progress(items: Iterable[T], doing: str, quiet: bool, total: int | None = No
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
-    """A bar on a terminal with the time left, nothing elsewhere: call it with how many are done, of how many, of what.
+    """Show a progress bar on a terminal, nothing elsewhere: call it with the number done, the total and what they are.
 
     A smaller number done than before, or another total, begins a further part of the work.
     """

@@ -1,4 +1,4 @@
-"""Work on many items in several processes, the results in the order of the items."""
+"""Work on many items in several processes, with the results in the order of the items."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ WORKERS = click.option(
     "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
 )
 AHEAD = 8
-"""Results for each process that may wait in memory for the one before them."""
+"""Results per process that may wait in memory for an earlier one."""
 
 
 class WorkerDied(ValueError):
-    """A process that worked on an item is gone."""
+    """A process that worked on an item died."""
 
 
 def workers_for(items: int, requested: int | None = None, least: int = 40) -> int:
-    """Return how many processes to use: `requested`, else one for each core, where each has `least` items."""
+    """Return how many processes to use: `requested`, else one per core as far as each has `least` items."""
     if requested is not None:
         return min(requested, max(1, items))
     return max(1, min(available_cores(), items // least))
@@ -45,10 +45,10 @@ def available_cores() -> int:
 
 
 def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Generator[Result]:
-    """Yield `work(item)` for every item, in order; with more than one worker each call runs in another process.
+    """Yield `work(item)` for every item in order; with several workers each call runs in another process.
 
-    `work`, the items and the results must pickle. The first call that raises ends it, as it would without processes.
-    Closed or interrupted, it ends its processes once each is done with its item.
+    `work`, the items and the results must pickle. The first exception ends the work, as without processes. When closed
+    or interrupted, it ends its processes once each has finished its item.
     """
     if workers <= 1:
         yield from map(work, items)
@@ -71,7 +71,7 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
 
 
 def serve_the_parent() -> None:
-    """Set up a process that works for another: ignore Ctrl-C, which the other handles, and end with the other."""
+    """Set up a worker process: ignore Ctrl-C, which the parent handles, and end with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:

@@ -1,4 +1,4 @@
-"""Gather ledgers into one database, session by session: idempotent, and always free to be dropped and rebuilt."""
+"""Gather ledgers into one database, session by session: repeatable, and the database can be dropped and rebuilt."""
 
 from __future__ import annotations
 
@@ -93,9 +93,9 @@ def open_database(url: str | URL, rebuild: bool = False, lab: Path | None = None
 def collect(
     paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = (), verify: bool = False
 ) -> Iterator[Collected]:
-    """Bring each ledger's session into the database, one transaction each; again is as good as once.
+    """Collect each ledger's session into the database, one transaction each; a repeated call changes nothing.
 
-    As `Collector.bring`, which see.
+    Raises as `Collector.bring` does.
     """
     collector = Collector(engine, withdrawn, verify)
     return map(collector.bring, paths)
@@ -120,7 +120,7 @@ def fill(
     engine: Engine, paths: Sequence[Path], withdrawn: Collection[str] = (), with_events: bool = True,
     workers: int | None = None,
 ) -> Generator[Path]:  # fmt: skip
-    """Read these ledgers, every chain checked, into an empty database; yield each once it is there.
+    """Read these ledgers, every chain verified, into an empty database; yield each path once its session is in.
 
     Where there are many, several processes read. Raises as `Collector.bring` does.
     """
@@ -157,7 +157,7 @@ def _read_or_refuse(path: Path, withdrawn: Collection[str]) -> tuple[FileState |
 class Collector:
     """Brings ledgers into a database, and reads only those that changed since they were collected.
 
-    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis holds them. With `verify` every ledger is
+    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis uses them. With `verify` every ledger is
     read and its chain checked, also where its file is as it was.
     """
 
@@ -166,14 +166,14 @@ class Collector:
     verify: bool = False
 
     def bring(self, path: Path) -> Collected:
-        """Collect one ledger, in one transaction.
+        """Collect one ledger in one transaction.
 
         Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
         """
         return self._unchanged(path) or self._write(path, *_read_with_state(path, self.withdrawn))
 
     def bring_all(self, paths: Sequence[Path], workers: int | None = None) -> Generator[Collected | Refused]:
-        """Collect these ledgers, first those that did not change; where many did, several processes read them.
+        """Collect these ledgers, the unchanged ones first; where many changed, several processes read them.
 
         This process alone writes to the database. A ledger that is refused stops no other.
         """
@@ -196,7 +196,7 @@ class Collector:
                     yield Refused(path, str(error))
 
     def _unchanged(self, path: Path) -> Collected | None:
-        """Return the ledger as it was collected, None if it has to be read.
+        """Return the result of the earlier collection if the ledger has not changed since; None if it must be read.
 
         It is unchanged if its file, the end of its chain and the participant's withdrawal are as when it was collected.
         """
@@ -225,7 +225,7 @@ class Collector:
 
     @cached_property
     def _known(self) -> dict[str, _Known]:
-        """Return the collected sessions by the name of their file, without those of one name."""
+        """Return the collected sessions by the name of their file; names that several sessions share are left out."""
         with self.engine.connect() as connection:
             rows = connection.execute(_KNOWN).all()
         times = Counter(row.file for row in rows)
@@ -251,7 +251,7 @@ def _known(row: Any) -> _Known:
 
 
 def _wait_for_others(connection: Connection) -> None:
-    """Take the lock that lets one writer after another in: two at once would each find a table or a study missing."""
+    """Take the lock under which writers come in turn: two at once would each find a table or a study missing."""
     if connection.dialect.name == "sqlite":
         try:
             connection.exec_driver_sql("BEGIN IMMEDIATE")
@@ -288,7 +288,7 @@ def _demand_version(connection: Connection, lab: Path | None = None) -> None:
 
 
 def _demand_ours(connection: Connection) -> None:
-    """Raise CollectError unless the database is empty or holds the table `palpate`, the mark of a collected database.
+    """Raise CollectError unless the database is empty or has the table `palpate`, the mark of a collected database.
 
     In PostgreSQL a lab's registry may lie beside it. A table under one of our names must have our key columns.
     """
@@ -396,13 +396,13 @@ def _insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> N
 
 @lru_cache
 def _statement(table: Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, Callable[[Row], object]]:
-    """SQL that inserts these columns, and what takes a row's cells in its order."""
+    """Return the SQL that inserts these columns, and a function that takes a row's cells in their order."""
     statement = insert(table).values(dict.fromkeys(names)).compile(dialect=dialect)
     return str(statement), itemgetter(*statement.positiontup or names)
 
 
 def _is_latest(connection: Connection, session: SessionTables) -> bool:
-    """Return whether no session of the same version of the study started later, by time and name."""
+    """Return whether no session of this version of the study started later; equal times are ordered by name."""
     row, table = session.session, schema.sessions
     starts = select(table.c.started_at, table.c.session).where(table.c.study_digest == row["study_digest"])
     return all(tuple(other) <= (row["started_at"], row["session"]) for other in connection.execute(starts))

@@ -180,7 +180,7 @@ anchors = Table(
     Column("value", Float(53)),
     Column("felt", Integer, nullable=False),
 )
-"""References that were felt before a block: they are no trials."""
+"""References that were felt before a block; they are not trials."""
 ledgers = Table(
     "ledgers",
     metadata,
@@ -192,7 +192,7 @@ ledgers = Table(
     Column("wal_size", BigInteger, nullable=False),
     Column("wal_mtime_ns", BigInteger, nullable=False),
 )
-"""The state of each session's file when it was read: one that is still in it is not read again."""
+"""The state of each session's file when it was read: a file that is still in this state is not read again."""
 OF_KINDS: Mapping[str, Callable[[bool], TypeEngine[Any]]] = {
     "text": lambda key: NAME if key else Text(),
     "number": lambda _key: Float(53),
@@ -203,7 +203,7 @@ OF_KINDS: Mapping[str, Callable[[bool], TypeEngine[Any]]] = {
 
 
 def _own_table(own: OwnTable) -> Table:
-    """The table that a form brings with it: whose answers, its own columns, and whether they count."""
+    """Return the table of a form that has one of its own: whose answers, its own columns, and whether they count."""
     return Table(
         own.name,
         metadata,
@@ -220,12 +220,12 @@ def _own_table(own: OwnTable) -> Table:
 
 
 form_tables = {name: _own_table(own) for name, own in forms.own_tables().items()}
-"""The tables of tasks that bring one with them, by their names."""
+"""The tables of tasks that have one of their own, by name."""
 RATINGS = "ratings"
 
 
 def ratings_query() -> Select[tuple[object, ...]]:
-    """One row per rating as it stands: who, which stimulus, which attribute, which value; practice is marked."""
+    """Return the query of the view `ratings`: one row per rating that counts, with stimulus and attribute."""
     joined = responses.join(trials, (responses.c.session == trials.c.session) & (responses.c.trial == trials.c.trial))
     return (
         select(
@@ -252,7 +252,7 @@ def ratings_query() -> Select[tuple[object, ...]]:
 
 
 def drop_all(connection: Connection) -> None:
-    """Remove the view and the tables, but for `palpate`, which marks the database as ours; its version is removed."""
+    """Drop the view and all tables but `palpate`, which marks the database as ours and loses its stored version."""
     connection.exec_driver_sql(f"DROP VIEW IF EXISTS {RATINGS}")
     metadata.drop_all(connection, tables=[table for table in metadata.sorted_tables if table is not palpate])
     if inspect(connection).has_table(palpate.name):
@@ -260,7 +260,7 @@ def drop_all(connection: Connection) -> None:
 
 
 def create_all(connection: Connection) -> None:
-    """Make the tables and the view where they are missing."""
+    """Create the tables and the view where they are missing."""
     metadata.create_all(connection)
     if RATINGS not in inspect(connection).get_view_names():
         query = ratings_query().compile(connection, compile_kwargs={"literal_binds": True})

@@ -1,4 +1,4 @@
-"""The sessions of a study that may be used: of nobody who withdrew, and either real or simulated ones."""
+"""The sessions of a study that may be used: nobody's who withdrew, and either real or simulated ones."""
 
 from __future__ import annotations
 

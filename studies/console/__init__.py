@@ -1,1 +1,1 @@
-"""The experimenter's console: what stands on it, what its keys mean, and where it is drawn."""
+"""The experimenter's console: what it shows, what its keys mean, and where it is drawn."""

@@ -25,15 +25,15 @@ from palpate.studies.sessions.interrupts import Interrupted
 REACTION_S = 0.3
 """A key that comes sooner after a demand or a trial's start was meant for what stood there before."""
 STILL_HEEDED = ("confirm", "number", "help", "quit")
-"""What may be ordered once the session is over, while its last page is shown."""
+"""The orders that are accepted after the session's end, while its last page is shown."""
 
 
 @dataclass
 class ExperimenterDesk:
-    """A Desk (palpate.devices.desk) at a source of orders and a display; only the main thread touches it.
+    """A desk (palpate.devices.desk) that reads orders from a source and draws on a display, in the main thread only.
 
-    Orders are heeded one by one as they came. Keys that nothing waits for are refused with a hint; a line that answers
-    waits for its demand, and later lines wait behind it, so that a whole session can be scripted.
+    Orders are carried out one by one as they came. Keys that nothing waits for are refused with a hint; a line that
+    answers waits for its demand, and later lines wait behind it, so that a whole session can be scripted.
     """
 
     plan: Plan
@@ -48,7 +48,7 @@ class ExperimenterDesk:
     _trial_s: float = 0.0
     _live: bool = False
     _scanner: bool = False
-    """Whether a prompt ever asked for a code: from then on a burst of keys is a scan, and never an order."""
+    """Whether a prompt has asked for a code: from then on a burst of keys is a scan and never an order."""
 
     def __post_init__(self) -> None:
         self.view = View(SessionStatus(self.plan))
@@ -60,7 +60,7 @@ class ExperimenterDesk:
         return self.view.status
 
     def watch(self, event: Event) -> None:
-        """Take note of an event that is on record; those of earlier sittings come before the first poll."""
+        """Update the status with a recorded event; the events of earlier runs come before the first poll."""
         if event.kind == "trial_started":
             self._trial_s = self.clock()
         self.state.apply(event)
@@ -70,7 +70,7 @@ class ExperimenterDesk:
                 self.display.say(text)
 
     def poll(self) -> Aside | None:
-        """Return the next thing the experimenter did. Raises Interrupted if it was to quit."""
+        """Return the next thing that the experimenter did. Raises Interrupted if it was to quit."""
         self._go_live()
         self._heard.extend(self.source.take())
         while self._heard and not self._is_early(self._heard[0].text):
@@ -84,9 +84,9 @@ class ExperimenterDesk:
         return None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Put a demand before the experimenter, or take it away; an equal one stays as it stands.
+        """Show the experimenter a demand, or None to take it away; an equal one stays unchanged.
 
-        What the study keeps blind is left out, whoever demands.
+        What the study keeps blind is left out, whoever makes the demand.
         """
         self._go_live()
         if prompt is not None:
@@ -111,14 +111,14 @@ class ExperimenterDesk:
             self._show(states=states)
 
     def close(self) -> None:
-        """Stop listening and showing; the terminal is as it was before, also where one of the two fails."""
+        """Stop listening and showing, and restore the terminal, even if one of the two fails."""
         with ExitStack() as ends:
             ends.callback(self.source.close)
             ends.callback(self.display.close)
 
     @property
     def _waiting(self) -> Prompt | None:
-        """The demand that still wants an answer."""
+        """The demand that has no answer yet."""
         return self.view.prompt if self._answer is None else None
 
     def _go_live(self) -> None:
@@ -144,7 +144,7 @@ class ExperimenterDesk:
         return self._scanner and not self.source.by_line and not self.view.entry.typing
 
     def _scanning(self) -> bool:
-        """Take the first keys for the answer if they are a scanned code; say whether they are."""
+        """Take the first keys as the answer if they are a scanned code, and return whether they are."""
         code, _ = burst(list(self._heard), self.clock()) if self._scans else (None, False)
         if code is None:
             return False
@@ -157,7 +157,7 @@ class ExperimenterDesk:
         return True
 
     def _hear(self, heard: Heard) -> Aside | None:
-        """Heed one line or key."""
+        """Carry out one line or key."""
         if not self.source.by_line:
             pressed = press(self.view.entry, heard.text, self._waiting, self.status.paused)
             self._show(entry=pressed.entry, hint=pressed.hint, help=False)

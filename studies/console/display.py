@@ -1,4 +1,4 @@
-"""What a display shows and must be able to do, and the display of lines for where there is no terminal to draw on."""
+"""What a display shows and can do, and a display of lines for use without a terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.studies.console.status import SessionStatus
 
 @dataclass(frozen=True)
 class View:
-    """The session's status, the demand that stands, the line being typed, a hint to the typist, and devices' states."""
+    """The session's status, the present demand, the line being typed, a hint to the typist, and devices' states."""
 
     status: SessionStatus
     prompt: Prompt | None = None
@@ -40,7 +40,7 @@ class Display(Protocol):
 
 @dataclass
 class Plain:
-    """Lines on a stream, written by a thread: a reader that is slow or gone does not hold the session up."""
+    """A display of lines on a stream, written by a thread: a slow or closed reader does not hold up the session."""
 
     stream: TextIO
     _lines: SimpleQueue[str | None] = field(default_factory=SimpleQueue)
@@ -58,7 +58,7 @@ class Plain:
         self._lines.put(line)
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining lines."""
         if not self._closed:
             self._closed = True
             self._lines.put(None)

@@ -1,4 +1,4 @@
-"""A session without a participant's window: waits where a screen would wait, and refuses what needs an answer."""
+"""A presenter for studies without a window: it waits where a page would be shown, and refuses questions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Windowless:
     paused: bool = False
 
     def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:  # noqa: ARG002
-        """Wait until a step of setting up is confirmed. Raises RigError on the rest: nobody could answer."""
+        """Wait until a step of the set-up is confirmed. Raises RigError on other requests: nobody can answer."""
         if isinstance(request, Confirm) and request.text is not None:
             while self.paused or (reply := confirmed(request, desk)) is None:
                 if (aside := desk.poll()) is not None:
@@ -41,7 +41,7 @@ class Windowless:
         raise RigError(f"there is no window to {request.body()['do']} in: `window` is missing in the study's needs")
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:  # noqa: ARG002
-        """Wait until `ready` or until the experimenter did something; while paused only for the latter."""
+        """Wait until `ready` or until the experimenter does something; while paused, only for the latter."""
         while self.paused or not ready():
             if (aside := desk.poll()) is not None:
                 return self._heed(aside)
@@ -49,7 +49,7 @@ class Windowless:
         return None
 
     def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:  # noqa: ARG002
-        """Let the moment pass in which it would be seen."""
+        """Wait as long as the answered form would be shown."""
         until_s = self.clock() + seconds
         return self.wait_for("", desk, lambda: self.clock() >= until_s)
 
@@ -60,14 +60,14 @@ class Windowless:
         ready: Callable[[], bool],  # noqa: ARG002
         moved: Callable[[Mapping[str, float], bool], None],  # noqa: ARG002
     ) -> Aside | None:
-        """Raise RigError: a live form is moved by a participant who sees it."""
+        """Raise RigError: a live form needs a participant who sees it."""
         raise RigError(f"there is no window to {request.body()['do']} in: `window` is missing in the study's needs")
 
     def finish(self, desk: Desk | None = None, page: str = "end") -> None:
-        """Nothing to show."""
+        """Do nothing: there is no page to show."""
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Do nothing: there is no window to close."""
 
     def _heed(self, aside: Aside) -> Aside:
         if aside.value["do"] in {"pause", "go_on"}:
@@ -76,6 +76,6 @@ class Windowless:
 
 
 def asks_anything(study: Study) -> bool:
-    """Whether a participant reads or answers anything in a session of the study."""
+    """Return whether a participant reads or answers anything in a session of the study."""
     shown = study.opening or study.closing or study.instructions or study.rest or study.anchors
     return "window" in study.needs or TASKS[study.task].asks or bool(shown)

@@ -1,4 +1,4 @@
-"""Hearing the experimenter: keys from a terminal, lines from anything else, read by a thread of their own."""
+"""Listeners for the experimenter's input: keys of a terminal, else lines, read by a thread of their own."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from queue import Empty, SimpleQueue
 from typing import Protocol, TextIO
 
 _SEQUENCE = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*[@-~]|O.)")
-"""What arrow and function keys send."""
+"""The sequences that arrow and function keys send."""
 _UNFINISHED = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*|O)$")
-"""A sequence whose end has not come yet."""
+"""The beginning of a sequence whose end has not come yet."""
 BETWEEN_LOOKS_S = 0.02
-"""On Windows, where a console cannot be waited for together with anything else."""
+"""Seconds between two polls on Windows, where a console cannot be waited for together with anything else."""
 
 
 @dataclass(frozen=True)
 class Heard:
-    """A key or a line, and when it came, in seconds of the listener's clock."""
+    """A key or a line, and the time it came at, in seconds of the listener's clock."""
 
     text: str
     t_s: float
 
 
 class Source(Protocol):
-    """Where orders come from; `by_line` tells lines from keys."""
+    """A source of orders; `by_line` says whether it gives lines rather than keys."""
 
     by_line: bool
 
     def take(self) -> list[Heard]:
-        """Return what has come since the last time, at once."""
+        """Return at once what has come since the last call."""
 
     def close(self) -> None:
         """Stop listening and leave the terminal as it was found."""
@@ -44,7 +44,7 @@ class Source(Protocol):
 
 @dataclass
 class Silence:
-    """A source that never gives an order: there is no standard input."""
+    """A source that never gives an order, for a process without standard input."""
 
     by_line: bool = True
 
@@ -57,14 +57,14 @@ class Silence:
 
 
 class Keys:
-    """Bytes of a terminal as keys: whole characters; an escape sequence is no key, a lone escape is one."""
+    """A parser of a terminal's bytes into keys: whole characters, or a lone escape; escape sequences are no keys."""
 
     def __init__(self) -> None:
         self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
         self._rest = ""
 
     def feed(self, data: bytes) -> list[str]:
-        """Return the keys that have come with these bytes."""
+        """Return the keys that these bytes complete."""
         text = _SEQUENCE.sub("", self._rest + self._decoder.decode(data))
         unfinished = _UNFINISHED.search(text)
         self._rest = unfinished[0] if unfinished is not None else ""
@@ -76,24 +76,24 @@ class Keys:
 
 
 class Lines:
-    """Bytes of a pipe as lines, the last also without its end."""
+    """A parser of a pipe's bytes into lines; a last line without a line break counts."""
 
     def __init__(self) -> None:
         self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
         self._rest = ""
 
     def feed(self, data: bytes) -> list[str]:
-        """Return the lines that are whole with these bytes."""
+        """Return the lines that these bytes complete."""
         *whole, self._rest = (self._rest + self._decoder.decode(data)).split("\n")
         return whole
 
     def end(self) -> list[str]:
-        """Return the last line, if it has no end."""
+        """Return the last line if it has no line break."""
         return [self._rest] if self._rest else []
 
 
 def drained(heard: SimpleQueue[Heard]) -> list[Heard]:
-    """Return what has come into a queue since the last time, at once."""
+    """Take everything out of a queue and return it, without waiting."""
     items = []
     while True:
         try:
@@ -119,11 +119,11 @@ class Listener:
         self._thread.start()
 
     def take(self) -> list[Heard]:
-        """Return what has come since the last time."""
+        """Return what has come since the last call."""
         return drained(self.heard)
 
     def close(self) -> None:
-        """End the thread and restore the terminal; again does nothing."""
+        """End the thread and restore the terminal; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -142,7 +142,7 @@ class Listener:
         self._hand_over(reading.end())
 
     def _bytes(self) -> bytes:
-        """Return the next bytes; none at the end of the input, without its terminal, or when the listener closes."""
+        """Return the next bytes; none at the end of the input, if the terminal is gone, or when the listener closes."""
         import select
 
         ready, _, _ = select.select([self.fd, self._wake[0]], [], [])
@@ -160,7 +160,7 @@ class Listener:
 
 @dataclass
 class WindowsListener:
-    """A daemon thread that looks for keys of the console, or reads lines of anything else."""
+    """A daemon thread that polls the keys of a Windows console, or reads lines of anything else."""
 
     stream: TextIO
     heard: SimpleQueue[Heard] = field(default_factory=SimpleQueue)
@@ -172,11 +172,11 @@ class WindowsListener:
         threading.Thread(target=listening, name="console-input", daemon=True).start()
 
     def take(self) -> list[Heard]:
-        """Return what has come since the last time."""
+        """Return what has come since the last call."""
         return drained(self.heard)
 
     def close(self) -> None:
-        """End the thread at its next look; a console needs no restoring."""
+        """End the thread at its next poll; a console needs no restoring."""
         self._over.set()
 
     def _lines(self) -> None:
@@ -196,7 +196,7 @@ class WindowsListener:
 
 
 def listen(stream: TextIO | None) -> Source:
-    """Listen to a stream: keys where it is a terminal, lines otherwise; silence where there is none."""
+    """Return a listener to a stream: keys if it is a terminal, else lines; a silent one if there is no stream."""
     try:
         fd = stream.fileno() if stream is not None else None
     except (OSError, ValueError):
@@ -214,7 +214,7 @@ def listen(stream: TextIO | None) -> Source:
 def single_keys(fd: int) -> Callable[[], None]:
     """Turn off echo and line editing of a POSIX terminal; return a function that puts it back as it was.
 
-    Ctrl-C stays a signal. Ctrl-Z, Ctrl-S and Ctrl-\\ lose their meaning: each would stop a session unasked.
+    Ctrl-C stays a signal. Ctrl-Z, Ctrl-S and Ctrl-\\ lose their meaning: each would stop a session by mistake.
     """
     import termios
 

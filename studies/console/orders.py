@@ -1,4 +1,4 @@
-"""What the experimenter can order, and what means it: a line, a key, a line typed after a key, a scanner that types."""
+"""The experimenter's orders, and how they are given: a line, a key, a line after a key, or a scanner that types."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ LINES = (
 
 
 BURST_S = 0.05
-"""Longest pause between two keys of a burst; hands take 80 ms and more."""
+"""The longest pause between two keys of a burst; people take 80 ms and more."""
 SHORTEST, LONGEST = 2, 80
-"""Characters of a code."""
+"""How many characters a code has."""
 
 
 class OrderError(ValueError):
@@ -34,7 +34,7 @@ class OrderError(ValueError):
 
 @dataclass(frozen=True)
 class Order:
-    """One thing the experimenter wants; `text` goes with a note, an abort or a scanned code, `number` with a number."""
+    """An order; `text` goes with a note, an abort or a scanned code, `number` with a number."""
 
     do: Do
     text: str = ""
@@ -42,7 +42,7 @@ class Order:
 
 
 def order_of(line: str) -> Order:
-    """Return the order that a line holds. Raises OrderError naming the nearest one."""
+    """Parse a line into an order. Raises OrderError naming the nearest order."""
     words = " ".join(line.split())
     plain = next((do for do in PLAIN if words.lower() == do), None)
     if plain is not None:
@@ -58,7 +58,7 @@ def order_of(line: str) -> Order:
 
 
 def worded(do: Do, text: str) -> Order:
-    """Return an order with its text. Raises OrderError on a note or a scan without any."""
+    """Return an order with its text. Raises OrderError on a note or a scan without text."""
     stripped = text.strip()[:LONGEST_NOTE]
     if do == "note" and not stripped:
         raise OrderError("a note needs words, as: note the fan came on")
@@ -68,7 +68,7 @@ def worded(do: Do, text: str) -> Order:
 
 
 def number_of(text: str) -> float | None:
-    """Return the number in a text, with a decimal point or comma; None if it is none, or not finite."""
+    """Return the number in a text, with a decimal point or comma; None if the text is no number or it is not finite."""
     try:
         value = float(text.strip().replace(",", "."))
     except ValueError:
@@ -96,7 +96,7 @@ _IN_A_NUMBER = "0123456789.,-"
 
 @dataclass(frozen=True)
 class Entry:
-    """Whether keys stand for themselves, or a line is being typed."""
+    """The state of the keyboard: keys are orders, or a line is being typed."""
 
     kind: Literal["keys", "note", "abort", "number"] = "keys"
     text: str = ""
@@ -114,7 +114,7 @@ OPENING = {"n": Entry("note"), "a": Entry("abort")}
 
 @dataclass(frozen=True)
 class Pressed:
-    """What a key led to: the entry after it, an order if one is complete, and a hint to the typist."""
+    """The result of a key: the entry after it, an order if it completes one, and a hint to the typist."""
 
     entry: Entry
     order: Order | None = None
@@ -122,7 +122,7 @@ class Pressed:
 
 
 def press(entry: Entry, key: str, prompt: Prompt | None, paused: bool) -> Pressed:
-    """Return what one key means while `prompt` stands before the experimenter; a key without a meaning says so."""
+    """Return what a key does while `prompt` is shown to the experimenter; for a key without a meaning, a hint."""
     if entry.typing:
         return _typed(entry, key)
     if key in OPENING:
@@ -150,7 +150,7 @@ def _typed(entry: Entry, key: str) -> Pressed:
 
 
 def _order(entry: Entry) -> Order:
-    """Return the order that a typed line is.
+    """Return the order in a typed line.
 
     To abort, the word itself must be typed, so that no slip ends a session. Raises OrderError.
     """
@@ -168,7 +168,7 @@ def _order(entry: Entry) -> Order:
 
 
 def burst(heard: Sequence[Heard], now_s: float) -> tuple[str | None, bool]:
-    """Return the code that the first keys are, else None; and whether to wait for more keys before any is heeded.
+    """Return the code that the first keys are, else None, and whether to wait for more keys first.
 
     A burst of keys faster than any hand, with Enter at its end, is one code of a scanner that types.
     """

@@ -67,7 +67,7 @@ def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
 
 
 def entry_line(entry: Entry, hint: str, width: int) -> Text:
-    """Return the last line: the end of what is being typed, or a hint to the typist."""
+    """Return the last line: the end of the text being typed, or a hint to the typist."""
     if not entry.typing:
         return Text(f" {hint}", style="yellow", no_wrap=True)
     label = f" {ASKING[entry.kind]}: "
@@ -134,7 +134,7 @@ def _progress(status: SessionStatus, t_ns: int) -> RenderableType:
 
 
 def _middle(view: View, t_ns: int, width: int, height: int) -> RenderableType:
-    """Return the panels that there is room for: all four, the upper two, or the stimuli alone."""
+    """Return the panels that fit: all four, the upper two, or the stimuli alone."""
     participant = Layout(_panel("participant", _participant(view, t_ns)))
     stimuli = Layout(_panel("stimuli", _stimuli(view.status)))
     if height < 20:
@@ -207,14 +207,14 @@ def _help() -> RenderableType:
 
 
 BETWEEN_PAGES_S = 0.25
-"""The page is drawn no more often; the line being typed alone is, as it is typed."""
+"""Least seconds between two drawings of the page; the line being typed is drawn at once."""
 AT_LEAST_EVERY_S = 1.0
-"""How often the page is drawn anew where only the shown seconds have changed."""
+"""Most seconds between two drawings, where only the shown times have changed."""
 
 
 @dataclass
 class Painter:
-    """The page on the terminal's second screen; what stood on the terminal is there again afterwards."""
+    """A display that draws the page on the terminal's alternate screen, and restores the terminal afterwards."""
 
     stream: TextIO
     now_ns: Callable[[], int]
@@ -232,15 +232,15 @@ class Painter:
         self._thread.start()
 
     def show(self, view: View) -> None:
-        """Draw this as soon as a page is due."""
+        """Draw this view as soon as a page is due."""
         self._view = view
         self._changed.set()
 
     def say(self, line: str) -> None:
-        """Do nothing: the page shows it."""
+        """Do nothing: the page shows what happens."""
 
     def close(self) -> None:
-        """Draw no more and give the terminal's first screen back."""
+        """Stop drawing and switch back to the terminal's normal screen."""
         self._over.set()
         self._changed.set()
         self._thread.join(timeout=2)
@@ -256,7 +256,7 @@ class Painter:
                 self._console.control(Control.show_cursor(True), Control.alt_screen(False))
 
     def _turn(self, due_s: float) -> float:
-        """Wait for a change, draw the page if that is due, else the entry line alone; return when the next is due."""
+        """Wait for a change, draw the page if it is due, else only the entry line; return when the next is due."""
         if self._changed.wait(max(due_s - self.clock(), 0.0) if self._behind else AT_LEAST_EVERY_S):
             self._changed.clear()
             self._behind = True

@@ -27,7 +27,9 @@ class Remark:
 
 @dataclass(frozen=True)
 class SessionStatus:
-    """The session so far. `trial` is the number of the trial under way; `coming_place` that in the plan of the next.
+    """The session so far.
+
+    `trial` is the number of the trial under way, `coming_place` the place of the next in the plan.
 
     `doing` is the body of the request under way and `since_ns` its time. `done` are the trials with an answer or a
     recording that counts; `pause` is the one that the session is in.
@@ -68,7 +70,7 @@ class SessionStatus:
         return self.plan.trials[self.coming_place : self.coming_place + count]
 
     def doing_s(self, t_ns: int) -> float:
-        """Return how long the present request has taken, in seconds without pauses."""
+        """Return how many seconds the present request has taken, without pauses."""
         return max(0.0, (active_ns(self.pauses, t_ns) - active_ns(self.pauses, self.since_ns)) / NS)
 
     def left_s(self, t_ns: int) -> float | None:

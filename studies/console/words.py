@@ -22,11 +22,11 @@ DOING = {
     "confirm": "waiting while the screen is measured",
 }
 OVER = {"declined": "the participant declined", "ineligible": "the participant cannot take part"}
-"""How a session ended, where "the session is ..." does not say it."""
+"""How a session ended, where "the session is ..." does not fit."""
 
 
 def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
-    """Return what the participant does while the request of this body is performed; `waits`: until it is prepared."""
+    """Describe what the participant does during the request with this body; `waits`: until it is prepared."""
     match body:
         case {"do": "present"} if waits:
             return "waiting for the stimulus"
@@ -44,12 +44,12 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
 
 
 def counted(text: str, count: int) -> str:
-    """Return a text with its {n} filled in, in the singular for one; a plural is marked as (s)."""
+    """Return a text with {n} replaced by a count, and its (s) by the plural or nothing."""
     return text.replace("{n}", str(count)).replace("(s)", "" if count == 1 else "s")
 
 
 def clock(seconds: float) -> str:
-    """Return minutes and seconds, and hours if there are any: 4:07, 1:02:30."""
+    """Return a time as minutes and seconds, with hours if there are any: 4:07, 1:02:30."""
     whole = int(seconds)
     hours, rest = divmod(whole, 3600)
     minutes = f"{rest // 60:02d}" if hours else f"{rest // 60}"
@@ -57,7 +57,7 @@ def clock(seconds: float) -> str:
 
 
 def about(seconds: float | None) -> str:
-    """Return how much time is left, as an estimate."""
+    """Return an estimate of the time left, in words."""
     if seconds is None:
         return "time left: known after the first trial"
     if seconds < 90:
@@ -66,7 +66,7 @@ def about(seconds: float | None) -> str:
 
 
 def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
-    """Return what to press, or to write where orders are lines."""
+    """Return which key to press, or which line to write where orders are lines."""
     confirm = "confirm" if by_line else "Enter"
     if prompt.kind == "confirm":
         return f"{confirm} when it is done"
@@ -75,7 +75,7 @@ def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
 
 
 def standing(status: SessionStatus) -> str:
-    """Return where the session is, in a few words."""
+    """Return the state of the session in a few words."""
     if status.ended is not None:
         return OVER.get(status.ended, f"the session is {status.ended}")
     trial = status.current()
@@ -107,7 +107,7 @@ def line(event: Event, status: SessionStatus) -> str | None:
 
 
 def where(status: SessionStatus) -> str:
-    """Return where the session is, which stimulus is on and which comes next."""
+    """Return the state of the session, the present stimulus and the next one."""
     trial = status.current()
     if trial is None:
         return standing(status)
@@ -117,5 +117,5 @@ def where(status: SessionStatus) -> str:
 
 
 def about_trial(trial: Trial, blind: Sequence[str] = ()) -> str:
-    """Return what a trial is about: its stimulus, or all of a set."""
+    """Return the stimulus of a trial, or all stimuli of a set."""
     return phrase(list(dict.fromkeys(described(side.stimulus, blind) for side in trial.each())))

@@ -1,1 +1,1 @@
-"""Before a session starts: which plan it runs, and whether the study, the screen and the day are as they must be."""
+"""Before a session starts: which plan it runs, and whether study, screen and date are the right ones."""

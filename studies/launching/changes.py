@@ -1,4 +1,4 @@
-"""What has changed in a study, or in the screen, since a participant began: refused by name, or accepted on record."""
+"""Changes of a study or a screen since a participant began: refused by name, or accepted and recorded."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MOST_NAMED = 3
 LONGEST = 60
 NAMES = ("id", "name", "word", "low")
-"""What the items of a study's lists are called by."""
+"""The keys that name the items of a study's lists."""
 
 
 class StudyChanged(ValueError):
@@ -42,7 +42,7 @@ class DevicesChanged(ValueError):
 def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
     """Return the first differences of the study from its recorded definition, in plain words; None if it is the same.
 
-    What a participant meets is compared: a sample, planned minutes or questions that changed are no change of it.
+    Only what a participant experiences is compared, not the sample, the planned minutes or the questions.
     """
     changes = list(differences(conditions_of(recorded), current.conditions()))
     if not changes:
@@ -52,7 +52,7 @@ def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
 
 
 def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) -> dict[str, Any] | None:
-    """Return what goes on record where the study has changed since `header` was written; None where it has not.
+    """Return what goes on record if the study has changed since `header` was written, else None.
 
     `header` is the first event's body of the session, of the participant's earlier session, or else of the sample's
     latest one.
@@ -73,7 +73,7 @@ def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) ->
 
 
 def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict[str, Any] | None:
-    """Return the first event's body of the participant's latest session before this one; None if there is none."""
+    """Return the first event's body of the participant's latest session before this one, None if there is none."""
     for earlier in range(number - 1, 0, -1):
         path = ledger_path(lab, study, participant, earlier)
         if path.is_file():
@@ -82,7 +82,7 @@ def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict
 
 
 def sample_ledgers(lab: Path, study: str, real: bool) -> list[Path]:
-    """Return the ledgers of a study's real, or simulated, sessions, the one written to last first.
+    """Return the ledgers of a study's real or simulated sessions, the most recently written first.
 
     Those of people who withdrew, and those whose first event cannot be read, are left out.
     """
@@ -113,7 +113,7 @@ def models_now(study: Study, lab: Path | None) -> dict[str, str]:
 
 
 def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept: bool) -> dict[str, Any] | None:
-    """Return what goes on record where a model is another one than when `ledgers` last played it; None where none is.
+    """Return what goes on record if a model has changed since `ledgers` last played it, else None.
 
     Raises ModelsChanged naming the models and both digests, unless the change is accepted.
     """
@@ -136,10 +136,10 @@ def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept:
 
 
 def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool) -> dict[str, Any] | None:
-    """Return what goes on record where a session is resumed at another screen; None where it is the same.
+    """Return what goes on record if a session is resumed on another screen, else None.
 
-    A screen is the same where its pixels are, and where 127 mm stay within half a millimetre.
-    Raises ScreenChanged unless the change is accepted.
+    A screen is the same if its size in pixels is, and if 127 mm on it agree within half a millimetre. Raises
+    ScreenChanged unless the change is accepted.
     """
     from palpate.devices.window.calibration import TOLERANCE_MM
 
@@ -157,9 +157,9 @@ def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool
 
 
 def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accept: bool) -> dict[str, Any] | None:
-    """Return what goes on record where a session is resumed with other devices or settings; None if with the same.
+    """Return what goes on record if a session is resumed with other devices or settings, else None.
 
-    Where a device is plugged in does not matter. Raises DevicesChanged naming the differences unless it is accepted.
+    Ports are not compared. Raises DevicesChanged naming the differences unless it is accepted.
     """
     before, after = _unplugged(header["rig"].get("settings")), _unplugged(now.get("settings"))
     changes = list(differences(before, after))
@@ -175,7 +175,7 @@ def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accep
 
 
 def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return settings without the ports; one that is None counts as missing, as before Palpate had it."""
+    """Return settings without ports; a setting that is None counts as missing, as in versions before it existed."""
     return {
         name: {key: value for key, value in given.items() if key != "port" and value is not None}
         for name, given in (settings or {}).items()
@@ -188,7 +188,7 @@ def _screen(calibration: Mapping[str, Any]) -> str:
 
 
 def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield every difference of two definitions in plain words, keys in order; items of lists go by their names."""
+    """Yield every difference of two definitions in plain words, keys in order; items of lists are matched by name."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         yield from _of_mappings(before, now, place)
     elif _is_list(before) and _is_list(now):
@@ -221,7 +221,7 @@ def _of_lists(before: Sequence[Any], now: Sequence[Any], place: str) -> Iterator
 
 
 def _named(items: Sequence[Any]) -> dict[str, Any] | None:
-    """Return items by their names; None where they have none, or one stands twice."""
+    """Return items by name; None if they have no names, or a name occurs twice."""
     names = [next((str(item[key]) for key in NAMES if key in item), "") for item in items if isinstance(item, Mapping)]
     if len(names) < len(items) or "" in names or len(set(names)) < len(names):
         return None

@@ -1,4 +1,4 @@
-"""From the options of the command line to plans that may be run: who, with which row, on which forms, and when."""
+"""Plans from the options of the command line: who takes part, with which row, on which forms, and when."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def plans_of(
     study: Study, lab: Path, people: Sequence[str], seed: int, live: bool, language: str = "en",
     group: str | None = None, row: int | None = None, session: int = 1,
 ) -> list[Plan]:  # fmt: skip
-    """Return a plan for every participant's session of this number.
+    """Return one plan for each participant's session of this number.
 
     A real participant's row is the one that the lab's registry holds, or allocates now; a simulated one's follows
     from the pseudonym unless it is given or allocated. Raises ParticipantError, AllocationError or PlanError.
@@ -39,7 +39,7 @@ def plans_of(
 
 
 def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | None, row: int | None) -> ParticipantRow:
-    """Return group and row of a participant; see `plans_of`."""
+    """Return group and row of a participant, as `plans_of` does."""
     held = admit(lab, study, participant, live, group, row)
     if held is None:
         return allocate(study, participant, group, row)
@@ -61,7 +61,7 @@ def demand_new(lab: Path, study: str, participant: str, number: int) -> None:
 
 
 def demand_next(lab: Path, study: str, participant: str, number: int) -> None:
-    """Raise LedgerError unless this is the participant's next session of the study: none is left out or open."""
+    """Raise LedgerError unless this is the participant's next session of the study, and no earlier one is open."""
     for earlier in range(1, number):
         path = ledger_path(lab, study, participant, earlier)
         if not path.is_file():
@@ -72,7 +72,7 @@ def demand_next(lab: Path, study: str, participant: str, number: int) -> None:
 
 
 def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[str, Any]:
-    """Return what goes on record where the study's file is not what the session began with; {} where it is.
+    """Return what goes on record if the study's file differs from the study that the session began with, else {}.
 
     Raises StudyChanged naming the difference unless it is accepted; a file that cannot be read has changed, too.
     """
@@ -89,17 +89,17 @@ def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[s
 
 
 class WrongTime(ValueError):
-    """The study does not declare the session, or it comes too early or too late."""
+    """The study does not declare the session, or the session is too early or too late."""
 
 
 def demand_in_time(
     lab: Path, study: Study, participant: str, number: int, accept: bool, today: date | None
 ) -> dict[str, Any] | None:
-    """Return what goes on record where the study does not declare the session; None where it does.
+    """Return what goes on record if the session is undeclared, too early or too late; None if it is in time.
 
-    `today` is the date that a live session is on; None for a simulated one, between whose sessions no day passes.
-    The date of the earlier session is that of its last sitting, both in the station's time zone.
-    Raises WrongTime unless it is accepted, LedgerError where the earlier session cannot be read.
+    `today` is the date that a live session is on; None for a simulated one, between whose sessions no day passes. The
+    date of the earlier session is that of its last run, both in the station's time zone. Raises WrongTime unless the
+    time is accepted, LedgerError where the earlier session cannot be read.
     """
     sample = study.participants
     if sample is None:

@@ -1,1 +1,1 @@
-"""Sessions with a participant, at real devices or at simulated ones in their place: opened, composed and closed."""
+"""Sessions with a participant, at real or simulated devices: opened, composed and closed."""

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 def driven(study: Study) -> list[str]:
-    """The study's needs that take devices of a rig; samples are put in place by hand where the rig has no stage."""
+    """Return the study's needs that devices of a rig serve; samples are placed by hand if the rig has no stage."""
     return [need for need in study.needs if NEEDS[need].role is not None]
 
 
 @dataclass
 class Hardware:
-    """The devices of one study at one station; `twins` are the needs that simulated ones of this process stand for."""
+    """The devices of one study at one station; `twins` are the needs that are simulated in this process."""
 
     study_files: StudyFiles
     lab: Path
@@ -43,18 +43,18 @@ class Hardware:
 
     @property
     def simulated_needs(self) -> list[str]:
-        """The needs that are simulated, in this process or by a rig's twins; every record says so."""
+        """The needs that are simulated, in this process or by the rig's twins; every record names them."""
         if self.file is None:
             return list(self.twins)
         file = self.file
         return [need for need in self._needs() if any(file.is_twin(name) for name in file.names_for(need))]
 
     def settings(self) -> dict[str, Any]:
-        """What the rig file says of the devices that are used, for the ledger: {name: settings}."""
+        """Return the rig file's settings of the devices in use, for the ledger: {name: settings}."""
         return {} if self.file is None else self.file.definition(self._names())
 
     def open(self, plan: Plan) -> None:
-        """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
+        """Check the stimuli and open the devices. Raises RigError or DeviceError, with no device left open."""
         presented = any(NEEDS[need].role == "presents" for need in self.study_files.study.needs)
         if self.simulated_needs or presented:  # what is presented comes from files, which may be wrong
             from palpate.studies.simulation.rig import simulated
@@ -75,12 +75,12 @@ class Hardware:
                 raise
 
     def safe(self) -> None:
-        """Bring every device to rest; also where none is open."""
+        """Bring every device to rest; do nothing if none is open."""
         if self.opened is not None:
             self.opened.safe()
 
     def close(self) -> None:
-        """Make every device safe and let go of it; also where none is open."""
+        """Make every device safe and close it; do nothing if none is open."""
         opened, self.opened = self.opened, None
         tablet, self.tablet = self.tablet, None
         try:
@@ -91,7 +91,7 @@ class Hardware:
                 tablet.close()
 
     def station(self, plan: Plan) -> Station:
-        """What presents and what records. Call it once the devices are open."""
+        """Return the station of what presents and what records. Call it once the devices are open."""
         if self.opened is not None:
             from palpate.studies.live.station import rig_station
 
@@ -99,7 +99,7 @@ class Hardware:
         return twin_station(plan, self.study_files.folder, self.twins, self.lab)
 
     def changed_firmware(self) -> list[str]:
-        """Return sentences for the record: which devices have another firmware than when the session was started."""
+        """Return sentences for the record that name devices whose firmware has changed since the session's start."""
         pairs = {name: (self.recorded.get(name, {}).get("firmware"), now.get("firmware"))
                  for name, now in self.description.items()}  # fmt: skip
         return [
@@ -109,7 +109,7 @@ class Hardware:
         ]
 
     def demand_other_screen(self, screen: int) -> None:
-        """Raise RigError where the tablet is to be the screen that the participant's window is on."""
+        """Raise RigError if the tablet is to use the screen that the participant's window is on."""
         display = self._tablet_display()
         if display is not None and display.number == screen:
             raise RigError(
@@ -118,7 +118,7 @@ class Hardware:
             )
 
     def _tablet_display(self) -> Display | None:
-        """The screen that the renderer's tablet is, where the rig file says so."""
+        """Return the display of the renderer's tablet if the rig file says that it is a screen, else None."""
         if self.file is None or "texture_renderer" not in self.study_files.study.needs:
             return None
         names = self.file.names_for("texture_renderer")
@@ -126,7 +126,7 @@ class Hardware:
         return cast("Display | None", settings.screen)
 
     def _open_tablet(self, plan: Plan) -> None:
-        """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
+        """Open the dark window on the tablet's screen if the tablet is one. Raises DeviceError."""
         if (display := self._tablet_display()) is None:
             return
         from palpate.devices.device import DeviceError
@@ -141,22 +141,22 @@ class Hardware:
             raise DeviceError(str(error)) from None
 
     def _needs(self) -> list[str]:
-        """The needs that the rig serves."""
+        """Return the needs that the rig serves."""
         needs = driven(self.study_files.study)
         stage = "samples" in self.study_files.study.needs and self.file is not None and "samples" in self.file.needs
         return [*needs, *(["samples"] if stage else [])]
 
     def _names(self) -> list[str]:
-        """The devices to open, each once."""
+        """Return the names of the devices to open, each once."""
         if self.file is None:
             return []
         return list(dict.fromkeys(name for need in self._needs() for name in self.file.names_for(need)))
 
 
 def hardware_for(study_files: StudyFiles, lab: Path, options: LiveOptions) -> Hardware:
-    """The devices that a live session of the study gets.
+    """Return the devices for a live session of the study.
 
-    Raises RigError where there is neither a rig file nor stand-ins, RigFileError where the file lacks something.
+    Raises RigError without a rig file and stand-ins, RigFileError where a device is missing in the file.
     """
     needs = driven(study_files.study)
     if options.twins:
@@ -170,7 +170,7 @@ def hardware_for(study_files: StudyFiles, lab: Path, options: LiveOptions) -> Ha
 
 
 def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
-    """The station's rig; None where the study needs no device and none is named."""
+    """Read the station's rig; None if the study needs no device and no file is given."""
     from palpate.devices.rig.file import read_rig, rig_path
 
     path = given or rig_path(lab)
@@ -187,7 +187,7 @@ def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
 
 
 def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | None = None) -> Station:
-    """The study's devices as simulated ones; a stimulus that no device presents is put in place by hand."""
+    """Return a station of the study's simulated devices; a stimulus that no device presents is placed by hand."""
     by_twin: dict[str, TwinInRealTime] = {}
     if twins:
         from palpate.studies.simulation.twins import twin_for

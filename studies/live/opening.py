@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 LANGUAGE = "en"
 LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "aborted"}
-"""The last page, where a session does not end as it should."""
+"""The last page by the way that a session ended, where it did not end regularly."""
 
 
 def live_plan(
@@ -37,7 +37,7 @@ def live_plan(
 ) -> RigPlan:
     """Return how a live session gets its rig; `recorded` is how its devices described themselves when it was started.
 
-    Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
+    Raises RigError where the devices are not available, WindowError where this station's screen is not calibrated. The
     devices and the window are opened by `check`, before anything is recorded.
     """
     hardware = hardware_for(study_files, lab, options)
@@ -65,7 +65,7 @@ def live_plan(
         draw_forces(presenter, plan, lab)
 
         def switch_side(side: str) -> None:
-            """Show the experimenter the side that the participant switched to, and let the device hear of it."""
+            """Show the experimenter the side that the participant switched to, and report it to the device."""
             desk.tell({"side": side})
             station.switch_side(side)
 
@@ -85,7 +85,7 @@ def live_plan(
 
 
 def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
-    """Let the window draw the force of what is set, where the study shows it."""
+    """Let the window draw the forces of the present setting where the study shows them."""
     if plan.study.live is not None and plan.study.live.show_force:
         from palpate.studies.stimuli.made_doors import made_doors
 
@@ -95,7 +95,7 @@ def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
 def resumed_live_plan(
     study_files: StudyFiles, lab: Path, options: LiveOptions, header: Mapping[str, Any]
 ) -> tuple[RigPlan, dict[str, Any] | None]:
-    """Return the rig plan to resume a recorded live session, and what goes on record of changed screen and devices.
+    """Return the rig plan that resumes a recorded live session, and what goes on record of a changed screen or device.
 
     Stand-ins and the language are those that the session started with. Raises RigError on a rehearsal, ScreenChanged on
     another screen and DevicesChanged on other devices unless that is accepted, and what `live_plan` raises.
@@ -118,10 +118,10 @@ def resumed_live_plan(
 
 
 def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
-    """Return this station's calibration, cut to the window of the options; None where nothing is shown.
+    """Return this station's calibration, cut to the window of the options; None if the study shows nothing.
 
-    Raises ExtraMissing where there is nothing to make a window with, WindowError where the screen is not calibrated,
-    RigError where another screen was.
+    Raises ExtraMissing where the packages of the window are missing, WindowError where the screen is not calibrated,
+    RigError where the calibration is of another screen.
     """
     if not asks_anything(study):
         return None
@@ -140,11 +140,11 @@ def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibra
 
 @dataclass
 class Opening:
-    """A rig between being planned and being open; `check` opens the window, so that a refusal leaves nothing behind.
+    """A planned rig that is not open yet; `check` opens devices and window, so that a refusal leaves nothing behind.
 
-    `description` goes into the ledger; its `window` is filled in once the window is open. `devices` checks that they
-    can be had and opens them, `let_go` closes them again; `furnish` makes the rest of the rig around the window and
-    puts what is to be closed on the stack.
+    `description` goes into the ledger; its `window` is filled in once the window is open. `devices` checks and opens
+    the devices, `let_go` closes them again; `furnish` makes the rest of the rig around the window and puts what is to
+    be closed on the stack.
     """
 
     description: dict[str, Any]
@@ -155,13 +155,13 @@ class Opening:
     presenter: Presenter | None = None
 
     def check(self, plan: Plan) -> None:
-        """Raise RigError or WindowError unless everything is to be had."""
+        """Open devices and window. Raises RigError or WindowError where one is not available."""
         self._open_window(plan)
         if self.presenter is not None:
             self.description["window"] = dict(self.presenter.description) or None
 
     def open(self, plan: Plan, t_ns: int) -> Rig:
-        """Return the rig, with session time going on from t_ns. On an error all that was opened is closed."""
+        """Return the open rig, whose session time goes on from t_ns. On an error everything opened is closed."""
         presenter = self.presenter or self._open_window(plan)
         self.presenter = None
         opened = ExitStack()
@@ -175,7 +175,7 @@ class Opening:
         return replace(rig, safe=opened.close)
 
     def drop(self) -> None:
-        """Close what `check` opened, the devices first; also where nothing is open."""
+        """Close what `check` opened, the devices first; do nothing if nothing is open."""
         presenter, self.presenter = self.presenter, None
         with ExitStack() as ends:
             if presenter is not None:
@@ -196,7 +196,7 @@ class Opening:
 def desk_for(
     plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack
 ) -> ExperimenterDesk:
-    """Open the experimenter's desk at this process' terminal; it shows which side the participant has switched to."""
+    """Open the experimenter's desk at this process's terminal; it shows which side the participant has switched to."""
     from palpate.studies.console.desk import open_desk
 
     desk = open_desk(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
@@ -211,9 +211,9 @@ def desk_for(
 def window_of(
     study_files: StudyFiles, lab: Path, calibration: Calibration | None, language: str, full: bool
 ) -> Callable[[Plan], Presenter]:
-    """Return what opens the participant's window for a plan; without a calibration there is none.
+    """Return a function that opens the participant's window for a plan; without a calibration it opens none.
 
-    The screens' words are those of LAB/texts/LANGUAGE.yaml, where the lab has brought that file.
+    The screens' words are those of LAB/texts/LANGUAGE.yaml, where the lab has that file.
     """
     own = lab / "texts" / f"{language}.yaml"
 
@@ -231,5 +231,5 @@ def window_of(
 
 
 def last_page(desk: ExperimenterDesk) -> str:
-    """Return the text key of the page that the session closes with."""
+    """Return the text key of the session's last page."""
     return LAST_PAGE.get(desk.status.ended or "", "end")

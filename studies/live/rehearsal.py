@@ -40,9 +40,9 @@ UNCALIBRATED_PX, UNCALIBRATED_PX_PER_MM = (1280, 720), 96 / 25.4
 
 @dataclass
 class Rehearsed:
-    """A simulated session, each of whose acts is shown for a moment; its time is the simulated one.
+    """A simulated session that shows each act for a moment; its time is the simulated one.
 
-    A page that only waits for a device is shown once, the first time that it comes.
+    A page that only waits for a device is shown only the first time.
     """
 
     session: World
@@ -54,11 +54,11 @@ class Rehearsed:
     under_way: tuple[Request, WorldEvent] | None = None
 
     def now(self) -> int:
-        """Simulated nanoseconds since the session began."""
+        """Return the simulated nanoseconds since the session began."""
         return self.session.now()
 
     def perform(self, request: Request) -> WorldEvent:
-        """Return the simulated reply once it has been seen; an aside comes first."""
+        """Return the simulated reply after showing it, or an aside that comes first."""
         if self.under_way is None or self.under_way[0] is not request:
             self.under_way = (request, self.session.perform(request))
         event = self.under_way[1]
@@ -77,7 +77,7 @@ class Rehearsed:
         return event if aside is None else aside
 
     def show_page(self, page: str) -> Aside | None:
-        """Show a page for a moment, the first time that it comes; later ones pass at once."""
+        """Show a page for a moment the first time that it comes; skip it later."""
         until_s = self.clock() + (0.0 if page in self.shown else self.pace_s)
         aside = self.presenter.wait_for(page, self.desk, lambda: self.clock() >= until_s)
         if aside is None:
@@ -88,7 +88,7 @@ class Rehearsed:
 def rehearsal_plan(study_files: StudyFiles, lab: Path, options: LiveOptions) -> RigPlan:
     """Return how a rehearsal gets its rig: simulated people and devices, the real window, the console.
 
-    Raises WindowError where the window cannot be had; RigError on a device that cannot be simulated either.
+    Raises WindowError where the window is not available, RigError on a device that cannot be simulated.
     """
     inner = simulated(study_files.study, study_files.folder, lab)
     language = options.language or LANGUAGE
@@ -112,7 +112,7 @@ def rehearsal_plan(study_files: StudyFiles, lab: Path, options: LiveOptions) -> 
 
 
 def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> SessionResult:
-    """Rehearse the plan; its ledger lies in LAB/rehearsals/sessions, where nothing collects or analyses it."""
+    """Rehearse the plan; its ledger lies in LAB/rehearsals/sessions, which nothing collects or analyses."""
     folder, number = lab / REHEARSALS, 1
     while ledger_path(folder, plan.study.study, plan.who.participant, number).exists():
         number += 1
@@ -120,7 +120,7 @@ def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> SessionResult:
 
 
 def _calibration(study_files: StudyFiles, lab: Path, options: LiveOptions) -> Calibration | None:
-    """This station's calibration; an invented one, for a small window, where the screen was never measured."""
+    """Return this station's calibration; an invented one for a small window if the screen was never measured."""
     if options.no_window or not asks_anything(study_files.study):
         return None
     from palpate.devices.window.calibration import Calibration, station_file

@@ -1,4 +1,4 @@
-"""Virtual textures at a rig: a study's models on the station's stylus and actuator, and what its record keeps of them.
+"""Virtual textures at a rig: a study's models on the station's stylus and actuator, and how they are recorded.
 
 The loop runs in a process of its own, which opens both devices itself: neither the window nor the ledger can hold it
 up. A texture is there from its presentation until it is answered for, since people answer while they feel.
@@ -37,38 +37,40 @@ NEED = "texture_renderer"
 COUNTED = ("steps", "late", "skipped")
 OUTPUT = ("underruns", "missing", "limited")
 VIRTUAL = "virtual"
-"""The side on which a texture's picture is seen; without such a side it is seen as long as the texture is on."""
+"""The side on which a texture's picture is shown; without such a side it is shown while the texture plays."""
 
 
 class Plays(Protocol):
-    """What renders: `palpate.devices.render.process.Rendering`, or something that stands for it."""
+    """The interface of a renderer: `palpate.devices.render.process.Rendering` or a stand-in."""
 
     @property
     def running(self) -> bool:
         """Whether it plays."""
 
     def switch(self, sounds: Sounds | None) -> None:
-        """Go over to another texture, or to silence. Raises RenderError."""
+        """Switch to another texture, or to silence. Raises RenderError."""
 
     def record(self) -> Mapping[str, Any]:
-        """How it goes. Raises RenderError."""
+        """Return the present record of the loop. Raises RenderError."""
 
     def __exit__(self, *_raised: object) -> None:
-        """Be silent and let go of everything."""
+        """Become silent and close everything."""
 
 
 class Shows(Protocol):
     """The tablet's screen: `palpate.devices.render.window.tablet_screen.TabletScreen` or a stand-in."""
 
     def show(self, picture: Path | None) -> None:
-        """Have the picture seen, or nothing. Raises RenderError."""
+        """Show the picture, or nothing. Raises RenderError."""
 
 
 @dataclass
 class RigRenderer:
-    """Presents a study's virtual textures. Its replies name the model and count deadlines, at the beginning of a
-    texture and again with the answer, for the time between. A tablet that is a screen shows the texture's picture
-    while the virtual side is on."""
+    """The presenter of a study's virtual textures.
+
+    Its replies name the model and count deadlines, at the beginning of a texture and again with the answer, for the
+    time between. A tablet that is a screen shows the texture's picture while the virtual side is on.
+    """
 
     plan: Plan
     renderings: VirtualTextures
@@ -82,10 +84,13 @@ class RigRenderer:
     picture: Path | None = None
     side: str | None = None
     trouble: RenderError | None = None
-    """What the tablet's screen failed with while a form was answered."""
+    """An error of the tablet's screen while a form was answered."""
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
-        """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
+        """Switch to the stimulus' texture; it plays when this returns.
+
+        After a fault somebody must first confirm the repair.
+        """
         if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         started_ns = now_ns()
@@ -100,9 +105,9 @@ class RigRenderer:
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
 
     def before(self, request: Ask) -> WorldEvent | None:
-        """Before a form: what is rated sounds, also where the session was taken up again within the trial.
+        """Make the texture to be rated sound before its form, also where the session was resumed within the trial.
 
-        None; or what came instead. Where an answer is only revised nothing is felt again.
+        Returns None, or the fault that came instead. Nothing sounds where an answer is only revised.
         """
         if self.on or request.trial is None or request.trial.previous is not None:
             return None
@@ -113,7 +118,7 @@ class RigRenderer:
         return None
 
     def _put_on(self, trial: Trial) -> None:
-        """Raises RigError, RenderError, ModelFileError, DeviceError."""
+        """Play the trial's texture. Raises RigError, RenderError, ModelFileError, DeviceError."""
         card = self.renderings.card(trial.stimulus)
         seed = keyed_bits("rendered", *drawn(self.plan, trial)) % 2**31
         if self.plays is None or not self.plays.running:
@@ -130,7 +135,7 @@ class RigRenderer:
             self._show()
 
     def switch_side(self, side: str) -> None:
-        """The participant has switched to this side: the picture is seen on the virtual one alone."""
+        """Note the participant's side, and show the picture on the virtual one only."""
         self.side = side
         try:
             self._show()
@@ -138,18 +143,18 @@ class RigRenderer:
             self.trouble = error
 
     def _show(self) -> None:
-        """Have the picture seen where the texture is on, on the virtual side. Raises RenderError."""
+        """Show the picture while the texture plays, on the virtual side only. Raises RenderError."""
         if self.tablet is not None:
             seen = self.on and (VIRTUAL not in self.plan.study.sides or self.side == VIRTUAL)
             self.tablet.show(self.picture if seen else None)
 
     def _fault(self, error: Exception) -> Fault:
-        """Return the fault that has the trial repeated once somebody has seen to it."""
+        """Return the fault that has the trial repeated once somebody has confirmed the repair."""
         self.close()
         return self.unconfirmed.record(DeviceFault(NEED, "refused", str(error)))
 
     def after(self, event: WorldEvent) -> WorldEvent:
-        """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
+        """Return the answered form with what the renderer did meanwhile, and become silent."""
         if not self.on or self.plays is None:
             return event
         self.on, self.side = False, None
@@ -171,16 +176,16 @@ class RigRenderer:
         return replace(event, value={**event.value, "rendered": made})
 
     def close(self) -> None:
-        """Silence; the process ends."""
+        """Become silent and end the process."""
         plays, self.plays, self.on, self.side = self.plays, None, False, None
         if plays is not None:
             plays.__exit__()
 
 
 def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Shows | None = None) -> RigRenderer:
-    """The renderer at a rig's stylus and actuator, which this process lets go of for it; `tablet` shows pictures.
+    """Return the renderer at a rig's stylus and actuator, which this process closes for it; `tablet` shows pictures.
 
-    Raises DeviceError where they cannot be had again, or cannot be used for a study.
+    Raises DeviceError where they cannot be opened again, or cannot be used for a study.
     """
     coil = demand_usable(rig)
     for device in rig.of(NEED).values():
@@ -192,7 +197,7 @@ def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Show
 
 
 def open_rendering(job: Job) -> Rendering:
-    """Start the loop in its process, silent. Raises DeviceError where the devices cannot be had."""
+    """Start the loop in its process, silent. Raises DeviceError where the devices are not available."""
     try:
         return Rendering(job).__enter__()
     except RenderError as error:
@@ -200,7 +205,7 @@ def open_rendering(job: Job) -> Rendering:
 
 
 def demand_usable(rig: OpenRig) -> VoiceCoil:
-    """The rig's voice coil, identified; its tablet is one that another process can read. Raises DeviceError."""
+    """Return the rig's identified voice coil. Raises DeviceError unless another process can read the rig's tablet."""
     devices = rig.of(NEED)
     coil, tablet = devices["voice_coil"], devices["tablet"]
     if not isinstance(coil, VoiceCoil):
@@ -218,7 +223,7 @@ def demand_usable(rig: OpenRig) -> VoiceCoil:
 
 
 def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
-    """A model's picture, and what the record keeps of it: name, SHA-256, size in mm. Raises RenderError."""
+    """Return a model's picture, and its entry in the record: name, SHA-256, size in mm. Raises RenderError."""
     file = photo_file(read_card(card), card.parent)
     if file is None:
         raise RenderError(
@@ -234,7 +239,7 @@ def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
 
 
 def demand_pictures(plan: Plan, folder: Path, lab: Path) -> None:
-    """Every texture of the plan has a picture that can be shown. Raises DeviceError naming the model that has none."""
+    """Raise DeviceError naming the model unless every texture of the plan has a picture that can be shown."""
     renderings = VirtualTextures(folder, lab)
     for card in {renderings.card(trial.stimulus) for trial in plan.presented}:
         try:
@@ -244,23 +249,23 @@ def demand_pictures(plan: Plan, folder: Path, lab: Path) -> None:
 
 
 def runtime_of(record: Mapping[str, Any]) -> str:
-    """What runs the model that is on."""
+    """Return the name of the runtime of the present model."""
     return str((record.get("voice") or {}).get("runtime", "none"))
 
 
 def playing_counts(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the current model's steps that sounded, held a sensor's value, were dead or muted, and its restarts."""
+    """Return the present model's counts of steps: sounded, with a held sensor value, dead, muted; and its restarts."""
     voice = record.get("voice") or {}
     return {name: voice.get(name, 0) for name in MET}
 
 
 def counts_of(record: Mapping[str, Any]) -> dict[str, Any]:
-    """The counts of a record, and what they are to be read with."""
+    """Return the counts of a record, with the values needed to interpret them."""
     ready, output = record.get("ready", {}), record.get("output", {})
     counted = {**{name: ready.get(name, 0) for name in COUNTED}, **{name: output.get(name, 0) for name in OUTPUT}}
     return {**counted, "ahead_ms": output.get("ahead_ms"), "priority": record.get("priority")}
 
 
 def since(before: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
-    """What was counted between two looks."""
+    """Return the counts between two records."""
     return {name: value - before[name] if name in (*COUNTED, *OUTPUT) else value for name, value in now.items()}

@@ -1,4 +1,4 @@
-"""A station of a rig's open devices: which presents, which records, and what each must know of the stimulus."""
+"""The station of a rig's open devices: what presents, what records, and what each must know of the stimulus."""
 
 from __future__ import annotations
 
@@ -30,12 +30,14 @@ if TYPE_CHECKING:
     from palpate.studies.live.renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
-"""Needs that sensors record together; a camera does so alone."""
+"""Needs that sensors record together; a camera records alone."""
 
 
 def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
-    """The station of a study at open devices; pictures that a camera takes are kept in the lab, textures' pictures are
-    shown on the `tablet`."""
+    """Return the station of a study at open devices.
+
+    Pictures that a camera takes are saved in the lab; textures' pictures are shown on the `tablet`.
+    """
     records: dict[str, Records] = {need: _capture(rig, need, study_files, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         # its twin must know what it sees, and both where the pictures go
@@ -72,7 +74,7 @@ def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
 
 
 def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Presents | None:
-    """Return the door, which plays profiles of the study's files, or what the lab's models make of a wish."""
+    """Return the door, which plays profiles of the study's files, or those that the lab's models make from a wish."""
     for need in _needed(plan, ("door", "door_generator")):
         door: Any = rig.of(need)["door"]
         if need == "door_generator":
@@ -87,8 +89,10 @@ def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Prese
 
 
 def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> None:
-    """Raise DeviceError unless the door can play every stimulus of the plan, and whatever may be wished for, the
-    renderer's devices are fit for textures, and the noise is bearable.
+    """Raise DeviceError unless the devices can present every stimulus of the plan within their limits.
+
+    The door must play every stimulus and every possible wish, the renderer's devices must be fit for textures, and the
+    noise must be bearable.
     """
     if plan.study.noise is not None:
         noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
@@ -110,9 +114,9 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
 
 
 def demand_follows(rig: OpenRig, plan: Plan, recorded: Mapping[str, Any]) -> None:
-    """Raise DeviceError unless a door that is to follow the sliders can be changed while it is felt.
+    """Raise DeviceError unless a door that is to follow the sliders can change its profile while it is felt.
 
-    One that could not when the session was started may stay so: `recorded` is how its devices described themselves.
+    A door that could not when the session was started may stay so: `recorded` is how its devices described themselves.
     """
     if plan.study.live is None:
         return
@@ -122,7 +126,7 @@ def demand_follows(rig: OpenRig, plan: Plan, recorded: Mapping[str, Any]) -> Non
 
 
 def profiles_of(study_files: StudyFiles) -> Callable[[Present], Sequence[float]]:
-    """Where the 621 forces, in N, of a request come from: the study's files."""
+    """Return a function that reads the 621 forces, in N, of a request from the study's files."""
     files = Profiles(study_files.folder)
 
     def from_file(request: Present) -> Sequence[float]:
@@ -132,7 +136,7 @@ def profiles_of(study_files: StudyFiles) -> Callable[[Present], Sequence[float]]
 
 
 def _capture(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Capture:
-    """Return the sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
+    """Return the sensors of a need as one recorder; twins among them are given a simulated hand's motion."""
     sensors, names, may_hide = _sensors(rig, [need])
     scenes: Callable[[Sense], Scene | None] | None = None
     if any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
@@ -141,7 +145,7 @@ def _capture(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Ca
 
 
 def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dict[tuple[str, str], str], list[str]]:
-    """Return the sensors of needs by name, the names of their streams, and the streams that may hide."""
+    """Return the sensors of needs by name, the names of their streams, and the streams that may have hidden samples."""
     sensors: dict[str, Sensor] = {}
     names: dict[tuple[str, str], str] = {}
     for need in needs:
@@ -153,7 +157,10 @@ def _sensors(rig: OpenRig, needs: Sequence[str]) -> tuple[dict[str, Sensor], dic
 
 
 def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[str, str], str]]:
-    """The first signal of each device is called by its need and what it is; further ones by the need and their own."""
+    """Return the names of a need's streams by (device, signal).
+
+    The first signal of each device is named by the need and its quantity; further ones by the need and their own name.
+    """
     return [
         (
             (device.name, signal.name),
@@ -165,7 +172,7 @@ def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[
 
 
 def _stage(rig: OpenRig, plan: Plan) -> Presents:
-    """Return who mounts the samples: somebody who confirms it by hand, or by a scanner."""
+    """Return the presenter of mounted samples: a person who confirms by hand or with a scanner."""
     if "samples" not in rig.file.needs:
         return HandMounted(blind=plan.study.blind)
     from palpate.devices.stage.scanner import known_codes

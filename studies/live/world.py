@@ -1,4 +1,4 @@
-"""The live world: a person at the window, an experimenter at the desk, devices between them."""
+"""The live world: a participant at the window, an experimenter at the desk, and devices."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 
 def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
-    """Return a clock of session time that stands at t_ns now and never runs backwards."""
+    """Return a clock of session time that starts at t_ns now and never runs backwards."""
     start_ns = count_ns()
     return lambda: t_ns + count_ns() - start_ns
 
 
 @dataclass
 class LiveWorld:
-    """Requests go to the window or to a device; what the experimenter does meanwhile comes back as asides.
+    """A world that hands requests to the window or to a device, and returns what the experimenter does as asides.
 
-    `left_paused` returns, once everything recorded has been seen, whether the last run ended in a pause: to resume the
-    session is to go on. `notes` go on record before anything else is done.
+    `left_paused` returns, once all recorded events have been seen, whether the last run ended in a pause: resuming the
+    session ends the pause. `notes` are recorded before anything else is done.
     """
 
     presenter: Presenter
@@ -53,9 +53,10 @@ class LiveWorld:
         return self.clock()
 
     def perform(self, request: Request) -> WorldEvent:
-        """Perform the request; a demand to the experimenter is withdrawn with a request that is given up.
+        """Perform the request; if it is given up, its demand to the experimenter is withdrawn.
 
-        Where the computer was suspended meanwhile, a note of it comes first, and what came of the request after it.
+        If the computer was suspended meanwhile, a note about that is returned first, and the outcome with the next
+        request.
         """
         if self._held is not None:
             held, self._held = self._held, None
@@ -91,13 +92,16 @@ class LiveWorld:
 
 
 def _gives_up(event: WorldEvent) -> bool:
-    """Return whether the request is left without a reply."""
+    """Return whether the event leaves the request without a reply."""
     return isinstance(event, Fault) or (isinstance(event, Aside) and event.value["do"] in {"repeat", "abort"})
 
 
 @dataclass
 class TwinInRealTime:
-    """A simulated device that takes its simulated time in earnest; pauses stop it. Its replies say what they are."""
+    """A simulated device that takes its simulated time in real time; pauses stop it.
+
+    Its replies are marked as simulated.
+    """
 
     name: str
     twin: Twin
@@ -105,7 +109,7 @@ class TwinInRealTime:
     done: Done | None = None
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
-        """Wait as long as the simulated act takes, then give its reply."""
+        """Wait as long as the simulated act takes, then return its reply."""
         act = going_on(self.act, request, now_ns)
         if act is not self.act or self.done is None:
             self.act, self.done = act, self.twin(request, act.started_ns)
@@ -129,7 +133,7 @@ class Mounted:
     mounted: tuple[Request, Reply] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
-        """First the hand, then the device; the reply holds the values of both, and the sum of their seconds."""
+        """Have the sample mounted, then let the device present; return the values of both and their total seconds."""
         if self.mounted is None or self.mounted[0] is not request:
             by_hand = self.hand.perform(request, window, desk, now_ns)
             if not isinstance(by_hand, Reply):
@@ -145,21 +149,21 @@ class Mounted:
 
 
 class Beside(Protocol):
-    """A device that goes on while a form is answered."""
+    """A device that is active while a form is answered."""
 
     def before(self, request: Ask) -> WorldEvent | None:
-        """Be at work while the form is answered, also where another process presented; what came where it cannot."""
+        """Become active before a form is answered, also after a resume; return what came instead where it cannot."""
 
     def after(self, event: WorldEvent) -> WorldEvent:
-        """What came of the form, with what the device did meanwhile; then it is at rest."""
+        """Return the event of the form with what the device did meanwhile, and come to rest."""
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Close everything."""
 
 
 @dataclass
 class Station:
-    """All devices of a study: what presents, and what records, by the name that a request has for it."""
+    """All devices of a study: what presents, and what records, by the device name in a request."""
 
     presents: Presents
     records: Mapping[str, Records] = field(default_factory=dict)
@@ -172,7 +176,7 @@ class Station:
     """Called with the side that the participant has switched to."""
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
-        """Hand the request to the device that it is for."""
+        """Hand the request to its device."""
         if isinstance(request, Present):
             return self.presents.perform(request, window, desk, now_ns)
         if request.device not in self.records:
@@ -180,15 +184,15 @@ class Station:
         return self.records[request.device].perform(request, window, desk, now_ns)
 
     def before(self, request: Ask) -> WorldEvent | None:
-        """A device is at work before a form is answered; None, or what came instead."""
+        """Make the device active before a form is answered; return None, or what came instead."""
         return None if self.beside is None else self.beside.before(request)
 
     def after(self, event: WorldEvent) -> WorldEvent:
-        """What came of a form, with what a device did while it was answered."""
+        """Return the event of a form with what the device did while it was answered."""
         return event if self.beside is None else self.beside.after(event)
 
     def stop(self) -> None:
-        """End what is being recorded, all of it; the devices themselves are made safe by whoever opened them."""
+        """End all recordings; whoever opened the devices makes them safe."""
         with ExitStack() as ends:
             if self.beside is not None:
                 ends.callback(self.beside.close)
@@ -205,7 +209,7 @@ def compose_station(
     records: Mapping[str, Records],
     stage: Callable[[], Presents] = HandMounted,
 ) -> Station:
-    """Return the station of what presents, if anything does, what records by its name, and who mounts the samples."""
+    """Return a station of the presenter, if any, the recorders by name, and a maker of the presenter of samples."""
     if stage is HandMounted:
         stage = partial(HandMounted, blind=study.blind)
     if device is None:

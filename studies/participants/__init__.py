@@ -1,1 +1,1 @@
-"""The people of a lab: pseudonyms, rows of the square, identities kept apart, questions and consent."""
+"""The people of a lab: pseudonyms, rows of the square, identities stored apart, questions and consent."""

@@ -1,4 +1,4 @@
-"""Whether a participant may sit down to a session, and with which row; and that a session came to its end."""
+"""Whether a participant may start a session, and with which row; and that a session came to its end."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def admit(
 ) -> ParticipantRow | None:
     """Return the row that a participant's session runs with; a live session gets one allocated if there is none yet.
 
-    A simulated session writes nothing and gets the allocation there is, or None.
-    Raises ParticipantError on a participant who withdrew, and for a live session on one who is not known, a row that
-    is another's, or a folder that is no lab.
+    A simulated session writes nothing and gets the existing allocation, or None. Raises ParticipantError on a
+    participant who withdrew, and for a live session on one who is not known, a row that is another's, or a folder that
+    is no lab.
     """
     if live:
         return allocate_row(_registry_with(lab, participant), study, participant, group, row)
@@ -64,9 +64,9 @@ def demand_not_finished(lab: Path, study: str, participant: str) -> None:
 
 
 def readmit(lab: Path, study: Study, participant: str) -> None:
-    """Who gave up the row since a live session began gets it back to go on.
+    """Give a participant who gave up the row after a live session began that row back, so that the session can go on.
 
-    Raises ParticipantError on a participant who withdrew, or where another holds the row by now.
+    Raises ParticipantError on a participant who withdrew, or where another participant holds the row by now.
     """
     registry = find_registry(lab)
     if admit(lab, study, participant, live=False) is not None or registry is None:
@@ -78,7 +78,7 @@ def readmit(lab: Path, study: Study, participant: str) -> None:
 
 
 def decline(lab: Path, study: Study, participant: str, why: str = "declined to take part") -> None:
-    """Offer the row again of a participant who does not take part; who has finished a session keeps it."""
+    """Offer the row of a participant who declines again; a participant who has finished a session keeps it."""
     registry = find_registry(lab)
     if registry is None:
         return
@@ -89,7 +89,7 @@ def decline(lab: Path, study: Study, participant: str, why: str = "declined to t
 
 
 def finish(lab: Path, study: Study, participant: str) -> None:
-    """Put on record that the participant's session came to its end; without an active allocation, nothing happens."""
+    """Record that the participant's session is finished; without an active allocation, do nothing."""
     registry = find_registry(lab)
     if registry is None:
         return

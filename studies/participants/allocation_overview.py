@@ -1,6 +1,4 @@
-"""How a study's rows are allocated: the balance so far, who holds which row, what is on offer, who took part
-elsewhere.
-"""
+"""How a study's rows are allocated: the balance so far, who holds which row, what is on offer, and overlaps."""
 
 from __future__ import annotations
 
@@ -19,7 +17,7 @@ from palpate.studies.sessions.session_files import ledgers_in, session_starts
 
 @dataclass(frozen=True)
 class GroupAllocation:
-    """One group: its certificates, its rows with their holders, rows given up, and the row the next one gets.
+    """One group: its certificates, its rows with their holders, rows given up, and the next participant's row.
 
     `certificates` are those of `palpate.protocols.balance.certificates`: of all sessions,
     then of each where there are several.
@@ -33,7 +31,7 @@ class GroupAllocation:
 
     @property
     def certificate(self) -> Balance:
-        """Return the certificate over all sessions."""
+        """The certificate over all sessions."""
         return self.certificates[""]
 
 
@@ -46,15 +44,16 @@ class Overlap:
     of: int
 
     def text(self) -> str:
-        """As a method section says it."""
+        """Return a sentence for a method section."""
         share = round(100 * self.common / self.of) if self.of else 0
         return f"{share} % ({self.common} of {self.of}) also took part in {self.other}"
 
 
 def group_allocations(registry: Registry, study: Study, seed: int = 0) -> list[GroupAllocation]:
-    """Return every group of a study as it stands.
+    """Return the present allocation of every group of a study.
 
-    Orders drawn at random are those of the session that a participant had here; `seed` is for who had none yet.
+    Orders drawn at random are those of the session that a participant had here; `seed` is for participants without a
+    session.
     """
     allocations = every_allocation(registry, study.study)
     held_places = places(allocations, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
@@ -69,10 +68,9 @@ def group_allocations(registry: Registry, study: Study, seed: int = 0) -> list[G
 
 
 def overlaps(registry: Registry, study: str) -> list[Overlap]:
-    """For each other study of the lab, how many of this study's participants took part in it, too.
+    """Return for each other study of the lab how many of this study's participants took part in it, too.
 
-    Somebody takes part who holds a row of the study or has a session of it here, in person; who withdrew does not
-    count.
+    Whoever holds a row of the study or has a real session of it here takes part, except those who withdrew.
     """
     # study -> who takes part
     people: dict[str, set[str]] = {}

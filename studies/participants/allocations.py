@@ -32,27 +32,27 @@ class Allocation:
 
     @property
     def holds(self) -> bool:
-        """Return whether the row is this participant's and nobody else's."""
+        """Whether the row is this participant's and nobody else's."""
         return self.status in schema.HOLDING
 
     def describe(self) -> str:
-        """Return the row in words."""
+        """Describe the row in words."""
         return describe_place(self.place)
 
 
 def describe_place(place: tuple[str | None, int]) -> str:
-    """Return a row in words."""
+    """Describe a row in words."""
     group, row = place
     return f"row {row}" + (f" of group {group}" if group is not None else "")
 
 
 def allocations_of(connection: Connection, study: str) -> list[Allocation]:
-    """Return a study's allocations, also those given up, by group, row and participant."""
+    """Return a study's allocations, including released ones, by group, row and participant."""
     return _read(connection, select(table).where(table.c.study == study))
 
 
 def allocation_of(connection: Connection, study: str, participant: str) -> Allocation | None:
-    """Return a participant's allocation in a study, also one given up."""
+    """Return a participant's allocation in a study, even if released; None if there is none."""
     query = select(table).where(table.c.study == study, table.c.participant == participant)
     return next(iter(_read(connection, query)), None)
 

@@ -1,6 +1,4 @@
-"""participants.tsv, one row for each participant as BIDS wants it, from what they answered about themselves in
-ledgers.
-"""
+"""participants.tsv: one row per participant in BIDS form, from the answers about themselves in ledgers."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ from palpate.studies.sessions.session_files import ledgers_in
 
 STUDIES = "studies"
 _OLDEST = 89
-"""BIDS recommends this for all ages from here on: the oldest are few enough to be known by their age."""
+"""The age from which BIDS recommends one common value: people of such an age are few enough to be recognised."""
 TABLE = "participants.tsv"
 KEY = "participant_id"
 MISSING = "n/a"
@@ -33,7 +31,7 @@ FORM = "demographics"
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written, and what was left out and why."""
+    """The outcome of an export: what was written, and what was left out and why."""
 
     file: Path
     participants: tuple[str, ...]
@@ -45,8 +43,8 @@ class Exported:
 def export(registry: Registry, with_simulated: bool = False) -> Exported:
     """Write LAB/participants.tsv: a row for everybody in the registry or in a session here who has not withdrawn.
 
-    An answer in a ledger overrules what stands in the table; what no ledger answers is kept as it stands.
-    Raises ParticipantError on a participants.json or a table that cannot be used, or an answer that is none.
+    An answer in a ledger replaces the table's; cells without an answer in a ledger are kept. Raises ParticipantError on
+    a participants.json or a table that cannot be used, or an answer that is not valid.
     """
     lab = registry.lab
     sidecar = sidecar_file(lab)
@@ -77,12 +75,12 @@ def export(registry: Registry, with_simulated: bool = False) -> Exported:
 
 
 def forget(lab: Path, participant: str) -> bool:
-    """Take a participant out of LAB/participants.tsv; returns whether they were in it."""
+    """Remove a participant from LAB/participants.tsv; return whether they were in it."""
     return drop_row(lab / TABLE, participant)
 
 
 def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, session: str) -> str:
-    """Return an answer as a cell. Raises ParticipantError where participants.json no longer knows it."""
+    """Return an answer as a cell. Raises ParticipantError where participants.json does not allow it."""
     problem = question(f"{file}: {name}", name, {"Question": name, **described[name]}).problem(value)
     if problem is not None:
         raise ParticipantError(f"{session}: {problem}; {file} must describe every answer that was given")
@@ -93,7 +91,7 @@ def _checked(file: Path, described: Mapping[str, Any], name: str, value: Any, se
 
 
 def bids_id(participant: str) -> str:
-    """Return sub-P001 for P001."""
+    """Return the BIDS name of a participant: sub-P001 for P001."""
     return f"sub-{participant}"
 
 
@@ -101,7 +99,7 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
     """Return the rows by participant_id; none where there is no file.
 
     Raises ParticipantError on a column that participants.json (`known`) does not describe, an uneven row, a participant
-    who stands there twice.
+    who occurs twice.
     """
     if not file.is_file():
         return {}
@@ -137,7 +135,7 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
 
 
 def write_table(file: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
-    """Put a table in the file's place, whole or not at all; a cell that is missing is n/a."""
+    """Write a table in place of the file, atomically; a missing cell becomes n/a."""
     lines = [
         "\t".join(columns),
         *("\t".join(" ".join((row.get(name) or "").split()) or MISSING for name in columns) for row in rows),
@@ -146,7 +144,7 @@ def write_table(file: Path, columns: Sequence[str], rows: Iterable[Mapping[str, 
 
 
 def drop_row(file: Path, participant: str) -> bool:
-    """Take a participant's row out of a table, whatever its columns; returns whether there was one."""
+    """Remove a participant's row from a table, whatever its columns; return whether there was one."""
     if not file.is_file():
         return False
     lines = file.read_text("utf-8-sig", errors="surrogateescape").splitlines(keepends=True)
@@ -159,9 +157,10 @@ def drop_row(file: Path, participant: str) -> bool:
 
 @dataclass(frozen=True)
 class Answers:
-    """given: participant -> question -> the last answer that was one, with the session it was given in.
+    """Answers of participants about themselves.
 
-    `simulated` and `refused` name the sessions that were left out; `studies`: participant -> studies sat in.
+    `given`: participant -> question -> (the last valid answer, its session). `simulated` and `refused` name the
+    sessions that were left out; `studies`: participant -> studies taken part in.
     """
 
     given: dict[str, dict[str, tuple[Any, str]]] = field(default_factory=dict)
@@ -171,9 +170,9 @@ class Answers:
 
 
 def demographics(lab: Path, with_simulated: bool = False) -> Answers:
-    """Return every answer about themselves that participants gave in the lab's sessions, the latest session last.
+    """Return the answers of participants about themselves in the lab's sessions; the latest session counts.
 
-    Simulated people are nobody: their sessions are left out unless `with_simulated`.
+    Simulated sessions are left out unless `with_simulated`.
     """
     answers = Answers()
     records = []

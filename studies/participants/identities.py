@@ -1,4 +1,4 @@
-"""Who is behind a pseudonym: a store of its own that only its owner can read, and that forgets for good."""
+"""Identities behind pseudonyms: a separate store that only its owner can read, and that erases for good."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ table = Table(
 
 _FORGETTING = ("secure_delete=ON", "temp_store=MEMORY", *DURABLE)
 _ALONE = (*_FORGETTING, "locking_mode=EXCLUSIVE", "journal_mode=PERSIST")
-"""For erasing: the journal stays where it is until it was overwritten, and nobody else writes meanwhile."""
+"""Pragmas for erasing: the journal stays in place until it is overwritten, and nobody else writes meanwhile."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """A person; `consented` is the ISO date of the signed consent. None: not known."""
+    """A person; `consented` is the ISO date of the signed consent; None means not known."""
 
     name: str | None = None
     contact: str | None = None
@@ -63,19 +63,19 @@ class Identity:
     note: str | None = None
 
     def to_dict(self) -> dict[str, str]:
-        """Return what is known, by field."""
+        """Return the known fields."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
 def store(lab: Path) -> Path:
-    """Return where the lab's identities lie: LAB/private/identities.sqlite."""
+    """Return the path of the lab's identities: LAB/private/identities.sqlite."""
     return lab / "private" / "identities.sqlite"
 
 
 def demand_private(lab: Path) -> None:
-    """Raise ParticipantError if anybody but the owner can look into the store; do nothing where there is none.
+    """Raise ParticipantError if anybody but the owner can read the store; do nothing if there is none.
 
-    On Windows, access is for the owner to set (docs/reference/participants.md): there are no such permissions.
+    On Windows, the owner must set the access (docs/reference/participants.md): it has no such permissions.
     """
     for path, mode in ((store(lab).parent, "700"), (store(lab), "600")):
         if os.name == "posix" and path.exists() and stat.S_IMODE(path.stat().st_mode) & 0o077:
@@ -85,9 +85,9 @@ def demand_private(lab: Path) -> None:
 
 
 def identify(lab: Path, pseudonym: str, identity: Identity) -> None:
-    """Write down or correct who is behind a pseudonym; what is None stays as it was.
+    """Add or correct the identity behind a pseudonym; fields that are None stay unchanged.
 
-    Raises ParticipantError on an empty text, one with line breaks, a date that is none, or a store open to others.
+    Raises ParticipantError on an empty text, one with line breaks, an invalid date, or a store open to others.
     """
     demand_good(identity)
     known = identity.to_dict()
@@ -100,7 +100,7 @@ def identify(lab: Path, pseudonym: str, identity: Identity) -> None:
 
 
 def demand_good(identity: Identity) -> None:
-    """Raise ParticipantError on an empty text, one of several lines, or a date that is none."""
+    """Raise ParticipantError on an empty text, a text of several lines, or an invalid date."""
     for what, text in identity.to_dict().items():
         if not text.strip() or not text.isprintable():
             raise ParticipantError(f"{what}: found {text!r:.60}, a text of one line is expected")
@@ -115,7 +115,7 @@ def demand_good(identity: Identity) -> None:
 
 
 def demand_nameless(lab: Path, participant: str, why: str) -> None:
-    """Raise ParticipantError on a reason that is empty, or that tells who the participant is: it stays for good."""
+    """Raise ParticipantError on a reason that is empty or names the participant: it is stored for good."""
     if not why.strip():
         raise ParticipantError("--why: a reason is expected")
     known, text = identities(lab).get(participant, Identity()), why.casefold()
@@ -128,8 +128,9 @@ def demand_nameless(lab: Path, participant: str, why: str) -> None:
 
 
 def identities(lab: Path) -> dict[str, Identity]:
-    """Return everybody by pseudonym; nobody where there is no store. Raises ParticipantError if it is open to
-    others.
+    """Return all identities by pseudonym; none if there is no store.
+
+    Raises ParticipantError if others can read the store.
     """
     demand_private(lab)
     if not store(lab).exists():
@@ -142,9 +143,9 @@ def identities(lab: Path) -> dict[str, Identity]:
 
 
 def erase(lab: Path, pseudonym: str) -> bool:
-    """Erase a person so that no byte of them is left in the file; returns whether there was anything to erase.
+    """Erase a person so that no byte of them is left in the file; return whether there was anything to erase.
 
-    The freed places are overwritten (secure_delete), the file is written anew (VACUUM), its journal overwritten.
+    Freed pages are overwritten (secure_delete), the file is rewritten (VACUUM), its journal overwritten.
     """
     demand_private(lab)
     if not store(lab).exists():
@@ -160,7 +161,7 @@ def erase(lab: Path, pseudonym: str) -> bool:
 
 
 def _wipe(journal: Path) -> None:
-    """Overwrite the journal, which holds what was erased as it was before."""
+    """Overwrite the journal, which holds the erased data."""
     if not journal.exists():
         return
     with journal.open("r+b") as file:

@@ -1,4 +1,4 @@
-"""A lab's folder: what makes it one, its few settings in lab.yaml, and the error of all that is about its people."""
+"""A lab's folder: what makes it a lab, its few settings in lab.yaml, and the error for everything about its people."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ class ParticipantError(ValueError):
 
 
 TEMPLATE = Path(__file__).resolve().parents[2] / "participants_template"
-"""Beside the rooms, in a checkout and where Palpate is installed."""
+"""The template's folder, in a checkout beside the packages and inside Palpate where it is installed."""
 SIDECAR = "participants.json"
-"""The file that makes a folder a lab: what is known about participants, as BIDS describes columns."""
+"""The file that makes a folder a lab: the questions about participants, as BIDS describes columns."""
 SETTINGS = "lab.yaml"
 _KEYS = ("registry",)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What lab.yaml says; `registry` is the SQLAlchemy URL of a registry that several stations share."""
+    """The settings in lab.yaml; `registry` is the SQLAlchemy URL of a registry that several stations share."""
 
     registry: str | None = None
 
@@ -38,9 +38,9 @@ def demand_lab(lab: Path) -> None:
 
 
 def settings(lab: Path) -> Settings:
-    """Return the lab's settings; those of a lab without lab.yaml are the defaults.
+    """Return the lab's settings; defaults without a lab.yaml.
 
-    Raises YamlError on what is no plain YAML, ParticipantError on an unknown key or a value of the wrong kind.
+    Raises YamlError on invalid YAML, ParticipantError on an unknown key or a value of the wrong kind.
     """
     file = lab / SETTINGS
     if not file.is_file():

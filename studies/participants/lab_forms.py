@@ -1,4 +1,4 @@
-"""What a lab puts before every participant of a study that opens with it: its consent text and its questions.
+"""What a lab shows to every participant at the start of a study: its consent text and its questions.
 
 Imports no database.
 """
@@ -22,9 +22,9 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
-    """Return the lab's consent text and questions, where the study opens with them; a real session's must be filled in.
+    """Return the lab's consent text and questions if the study opens with them; a real session's must be filled in.
 
-    Of the lab's questions the study asks those that it names, all where it names none.
+    The study asks those of the lab's questions that it names, all if it names none.
     """
     if not study.opening:
         return None
@@ -49,18 +49,18 @@ def unasked_questions(study: Study, lab: Path) -> Iterator[str]:
 
 
 def consent_text(lab: Path | None, language: str = "en") -> str:
-    """Return what the participant reads on the screen: the lab's consent.md (consent.ko.md for ko), else the
-    template's.
+    """Return the consent text on the screen: the lab's consent.md (consent.ko.md for ko), else the template's.
 
-    Paragraphs come as one line each with a blank line between, without marks of Markdown and without what stands
-    below the line <!-- on paper only -->. Raises ParticipantError where there is no text in that language.
+    Paragraphs are one line each with a blank line between, without Markdown marks and without what follows the line
+    <!-- on paper only -->. Raises ParticipantError where there is no text in that language.
     """
     return plain(_read(consent_file(lab, language)).partition(ON_PAPER)[0])
 
 
 def consent_file(lab: Path | None, language: str = "en") -> Path:
-    """Return where the consent text of a language lies. Raises ParticipantError where neither lab nor template has
-    one.
+    """Return the path of the consent text in a language.
+
+    Raises ParticipantError where neither lab nor template has one.
     """
     name = "consent.md" if language == "en" else f"consent.{language}.md"
     places = [folder / name for folder in (lab, TEMPLATE) if folder is not None]
@@ -86,12 +86,12 @@ def demand_filled(lab: Path, language: str = "en") -> None:
 
 
 def unfilled(text: str) -> list[str]:
-    """Return the [blanks] of a text in their order, without brackets; links and check boxes are none."""
+    """Return the [blanks] of a text in order, without brackets; links and check boxes do not count."""
     return [" ".join(found.split()) for found in _BLANK.findall(text)]
 
 
 def plain(text: str) -> str:
-    """Markdown as plain paragraphs: no marks of headings and emphasis, no comments, one line a paragraph."""
+    """Return Markdown as plain paragraphs: no marks of headings and emphasis, no comments, one line per paragraph."""
     bare = _MARKS.sub("", _COMMENT.sub("", text))
     paragraphs = (" ".join(part.split()) for part in re.split(r"\n\s*\n", bare))
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)

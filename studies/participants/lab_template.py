@@ -1,4 +1,4 @@
-"""A new lab from the template: nothing is ever overwritten."""
+"""A new lab made from the template; nothing is ever overwritten."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from palpate.studies.participants.lab_forms import unfilled
 
 FOLDERS = ("sessions", "studies")
 _OF_A_LAB = {*FOLDERS, SETTINGS, "analysis", "imported", "lab.sqlite", "bench"}
-"""What a lab may hold before it is made one: its own studies come first in the tutorial."""
+"""What a folder may hold before it becomes a lab: the tutorial begins with studies of one's own."""
 
 
 @dataclass(frozen=True)
 class NewLab:
-    """The files and folders that were made, and the blanks to fill in by file."""
+    """The files and folders that were made, and the blanks to fill in, by file."""
 
     lab: Path
     made: tuple[str, ...]
@@ -25,7 +25,7 @@ class NewLab:
 
 
 def make_lab(lab: Path) -> NewLab:
-    """Put the template's files and the empty folders into a folder that is new, empty, or holds studies and sessions.
+    """Copy the template's files and empty folders into a folder that is new, empty, or has only studies and sessions.
 
     Raises ParticipantError where the folder is a lab already, is a file, or holds anything else.
     """

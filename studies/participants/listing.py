@@ -1,4 +1,4 @@
-"""The lab's participants in a list: status, rows, sessions."""
+"""A list of the lab's participants: status, rows, sessions."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Row = dict[str, Any]
 
 
 def listed(registry: Registry, study: str | None = None) -> list[Row]:
-    """Return everybody in the registry, and who has sessions here without being in it (status: session), by pseudonym.
+    """Return everybody in the registry, and those who only have sessions here (status: session), by pseudonym.
 
-    With a study, those with a row of it, also one given up. No names.
+    With a study, only those with a row of it, even a released one. It holds no names.
     """
     people = schema.participants
     with reading(registry) as connection:
@@ -53,7 +53,7 @@ def listed(registry: Registry, study: str | None = None) -> list[Row]:
 
 
 def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator[str]:
-    """Yield the list for the screen; with names where identities are given."""
+    """Yield the lines of the list for the screen, with names if identities are given."""
     for person in people:
         known = identities.get(person["participant"])
         named = "".join(f"  {text}" for text in known.to_dict().values()) if known is not None else ""

@@ -1,4 +1,4 @@
-"""Who there is: pseudonyms, the next that is free, and whether one is known and active."""
+"""The participants of a lab: pseudonyms, the next free one, and whether a participant is known and active."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _OF_SESSION = re.compile(r"_([A-Za-z0-9]+)_s[0-9]+\.sqlite$")
 
 
 def add(registry: Registry, pseudonym: str | None = None) -> str:
-    """Add a participant: the pseudonym given, else the next that neither registry nor sessions hold; returns it.
+    """Add a participant under the given pseudonym, else the next that neither registry nor sessions have; return it.
 
-    Raises ParticipantError on a name that is no pseudonym, or one that is known.
+    Raises ParticipantError on an invalid or known pseudonym.
     """
     if pseudonym is not None:
         demand_pseudonym(pseudonym)
@@ -32,7 +32,7 @@ def add(registry: Registry, pseudonym: str | None = None) -> str:
 
 
 def status_of(registry: Registry, participant: str) -> str | None:
-    """active, withdrawn, or None where the participant is not known."""
+    """Return active, withdrawn, or None if the participant is not known."""
     with reading(registry) as connection:
         return _status(connection, participant)
 
@@ -53,7 +53,7 @@ def demand_active(connection: Connection, lab: Path, participant: str) -> None:
 
 
 def unknown(lab: Path, participant: str) -> str:
-    """Return what to say of a participant who is not in the registry."""
+    """Return the message about a participant who is not in the registry."""
     command = shell_command("participants", "add", "--pseudonym", participant, "--lab", lab)
     return f"{participant} is not known in {lab}: {command}"
 
@@ -80,7 +80,7 @@ def _added(connection: Connection, pseudonym: str | None, held: set[str]) -> str
 
 
 def demand_pseudonym(text: str) -> None:
-    """Raise ParticipantError unless the text is letters and digits, a digit last: a given name is no pseudonym."""
+    """Raise ParticipantError unless the text is letters and digits with a digit last: a given name is no pseudonym."""
     if not _PSEUDONYM.fullmatch(text):
         raise ParticipantError(
             f"participant {text!r}: a pseudonym as P001 is expected: a letter, up to 15 letters or digits, a digit last"
@@ -88,7 +88,7 @@ def demand_pseudonym(text: str) -> None:
 
 
 def next_pseudonym(known: Iterable[str]) -> str:
-    """Return the first of P001, P002, ... that was never given, nor one that looks like it (p1, P0001)."""
+    """Return the first of P001, P002, ... that was never given and does not resemble a given one (p1, P0001)."""
     given = {looks(pseudonym) for pseudonym in known}
     number = 1
     while looks(f"P{number:03d}") in given:
@@ -97,6 +97,6 @@ def next_pseudonym(known: Iterable[str]) -> str:
 
 
 def in_sessions(lab: Path) -> set[str]:
-    """Return the pseudonyms that the names of the lab's session files hold."""
+    """Return the pseudonyms in the names of the lab's session files."""
     matches = (_OF_SESSION.search(path.name) for path in (lab / "sessions").glob("*.sqlite"))
     return {match[1] for match in matches if match}

@@ -1,7 +1,7 @@
 """A lab's registry: one SQLite file, or a database that several stations share; every write is one transaction.
 
-Writers come one after another (a write lock in SQLite, an advisory lock in PostgreSQL), and a partial unique index
-lets no row be held twice even by a writer that knows no lock.
+Writers come one after another (a write lock in SQLite, an advisory lock in PostgreSQL), and a partial unique index lets
+no row be held twice, even if a writer ignores the lock.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ _WRITES = "palpate_writes"
 
 @dataclass(frozen=True)
 class Registry:
-    """An open registry; it holds no connection between two calls."""
+    """A registry that can be connected to; no connection stays open between two calls."""
 
     lab: Path
     engine: Engine
 
 
 def registry_url(lab: Path) -> URL:
-    """Return where the lab's registry is: LAB/participants/registry.sqlite, or what lab.yaml says.
+    """Return the URL of the lab's registry: LAB/participants/registry.sqlite, or what lab.yaml says.
 
-    A relative SQLite path is the lab's. Raises ParticipantError on a URL that cannot be used.
+    A relative SQLite path starts at the lab's folder. Raises ParticipantError on a URL that cannot be used.
     """
     url_text = settings(lab).registry
     if url_text is None:
@@ -62,7 +62,7 @@ def registry_url(lab: Path) -> URL:
 
 
 def find_registry(lab: Path) -> Registry | None:
-    """Return the lab's registry to read, or None where it has none yet. Writes nothing.
+    """Return the lab's registry to read, or None if it has none yet. Writes nothing.
 
     Raises ParticipantError where it cannot be reached or is newer.
     """
@@ -78,7 +78,7 @@ def find_registry(lab: Path) -> Registry | None:
 
 
 def open_registry(lab: Path) -> Registry:
-    """Return the lab's registry to write, its tables made where missing.
+    """Return the lab's registry to write, and create missing tables.
 
     Raises ParticipantError where it cannot be reached or is newer.
     """
@@ -102,13 +102,13 @@ def open_registry(lab: Path) -> Registry:
 
 @contextmanager
 def reading(registry: Registry) -> Iterator[Connection]:
-    """Yield one moment of the registry."""
+    """Open a connection that sees the registry at one moment."""
     with _database_errors(registry), registry.engine.connect() as connection, connection.begin():
         yield connection
 
 
 def write(registry: Registry, act: Callable[[Connection], T]) -> T:
-    """Do something in one transaction that no other process or station interleaves with; tried anew on a conflict.
+    """Run `act` in one transaction that no other process or station interleaves with, again after a conflict.
 
     Raises ParticipantError where the registry cannot be written.
     """
@@ -125,7 +125,7 @@ def write(registry: Registry, act: Callable[[Connection], T]) -> T:
 
 
 def note(connection: Connection, what: str, body: dict[str, Any]) -> None:
-    """A line of the audit trail; `body` holds pseudonyms, never identities."""
+    """Add a line to the audit trail; `body` holds pseudonyms, never identities."""
     connection.execute(insert(schema.audit), {"at": wall_time(), "what": what, "body": canonical(body).decode()})
 
 
@@ -145,7 +145,7 @@ def gone(connection: Connection) -> set[str]:
 
 
 def where(registry: Registry) -> str:
-    """Return the registry's place for messages, without a password."""
+    """Return the registry's location for messages, without a password."""
     return f"registry {_shown(registry.engine.url)}"
 
 
@@ -167,7 +167,7 @@ def _at(lab: Path, url: URL) -> Registry:
 
 
 def _take_begin_over(engine: Engine) -> None:
-    """SQLite's driver begins a transaction only at its first write: too late to read, choose and write as one act."""
+    """Let SQLAlchemy begin transactions: SQLite's driver would begin one only at its first write, which is too late."""
 
     @event.listens_for(engine, "connect")
     def by_hand(connection: Any, _record: Any) -> None:

@@ -1,4 +1,4 @@
-"""Which group and row of the counterbalancing square a participant gets, and which rows a lab's sessions have taken."""
+"""The group and row of the counterbalancing square that a participant gets, and the rows that a lab's sessions use."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _COUNTED = re.compile(r"^[A-Za-z]+0*([1-9][0-9]{0,6})$")
 
 
 class AllocationError(ValueError):
-    """The pseudonym cannot be used, or does not say which row it gets."""
+    """The pseudonym cannot be used, or determines no row."""
 
 
 def allocate(study: Study, participant: str, group: str | None = None, row: int | None = None) -> ParticipantRow:
-    """Return group and row of a participant: those given, else those that the pseudonym's number says.
+    """Return group and row of a participant: the given ones, else those that follow from the pseudonym's number.
 
-    P001, P002, ... go round the groups in turn, and take the next row of the square with every round.
-    Raises AllocationError on a name that is no pseudonym, or one without a number where it is needed.
+    P001, P002, ... go round the groups in turn, and take the next row of the square with every round. Raises
+    AllocationError on an invalid pseudonym, or one without a number where it is needed.
     """
     if not _PSEUDONYM.fullmatch(participant):
         raise AllocationError(
@@ -40,9 +40,9 @@ def allocate(study: Study, participant: str, group: str | None = None, row: int 
 
 
 def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> None:
-    """Refuse before anything starts: a session that exists, or a row of the square that another participant has.
+    """Raise LedgerError if a session exists already, AllocationError if another participant has the row.
 
-    `shared` is set where the experimenter gave the row: a replacement inherits it. Raises LedgerError, AllocationError.
+    Called before anything starts. `shared` is set where the experimenter gave the row: a replacement inherits it.
     """
     from palpate.studies.sessions.session_files import fresh_path  # `plan` needs no database
 
@@ -60,7 +60,7 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
 
 
 def rows_taken(lab: Path, study: str, simulated: bool = True) -> dict[tuple[str | None, int], set[str]]:
-    """Return (group, row) -> participants over the lab's sessions of a study; simulated ones count if `simulated`.
+    """Return (group, row) -> participants from the lab's sessions of a study; simulated ones count if `simulated`.
 
     An unreadable ledger takes no row.
     """

@@ -1,4 +1,4 @@
-"""Allocating rows of a counterbalancing square: once, atomically, inherited by a replacement, offered again."""
+"""Allocation of rows of a counterbalancing square: once, atomically, inherited by a replacement, offered again."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Recorded = Mapping[str, Place]
 
 @dataclass(frozen=True)
 class Wish:
-    """What the experimenter asks for: a group, a row in it, or the row of a participant who dropped out."""
+    """A request for a row: a group, a row in it, or the row of a participant who dropped out."""
 
     group: str | None = None
     row: int | None = None
@@ -48,12 +48,12 @@ def allocate_row(
     row: int | None = None,
     replaces: str | None = None,
 ) -> ParticipantRow:
-    """Return the participant's row in the study: the one they have, else one that nobody else holds; atomic everywhere.
+    """Allocate a row of the study to the participant, and return it; an existing allocation is returned unchanged.
 
-    Without a wish it is in the group with the fewest holders: the lowest row that somebody gave up, else the lowest
-    never taken. Rows grow without bound; a design takes them modulo its own number. `replaces` inherits the row of
-    somebody who dropped out or withdrew.
-    Raises ParticipantError on an unknown or withdrawn participant, a row that is held, a group that does not exist.
+    Without a request it is in the group with the fewest holders: the lowest row that was given up, else the lowest
+    never taken. One transaction decides, also between stations. Rows grow without bound; a design takes them modulo its
+    own number. `replaces` inherits the row of somebody who dropped out or withdrew. Raises ParticipantError on an
+    unknown or withdrawn participant, a row that is held, a group that does not exist.
     """
     wish = Wish(group, row, replaces)
     if wish.replaces == participant:
@@ -75,7 +75,7 @@ def allocate_row(
 
 
 def release(registry: Registry, study: Study, participant: str, why: str) -> Allocation:
-    """Give up a participant's row: they dropped out of the study, and the row is on offer again.
+    """Release the row of a participant who dropped out, so that it is offered again; return the allocation.
 
     Raises ParticipantError where the participant is not known, or holds no row of the study.
     """
@@ -92,7 +92,7 @@ def release(registry: Registry, study: Study, participant: str, why: str) -> All
 
 
 def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
-    """Put on record that an allocation is released."""
+    """Record that an allocation is released."""
     released = replace(own, status="released")
     save_allocation(connection, released)
     note(connection, "released", {**_fields(own), "why": why})
@@ -100,7 +100,7 @@ def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
 
 
 def _earlier(study: str, participant: str, recorded: Recorded) -> Allocation | None:
-    """Return the row of the participant's session from before there was a registry."""
+    """Return the row of the participant's session from before the lab had a registry."""
     if participant not in recorded:
         return None
     group, row = recorded[participant]
@@ -141,7 +141,7 @@ def release_command(study: str, participant: str) -> str:
 
 
 def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Place:
-    """Return the requested place, if nobody holds it, else the next on offer."""
+    """Return the requested place if nobody holds it, else the next on offer."""
     if place is None:
         group = wish.group if wish.group is not None else emptiest(standing, list(study.groups))
         return group, standing.offer(group)
@@ -154,7 +154,7 @@ def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Pl
 
 
 def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recorded) -> Place | None:
-    """Return the place that is requested, or None where any will do."""
+    """Return the requested place, or None if any will do."""
     if wish.replaces is None:
         return (wish.group, wish.row) if wish.row is not None else None
     left = next((person for person in everybody if person.participant == wish.replaces), None)
@@ -170,7 +170,7 @@ def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recor
 
 
 def _demand_same(own: Allocation, wish: Wish, place: Place | None) -> None:
-    """A row is allocated once: refuse a wish for another."""
+    """Raise ParticipantError on a request for another row than the allocated one."""
     if (place is not None and place != own.place) or (wish.group is not None and wish.group != own.group):
         raise ParticipantError(
             f"{own.participant} has {own.describe()} of {own.study}; a row is allocated once, and cannot be exchanged"
@@ -189,31 +189,29 @@ def _fields(one: Allocation) -> dict[str, str | int | None]:
 
 @dataclass(frozen=True)
 class Places:
-    """held: place -> who holds it. given_up: places nobody holds any more -> who gave them up last."""
+    """The places of a study: `held` is place -> holder, `given_up` place -> the last holder, if nobody holds it now."""
 
     held: dict[Place, str]
     given_up: dict[Place, str]
 
     def offer(self, group: str | None) -> int:
-        """Return the row that the next participant of a group gets: the lowest given up, else the lowest never
-        taken.
-        """
+        """Return the next row that a participant of a group gets: the lowest given up, else the lowest never taken."""
         rows = sorted(row for of, row in self.given_up if of == group)
         return rows[0] if rows else next(row for row in count() if (group, row) not in self.held)
 
     def holders(self, group: str | None) -> int:
-        """Return how many hold a row of the group."""
+        """Return how many participants hold a row of the group."""
         return sum(of == group for of, _ in self.held)
 
 
 def recorded_rows(lab: Path, study: str) -> dict[str, Place]:
-    """Return the rows of the sessions in the lab's folder: a lab that ran before it had a registry gives none twice."""
+    """Return each participant's row by the sessions in the lab's folder, which count as held without a registry."""
     taken = rows_taken(lab, study, simulated=False)
     return {who: place for place, holders in taken.items() for who in sorted(holders)}
 
 
 def places(allocations: Sequence[Allocation], recorded: Recorded, gone: set[str]) -> Places:
-    """Return the rows of a study. The registry overrules sessions; `gone` are those who withdrew."""
+    """Return the places of a study. The registry overrules sessions; `gone` are those who withdrew."""
     known = {allocation.participant for allocation in allocations} | gone
     held = {place: who for who, place in sorted(recorded.items()) if who not in known}
     held |= {allocation.place: allocation.participant for allocation in allocations if allocation.holds}
@@ -226,5 +224,5 @@ def places(allocations: Sequence[Allocation], recorded: Recorded, gone: set[str]
 
 
 def emptiest(places: Places, groups: Sequence[str]) -> str | None:
-    """Return the group with the fewest holders, the first in order of those; None where there are no groups."""
+    """Return the group with the fewest holders, the first of equal ones; None if there are no groups."""
     return min(sorted(groups), key=places.holders, default=None)

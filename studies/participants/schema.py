@@ -1,4 +1,4 @@
-"""The tables of a lab's registry: who there is, who holds which row of which study, and what was done when."""
+"""The tables of a lab's registry: participants, who holds which row of which study, and what was done when."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ VERSION = 1
 HOLDING = ("active", "finished")
 """States of an allocation in which its row is nobody else's."""
 LOCK = 0x50414C50
-"""Key of the PostgreSQL advisory lock that puts writers of a registry in a row."""
+"""Key of the PostgreSQL advisory lock under which writers of a registry come one after another."""
 
 metadata = MetaData()
 registry = Table("registry", metadata, Column("version", Integer, primary_key=True, autoincrement=False))

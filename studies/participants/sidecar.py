@@ -1,4 +1,4 @@
-"""participants.json: what each column of the table of participants means (BIDS), and the questions of those asked."""
+"""participants.json: the meaning of each column of the table of participants (BIDS), and the questions for them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ IDENTIFYING = frozenset(
     )
     for word in line.split()
 )
-"""Words that no column's name may hold: nothing that says who somebody is enters a ledger, a table or an export."""
+"""Words that no column's name may have: nothing that identifies a person enters a ledger, a table or an export."""
 _TEXTS = ("LongName", "Description", "Units", "Question", "TermURL", "Delimiter", "Format")
 _MAPPINGS = ("Levels",)
 _NUMBERS = ("Minimum", "Maximum")
@@ -43,10 +43,10 @@ def sidecar_file(lab: Path | None) -> Path:
 
 
 def columns(file: Path) -> Columns:
-    """Return the columns by name, in the file's order, participant_id first.
+    """Return the columns by name in the file's order, participant_id first.
 
-    Raises ParticipantError with file, key and expectation: on what is no JSON, a value of the wrong kind, a name that
-    no column may have, a column that would say who somebody is.
+    Raises ParticipantError with file, key and expectation: on invalid JSON, a value of the wrong kind, an invalid name
+    of a column, a column that would identify somebody.
     """
     data = _parsed(file)
     if not isinstance(data, dict) or next(iter(data), None) != "participant_id":
@@ -71,7 +71,7 @@ def columns(file: Path) -> Columns:
 
 
 def identifying(name: str) -> str | None:
-    """Return the word in a column's name that says who somebody is, or None."""
+    """Return the word in a column's name that would identify somebody, or None."""
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
     words = re.split(r"[\W_0-9]+", spaced.casefold())
     pairs = [first + second for first, second in pairwise(words)]
@@ -122,13 +122,13 @@ def _demand_value(where: str, key: str, value: Any) -> None:
 
 
 def level_label(label: Any) -> str | None:
-    """Return the words for a level, None where there are none; BIDS allows a text or an object with a Description."""
+    """Return the label of a level, None if it has none; BIDS allows a text or an object with a Description."""
     text = label.get("Description") if isinstance(label, Mapping) else label
     return text if isinstance(text, str) and text.strip() else None
 
 
 def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:
-    """Return a question for every column that has a `Question`, in the file's order, in a language.
+    """Return a question in a language for every column that has a `Question`, in the file's order.
 
     A column with `Levels` is a choice, one with `Units`, `Minimum` or `Maximum` a number, any other a text.
     Answers are voluntary unless the column says "Optional": false.
@@ -167,7 +167,7 @@ def _levels(where: str, column: dict[str, Any], language: str) -> tuple[tuple[st
 
 
 def _in(where: str, column: dict[str, Any], key: str, language: str) -> Any:
-    """Return a key's value in the language; English stands under the plain key."""
+    """Return a key's value in the language; the plain key is the English one."""
     translated = key if language == "en" else f"{key}_{language}"
     if translated not in column:
         raise ParticipantError(f"{where}.{translated}: missing; a translation of {key} is expected")

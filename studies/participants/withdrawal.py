@@ -1,4 +1,4 @@
-"""Withdrawing: a person is erased, their rows are free again, their sessions are marked, and a line stays of it."""
+"""Withdrawal: a person is erased, their rows are free again, their sessions are marked, and it is recorded."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from palpate.studies.sessions.session_files import ledgers_in, session_starts
 
 @dataclass(frozen=True)
 class Withdrawn:
-    """What a withdrawal did."""
+    """The outcome of a withdrawal."""
 
     participant: str
     erased: bool
@@ -62,7 +62,7 @@ def sessions_by_participant(lab: Path) -> dict[str, list[str]]:
 
 
 def recorded_everywhere(lab: Path, participant: str) -> dict[str, ParticipantRow]:
-    """Study -> the row that the participant's sessions in this lab's folder were recorded with."""
+    """Return the participant's recorded row in each study with sessions in this lab's folder."""
     ledgers = (lab / "sessions" / name for name in sessions_of(lab, participant))
     return {start.study: start.who for start in session_starts(ledgers)}
 

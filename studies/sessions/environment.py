@@ -1,4 +1,4 @@
-"""What a session ran on: version, code and packages, and the wall clock."""
+"""The environment of a session: version, code and packages, and the wall clock."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyseria
 
 
 def palpate_version() -> str:
-    """The installed version of Palpate."""
+    """Return the installed version of Palpate."""
     return installed_version("palpate") or "unknown"
 
 
 def session_code_digest() -> str:
-    """SHA-256 over the sources that run a session: two sessions of one digest ran the same code."""
+    """Return the SHA-256 over the sources that run a session: two sessions with one digest ran the same code."""
     root = Path(__file__).resolve().parents[2]
     return files_digest(source for room in ROOMS for source in sources_in(root / room))
 
 
 @cache
 def environment() -> dict[str, Any]:
-    """Versions for the ledger: Palpate, its code, Python, platform, and the packages a session uses."""
+    """Return versions for the ledger: Palpate, its code, Python, platform, and the packages that a session uses."""
     return {
         "palpate": palpate_version(),
         "code": session_code_digest(),
@@ -39,5 +39,5 @@ def environment() -> dict[str, Any]:
 
 
 def wall_time() -> str:
-    """The wall clock, UTC, to the second."""
+    """Return the wall clock in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")

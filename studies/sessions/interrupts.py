@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM end a session once, between two writes, and never in the middle of one.
+"""Signals (Ctrl-C, SIGTERM) that end a session once, between two writes and never within one.
 
 kill -9 cannot be caught and need not be: see `ledger`.
 """
@@ -12,17 +12,17 @@ from dataclasses import dataclass
 from types import FrameType
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name))
-"""Ctrl-C, a polite kill, a closed terminal; Ctrl-Break on Windows."""
+"""Ctrl-C, a request to terminate, a closed terminal; Ctrl-Break on Windows."""
 
 
 class Interrupted(BaseException):
-    """A signal asked the session to end. No Exception: a driver that retries on errors must not swallow it."""
+    """A signal asked the session to end. No Exception, since a driver that retries on errors must not swallow it."""
 
 
 def interrupt_behind(error: BaseException) -> Interrupted | None:
-    """Return the interrupt that an error was raised in handling of, if there is one.
+    """Return the interrupt during whose handling an error was raised, if there is one.
 
-    A signal that comes while another one unwinds the stack can break what cleans up there, as a lock that is left.
+    A signal that comes while another unwinds the stack can break the cleaning up there, such as the release of a lock.
     """
     behind: BaseException | None = error
     while behind is not None and not isinstance(behind, Interrupted):
@@ -32,9 +32,9 @@ def interrupt_behind(error: BaseException) -> Interrupted | None:
 
 @dataclass
 class Guard:
-    """Raises Interrupted where a signal finds the session, or at the end of the write it falls into.
+    """A signal handler that raises Interrupted at once, or at the end of the write that a signal falls into.
 
-    Signals are held back until `listen` is called, so that the session is set up whole or not at all.
+    Signals are held back until `listen` is called, so that the session is set up completely or not at all.
     """
 
     depth: int = 1
@@ -42,12 +42,12 @@ class Guard:
     over: bool = False
 
     def listen(self) -> None:
-        """From here on a signal may end the session."""
+        """Let signals end the session from now on."""
         self._leave()
 
     @contextmanager
     def shield(self) -> Iterator[None]:
-        """Hold signals back until the block is left."""
+        """Hold signals back until the block ends."""
         self.depth += 1
         try:
             yield
@@ -57,7 +57,7 @@ class Guard:
         self._leave()
 
     def on_signal(self, number: int, _frame: FrameType | None) -> None:
-        """The signal handler; once the session is over, what remains to be done is done in peace."""
+        """Handle a signal; once the session is over, signals are ignored until the rest is done."""
         if self.over:
             return
         if self.depth:
@@ -77,7 +77,7 @@ class Guard:
 
 @contextmanager
 def guarded() -> Iterator[Guard]:
-    """Install the guard for the duration of a session; only the main thread can."""
+    """Install the guard for the duration of a session; only the main thread can do this."""
     guard = Guard()
     before = {number: signal.signal(number, guard.on_signal) for number in ENDING}
     try:

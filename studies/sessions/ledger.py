@@ -39,7 +39,7 @@ Shield = Callable[[], AbstractContextManager[object]]
 
 
 def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
-    """Make a ledger that holds session_started; it appears under its name whole or not at all.
+    """Create a ledger that holds session_started; it appears under its name atomically.
 
     Raises LedgerError if the name is taken or the disk is full.
     """
@@ -96,7 +96,7 @@ def ledger_errors(path: Path, what: str) -> Iterator[None]:
 
 @dataclass
 class Ledger:
-    """An open ledger: the session so far, and the only writer to it."""
+    """An open ledger: the session so far, and its only writer."""
 
     record: Record
     engine: Engine
@@ -133,7 +133,7 @@ class Ledger:
         self.sitting_count += 1
 
     def close(self, body: Mapping[str, Any]) -> None:
-        """Close the ledger: a plain single file stays, and its lock is released."""
+        """Close the ledger, leaving one plain file, and release its lock."""
         try:
             self.record_sitting("closed", body)
         finally:
@@ -146,7 +146,7 @@ class Ledger:
 
 @dataclass
 class Watched:
-    """The ledger, and a `watch` called with every event once it is written; `planned` counts the events handed over."""
+    """A ledger that calls `watch` with every event once it is written; `planned` counts the events handed over."""
 
     ledger: Ledger
     planned: int
@@ -166,7 +166,7 @@ def open_for_append(
     shield: Shield = nullcontext,
     demand: Callable[[Record], object] = lambda _record: None,
 ) -> Ledger:
-    """Open a ledger to append events; everything in it is verified first, and `demand` may refuse it untouched.
+    """Open a ledger to append events; everything in it is verified first, and `demand` may refuse it before any change.
 
     Raises LedgerError if the file is refused (see `palpate.studies.sessions.record.read`) or another process has it.
     """
@@ -233,7 +233,7 @@ def _insert_sitting(
 def _to_plain_file(engine: Engine) -> None:
     """Fold the write-ahead log into the file, so that the session is one file that can be copied anywhere.
 
-    Somebody who is reading at that instant is waited for, a second at most.
+    A reader at that moment is waited for, a second at most.
     """
     with engine.connect() as connection:
         connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -1,4 +1,4 @@
-"""The tables of a ledger file, how it is opened, and the chain of hashes over its runs."""
+"""The tables of a ledger file, how the file is opened, and the chain of hashes over its runs."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from palpate.protocols.canonical import canonical
 
 _DRIVER = "sqlite+pysqlite"
 FORMAT = 3
-"""3: samples as they come, and faults. 2: forms, tasks and what the experimenter does. Older ones are read as ever."""
+"""3: samples as they come, and faults. 2: forms, tasks and what the experimenter does. Older ones can still be read."""
 APPLICATION_ID = 0x50414C50
 """'PALP' in the file's header: how a ledger is known from any other SQLite file."""
 SEED = hashlib.sha256(b"palpate ledger").hexdigest()
 
 CHECKPOINTED = "checkpointed"
-"""In the note of a ledger's creation: whoever opens it puts that into the file itself before the first act."""
+"""In the note of a ledger's creation: whoever opens it writes that note into the file itself before the first act."""
 
 DURABLE = ("synchronous=EXTRA", "fullfsync=ON")
 """A commit is on the disk when it returns. EXTRA syncs as FULL does, and the folder, too, after a rollback journal was
@@ -61,20 +61,20 @@ sittings = Table(
 
 
 def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, body: str) -> str:
-    """Link of the chain of sittings."""
+    """Return a link of the chain of runs."""
     return hashlib.sha256(previous.encode() + canonical([n, kind, events_then, head, body])).hexdigest()
 
 
 def connect_to_read(path: str, mode: str = "ro") -> sqlite3.Connection:
-    """Open a ledger file only to read it; `rw` lets SQLite finish what a crash left half done.
+    """Open a ledger file only to read it; with `rw`, SQLite may recover what a crash left unfinished.
 
-    Without SQLAlchemy, which would take longer for each row than reading it.
+    This does without SQLAlchemy, which would take longer for each row than the reading.
     """
     return sqlite3.connect(f"file:{quote(os.fsencode(path))}?mode={mode}", uri=True)
 
 
 def engine_to_write(path: str) -> Engine:
-    """A SQLAlchemy engine on a ledger file that commits through to the disk (WAL; see DURABLE)."""
+    """Return a SQLAlchemy engine on a ledger file whose commits are on the disk when they return (WAL; see DURABLE)."""
     engine = create_engine(URL.create(_DRIVER, database=path))
 
     @event.listens_for(engine, "connect")

@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 @dataclass(frozen=True)
 class FileState:
-    """What tells one state of a ledger from the next: file and write-ahead log, each by size and time of change."""
+    """What distinguishes two states of a ledger: file and write-ahead log, each by size and time of change."""
 
     size: int
     mtime_ns: int
@@ -22,12 +22,12 @@ class FileState:
 
     @property
     def changed_at(self) -> float:
-        """When something was last written, in seconds since 1970."""
+        """When the ledger was last written, in seconds since 1970."""
         return max(self.mtime_ns, self.wal_mtime_ns) / 1e9
 
 
 def file_state(path: Path) -> FileState:
-    """Return the file's state now; an empty write-ahead log, as a mere reader may leave, counts as none.
+    """Return the file's present state; an empty write-ahead log, as a reader may leave, counts as none.
 
     Raises FileNotFoundError where there is no file.
     """
@@ -42,7 +42,7 @@ def file_state(path: Path) -> FileState:
 
 
 def last_hash(path: Path) -> str | None:
-    """Return the last link of the event chain as it stands in the file, unverified; None where it cannot be read."""
+    """Return the last link of the event chain in the file, unverified; None if it cannot be read."""
     try:
         with closing(sqlite3.connect(f"file:{quote(os.fsencode(path))}?mode=ro", uri=True)) as connection:
             row = connection.execute("SELECT hash FROM events ORDER BY seq DESC LIMIT 1").fetchone()

@@ -23,9 +23,9 @@ def models_in(reply: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def models_before(names: Iterable[str], ledgers: Iterable[Path]) -> dict[str, tuple[str, Path]]:
-    """Return the SHA-256 that each named model had when it was last played, and in which ledger.
+    """Return the SHA-256 that each named model had when it was last played, and the ledger that says so.
 
-    `ledgers` are read in their order, no further than needed; those that are refused are passed over.
+    `ledgers` are read in their order, no further than needed; refused ones are skipped.
     """
     missing, before = set(names), dict[str, tuple[str, Path]]()
     for path in ledgers:

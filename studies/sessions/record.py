@@ -1,4 +1,4 @@
-"""Reading a ledger: every event, verified; anything newer, foreign, damaged or cut short is refused by name."""
+"""Reading a ledger: every event is verified; anything newer, foreign, damaged or cut short is refused by name."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _is_moment(value: Any) -> bool:
 
 
 _NOTE = {"at": Kind(_is_moment, "a date and time")}, {"because": TEXT, "environment": OBJECT}
-"""What a note that a ledger was opened or closed must hold, and what it may hold."""
+"""The keys that a note that a ledger was opened or closed must have, and those that it may have."""
 
 
 class LedgerError(ValueError):
@@ -62,7 +62,7 @@ class LedgerError(ValueError):
 
 @dataclass(frozen=True)
 class Sitting:
-    """A note that a process opened or closed the ledger: when by the wall clock, with what software, why."""
+    """A note that a process opened or closed the ledger: the time by the wall clock, the software, the reason."""
 
     kind: str
     events: int
@@ -77,7 +77,7 @@ class Sitting:
 
     @property
     def at_rest(self) -> bool:
-        """Return whether the file itself says, without a write-ahead log, that nobody has opened the ledger again."""
+        """Whether the file itself says, without a write-ahead log, that nobody has opened the ledger again."""
         return self.kind == "closed" or (self.kind == "created" and CHECKPOINTED in self.value)
 
 
@@ -92,7 +92,7 @@ class Record:
     state: SessionState
     """The state after the events: which attempt of each trial counts, what was answered, what is open."""
     lacks_wal: bool = False
-    """Whether the session was left in the middle and the -wal file that may hold its last events is not there."""
+    """Whether the session was interrupted and the -wal file that may hold its last events is missing."""
 
     @cached_property
     def header(self) -> dict[str, Any]:
@@ -121,15 +121,15 @@ class Record:
         return self.hashes[-1]
 
     def events_of(self, attempt: Attempt) -> tuple[Event, ...]:
-        """Return the events of an attempt at a trial, from the one that it started with."""
+        """Return the events of an attempt at a trial, from its start."""
         return self.events[attempt.first : None if attempt.last is None else attempt.last + 1]
 
 
 def read(path: Path) -> Record:
-    """Return the session in the file, its chains checked link by link.
+    """Return the session in a file after verifying its chains link by link.
 
-    Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short, or whose events are
-    not such as a session writes (see `palpate.protocols.event_shapes`).
+    Raises LedgerError on a file that is missing, not a ledger, newer, damaged, changed or cut short, or has events that
+    no session writes (see `palpate.protocols.event_shapes`).
     """
     _demand_sqlite(path)
     # The file says that a write-ahead log belongs to it (bytes 18 and 19), and none with content is there.
@@ -160,7 +160,7 @@ def read(path: Path) -> Record:
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """Return the body of session_started alone, without checking the rest. Raises LedgerError if there is none."""
+    """Return the body of session_started without verifying the rest. Raises LedgerError if there is none."""
     _demand_sqlite(path)
     try:
         with closing(connect_to_read(str(path))) as connection:
@@ -184,7 +184,7 @@ def _demand_sqlite(path: Path) -> None:
 
 
 def _size(path: Path) -> int:
-    """Return how many bytes a file has; 0 if it is gone: a running session may take its log away at any moment."""
+    """Return how many bytes a file has; 0 if it is gone: a running session may remove its log at any moment."""
     try:
         return path.stat().st_size
     except FileNotFoundError:
@@ -233,7 +233,7 @@ def _verified(path: Path, connection: sqlite3.Connection) -> Record:
 
 
 def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
-    """Raise LedgerError that names the event and what was expected, unless it is one that a session writes there."""
+    """Raise LedgerError naming event and expectation unless a session can write this event at this place."""
     try:
         shapes.take(event)
     except ShapeError as error:
@@ -243,11 +243,9 @@ def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
 
 
 def linked_events(path: Path, connection: sqlite3.Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
-    """Yield the events as they stand in the file, each with its link of the chain, not yet verified.
+    """Yield the events in the file, each with its link of the chain, not yet verified; all, or from number `first` on.
 
-    All of them, or those from number `first` on.
-
-    Raises LedgerError on samples that are damaged, or that no event has.
+    Raises LedgerError on samples that are damaged or that belong to no event.
     """
     since, numbers = ("", ()) if first is None else (" WHERE seq >= ?", (first,))  # Whole, a number below 0 must show.
     rows = connection.execute(f"{_SAMPLES}{since} ORDER BY seq, block", numbers)
@@ -278,7 +276,7 @@ def _samples(path: Path, seq: int, number: int, stream: str, text: str, data: by
 
 
 def stored_sittings(connection: sqlite3.Connection) -> Iterator[tuple[int, Sitting]]:
-    """Yield the sittings with their numbers as they stand in the file, not yet verified."""
+    """Yield the notes of runs with their numbers as they are in the file, not yet verified."""
     for number, *sitting in connection.execute(_SITTINGS):
         yield number, Sitting(*sitting)
 
@@ -306,18 +304,18 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
 
 
 SMALL_BYTES = 4096
-"""Blocks up to this size are kept in memory: a form's few touches. A year of recordings is not."""
+"""Blocks up to this size are kept in memory, such as a form's few touches; recordings are larger."""
 
 
 FORM = tuple(field.name for field in fields(Samples) if field.name != "data")
 
 
 class SamplesGone(ValueError):
-    """A ledger that was read, and whose samples are not there any more."""
+    """The samples of a ledger that was read are no longer there."""
 
 
 class StoredSamples(Samples):
-    """A block of samples whose `data` lies in a ledger; equal to any block of the same form and digest."""
+    """A block of samples whose `data` is in a ledger; equal to any block of the same form and digest."""
 
     def __init__(self, block: Samples, path: Path, seq: int, number: int) -> None:
         form = {name: getattr(block, name) for name in FORM}
@@ -338,7 +336,7 @@ class StoredSamples(Samples):
 
     @property
     def data(self) -> bytes:
-        """The bytes, read from the file. Raises SamplesGone where they are not there, or not what they were."""
+        """The bytes, read from the file. Raises SamplesGone where they are missing or changed."""
         path, seq, number = self.__dict__["_at"]
         data = _read(path, seq, number)
         if hashlib.sha256(data).digest() != self.sha256():
@@ -351,12 +349,12 @@ class StoredSamples(Samples):
         return int(self.__dict__["_count"])
 
     def sha256(self) -> bytes:
-        """The digest of the bytes, known since they were read."""
+        """Return the digest of the bytes, known since they were read."""
         return bytes(self.__dict__["_sha256"])
 
 
 def stored(block: Samples, path: Path, seq: int, number: int) -> Samples:
-    """Return the block itself if it is small, else one that reads its bytes from the ledger."""
+    """Return the block itself if it is small, else a block that reads its bytes from the ledger."""
     return block if len(block.data) <= SMALL_BYTES else StoredSamples(block, path, seq, number)
 
 

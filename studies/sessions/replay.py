@@ -1,4 +1,4 @@
-"""Replaying a recorded session: the same study, the recorded replies, every event compared byte for byte."""
+"""Replay of a recorded session: the same study, the recorded replies, every event compared byte for byte."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from palpate.studies.sessions.record import LedgerError, Record, read
 
 @dataclass(frozen=True)
 class Replayed:
-    """A session that the code of today repeats exactly."""
+    """A session that the present code repeats exactly."""
 
     path: Path
     events: int
@@ -31,12 +31,12 @@ class Replayed:
 
     @property
     def speed(self) -> float:
-        """How many times faster than the session was."""
+        """How many times faster the replay was than the session."""
         return self.session_s / self.seconds if self.seconds > 0 else float("inf")
 
 
 def replay(path: Path) -> Replayed:
-    """Replay one ledger; an interrupted one up to where it ends.
+    """Replay one ledger; an interrupted one up to its end.
 
     Raises LedgerError if the file is refused or the plan differs, Divergence if an event does.
     """
@@ -48,7 +48,7 @@ def replay(path: Path) -> Replayed:
 
 
 def compare(record: Record) -> None:
-    """Run the recorded study on the recorded replies. Raises as `replay` does."""
+    """Run the recorded study on the recorded replies and compare the events. Raises as `replay` does."""
     tape = Recorded(record.events)
     try:
         run(recompiled(record), tape, tape, record.header)
@@ -60,7 +60,7 @@ def compare(record: Record) -> None:
 
 
 def recompiled(record: Record) -> Plan:
-    """The plan, made anew from the study in the header. Raises LedgerError unless its digest is the recorded one."""
+    """Compile the plan from the study in the header. Raises LedgerError unless its digest is the recorded one."""
     header = record.header
     try:
         plan = plan_from_header(header, Study.model_validate(header["study"]))
@@ -75,7 +75,7 @@ def recompiled(record: Record) -> Plan:
 
 
 def plan_from_header(header: Mapping[str, Any], study: Study) -> Plan:
-    """Compile the plan that a session's first event declares, by the rule that the session began with.
+    """Compile the plan that a session's first event declares, by the rule of the session's time.
 
     A later session that says nothing of its order (`over_sessions`) is from before sessions had orders of their own:
     it repeats the first one. Raises KeyError, TypeError or ValueError on a header that declares no plan.

@@ -37,10 +37,10 @@ class Rig:
 
 @dataclass(frozen=True)
 class RigPlan:
-    """How a session gets its rig: a description for the record, a check of what is there, and the opening.
+    """How a session gets its rig: a description for the record, a check of what is available, and the opening.
 
-    `check` raises RigError before anything is recorded; `open` takes the plan and the session time, in ns, that the
-    rig's clock starts at. `calibration` is the window's, confirmed at the session's start; None without a window.
+    `check` raises RigError before anything is recorded; `open` takes the plan and the session time, in ns, at which the
+    rig's clock starts. `calibration` is the window's, confirmed at the session's start; None without a window.
     """
 
     description: dict[str, Any]
@@ -48,14 +48,14 @@ class RigPlan:
     open: Callable[[Plan, int], Rig]
     calibration: dict[str, Any] | None = None
     drop: Callable[[], None] = _do_nothing
-    """Close what `check` opened, where `open` is not called after it."""
+    """Close what `check` opened; called if `open` is not."""
 
 
 @dataclass
 class RecordedBeside:
-    """A world whose replies in trials hold what some sensors measured since the reply before.
+    """A world whose replies in trials hold what some sensors measured since the previous reply.
 
-    `ready` is called before each request of a trial: it returns what comes instead, as a fault of a sensor, or None.
+    `ready` is called before each request of a trial: it returns what comes instead, such as a sensor's fault, or None.
     A fault while a form is answered comes with the next request, so that no answer is lost; outside trials, where
     nothing could be repeated, it waits for the next trial.
     """
@@ -69,7 +69,7 @@ class RecordedBeside:
         return self.world.now()
 
     def perform(self, request: Request) -> WorldEvent:
-        """Perform the request; its reply holds the samples."""
+        """Perform the request and add the samples to its reply."""
         if getattr(request, "trial", None) is None:
             return self.world.perform(request)
         if (instead := self.ready()) is not None:

@@ -1,4 +1,4 @@
-"""A session from its first event to its last, and on from wherever it was interrupted or killed (kill -9, power)."""
+"""A session from its first event to its last, resumed from wherever it was interrupted or killed (kill -9, power)."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from palpate.studies.sessions.session_files import fresh_path
 
 @dataclass(frozen=True)
 class Receipt:
-    """What a run of a session left on the disk: read back through a connection of its own, its chains verified.
+    """What a run of a session left on the disk, read back through a connection of its own, with its chains verified.
 
-    `planned` events were handed to the ledger by the plan's walk, `written` is what the ledger counted, `read_back` is
-    None where the file was refused, and `problem` says why. `digest` is the last link of the chain of events.
+    `planned` events were handed to the ledger by the runner, `written` is what the ledger counted, `read_back` is None
+    where the file was refused, and `problem` says why. `digest` is the last link of the chain of events.
     """
 
     planned: int
@@ -36,11 +36,11 @@ class Receipt:
 
     @property
     def good(self) -> bool:
-        """Return whether everything that was planned is on the disk as it was written."""
+        """Whether everything that was planned is on the disk as it was written."""
         return self.problem is None and self.planned == self.written == self.read_back
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as JSON data; `problem` only where there is one."""
+        """Return the receipt as JSON data; `problem` only if there is one."""
         return {name: value for name, value in asdict(self).items() if name != "problem" or value is not None}
 
     def __str__(self) -> str:
@@ -51,7 +51,7 @@ class Receipt:
 
 @dataclass(frozen=True)
 class SessionResult:
-    """How one run of a session ended; `status` is the session's (see palpate.studies.sessions.record.Record.status)."""
+    """The outcome of one run; `status` is the session's (see palpate.studies.sessions.record.Record.status)."""
 
     path: Path
     status: str
@@ -61,12 +61,12 @@ class SessionResult:
 
     @property
     def complete(self) -> bool:
-        """Return whether the session came to its regular end."""
+        """Whether the session came to its regular end."""
         return self.status == "complete"
 
 
 def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the body of session_started: everything that is needed to understand and to repeat the session.
+    """Return the body of session_started: everything needed to understand and repeat the session.
 
     `accepted` is a change of the study since the participant's earlier session, which the experimenter accepted.
     """
@@ -93,7 +93,7 @@ def start(
 ) -> SessionResult:
     """Start a session and run it as far as it goes; `accepted` as for `header_of`.
 
-    Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
+    Raises LedgerError if the participant has a session of this number already, RigError if the rig is not available.
     """
     path = fresh_path(lab, plan.study.study, plan.who.participant, number)
     rig.check(plan)
@@ -108,12 +108,12 @@ def start(
 
 
 def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) -> SessionResult:
-    """Replay what is recorded, then go on live at the exact act where the record ends.
+    """Replay what is recorded, then continue live at the exact act where the record ends.
 
     `accepted` is a change of the study's file since the session began, which the experimenter accepted; it goes into
-    the note of this sitting, and the session goes on with the study as recorded.
-    Raises LedgerError if the ledger is refused, held by another process or over; Divergence if
-    this version of Palpate does not do what was recorded. A complete or refused ledger is not touched.
+    the note of this run, and the session continues with the recorded study. Raises LedgerError if the ledger is
+    refused, held by another process or over; Divergence if this version of Palpate does not do what was recorded. A
+    complete or refused ledger is not touched.
     """
     sitting = _sitting() | ({} if accepted is None else {"accepted_change": dict(accepted)})
     with guarded() as guard:
@@ -155,14 +155,14 @@ def _run(ledger: Ledger, planned: RigPlan, guard: Guard) -> SessionResult:
 
 
 def _demand_resumable(record: Record) -> None:
-    """Raise LedgerError on a session that is over, or whose plan is not what it was."""
+    """Raise LedgerError on a session that is over, or whose plan has changed."""
     if record.ended:
         raise LedgerError(f"{record.path}: the session is {record.status}; nothing to resume")
     recompiled(record)
 
 
 def _close(log: Watched, rig: Rig | None, reason: str) -> Receipt:
-    """Make the rig safe first, then close the ledger with its receipt, also where the rig fails to be safe."""
+    """Make the rig safe, then close the ledger with its receipt, even if making the rig safe fails."""
     try:
         if rig is not None:
             rig.safe()
@@ -176,7 +176,7 @@ def _close(log: Watched, rig: Rig | None, reason: str) -> Receipt:
 
 
 def _receipt(log: Watched) -> Receipt:
-    """Read the ledger anew from its file and compare it with what was written."""
+    """Read the ledger again from its file and compare it with what was written."""
     ledger, count, problem = log.ledger, None, None
     try:
         record = read(ledger.record.path)
@@ -189,7 +189,7 @@ def _receipt(log: Watched) -> Receipt:
 
 
 def _because(ledger: Ledger, reason: str) -> str:
-    """Return the session's own end if it has come to one, else why this run ended."""
+    """Return how the session ended, or why this run ended if the session has not."""
     return reason if ledger.status == "interrupted" else ledger.status
 
 

@@ -1,4 +1,4 @@
-"""A lab's session files, LAB/sessions/STUDY_PARTICIPANT_sN.sqlite, and what their first events say of the sessions."""
+"""A lab's session files, LAB/sessions/STUDY_PARTICIPANT_sN.sqlite, and what their first events say."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def ledgers_in(lab: Path, study: str | None = None) -> list[Path]:
 
 
 def others_in(lab: Path) -> list[Path]:
-    """Return the SQLite files among the lab's sessions that are not named as a session: copies, for instance."""
+    """Return the SQLite files in the lab's sessions whose names are not those of a session, such as copies."""
     named = set(ledgers_in(lab))
     return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
 
@@ -55,23 +55,23 @@ class SessionStart:
 
 
 def in_person(header: dict[str, Any]) -> bool:
-    """Return whether a session is a real participant's: simulated ones and rehearsals are nobody's."""
+    """Return whether a session is a real participant's, neither simulated nor a rehearsal."""
     return bool(header["rig"]["kind"] == "live")
 
 
 def by_twins(header: dict[str, Any]) -> bool:
-    """Return whether simulated devices made what a session recorded, whoever took part."""
+    """Return whether simulated devices made a session's recordings, whoever took part."""
     return not in_person(header) or bool(header["rig"].get("twins"))
 
 
 def stimulus_columns(header: dict[str, Any]) -> dict[str, dict[str, str]]:
-    """Return the rows of the stimulus table that the session was started with, by the stimulus' id."""
+    """Return the rows of the stimulus table that the session was started with, by stimulus id."""
     stimuli = header.get("study", {}).get("stimuli", ())
     return {row["id"]: row.get("columns", {}) for row in stimuli if isinstance(row, dict) and "id" in row}
 
 
 def session_starts(ledgers: Iterable[Path]) -> Iterator[SessionStart]:
-    """Yield what the ledgers began as, in their order; one whose first event cannot be read is passed over."""
+    """Yield how the ledgers' sessions started, in order; a ledger whose first event cannot be read is skipped."""
     for path in ledgers:
         try:
             header = read_header(path)

@@ -1,4 +1,4 @@
-"""A session as plain rows: what happened, derived from its events and never stored twice."""
+"""A session as plain rows, derived from its events and never stored twice."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TEXT = "text"
 
 @dataclass(frozen=True)
 class Answers:
-    """What one session answered, as rows of the tables of these names."""
+    """The answers of one session, as rows of the tables of these names."""
 
     trials: list[Row]
     responses: list[Row]
@@ -36,12 +36,12 @@ class Answers:
     switches: list[Row]
     anchors: list[Row]
     own: defaultdict[str, list[Row]]
-    """Rows of the tables that forms bring with them, by table."""
+    """Rows of the own tables of forms, by table."""
 
 
 @dataclass(frozen=True)
 class SessionTables(Answers):
-    """Rows of one session for each collected table."""
+    """The rows of one session for each collected table."""
 
     study: Row
     participant: Row
@@ -51,9 +51,9 @@ class SessionTables(Answers):
 
 
 def tables(record: Record, withdrawn: bool = False, with_events: bool = True) -> SessionTables:
-    """Every table's rows for one session; `withdrawn` marks that of a participant who withdrew.
+    """Return every table's rows for one session; `withdrawn` marks a participant who withdrew.
 
-    Without events, of these only the replies that name models stay, and no streams: what was answered is in the others.
+    With `with_events` False, `events` has only the replies that name models, and `streams` is empty.
     """
     plan = recompiled(record)
     session = session_name_of(record.header)
@@ -83,7 +83,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
 
 
 def answers_of(plan: Plan, session: str, events: Sequence[Event]) -> Answers:
-    """The answers in the events of a session that need not be on file."""
+    """Return the answers in the events of a session, which need not be on disk."""
     return _answers(plan, session, fold(events), events)
 
 
@@ -142,7 +142,7 @@ def _response_rows(
 def _own_rows(
     table: OwnTable, plan: Plan, session: str, answer: Answer, reply: Mapping[str, Any], counts: bool
 ) -> Iterator[Row]:
-    """The rows of a form with a table of its own, and whose they are."""
+    """Yield the rows of a form with a table of its own, with the session and trial that they belong to."""
     trial = plan.trials[(answer.trial or 1) - 1]
     shared = {
         "session": session, "seq": answer.seq, "participant": plan.who.participant, "trial": trial.number,
@@ -169,7 +169,7 @@ def _word_rows(session: str, answer: Answer, counts: bool) -> Iterator[Row]:
 
 
 def _anchor_row(session: str, answer: Answer, anchor: Mapping[str, Any]) -> Row:
-    """A reference as it was left; what was felt of it belongs to no trial."""
+    """Return the row of a reference as it was left; it belongs to no trial."""
     return {
         "session": session,
         "seq": answer.seq,
@@ -184,7 +184,7 @@ def _anchor_row(session: str, answer: Answer, anchor: Mapping[str, Any]) -> Row:
 
 
 def _answer_rows(session: str, answer: Answer, kinds: Mapping[str, str]) -> Iterator[Row]:
-    """The rows of a form outside trials; `kinds` are those of the lab's questions by name."""
+    """Yield the rows of a form outside trials; `kinds` are those of the lab's questions by name."""
     kind = FORMS[answer.form].answer_kind if answer.form in FORMS else TEXT
     for item in answer.items:
         value = answer.values[item]

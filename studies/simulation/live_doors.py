@@ -1,4 +1,4 @@
-"""A simulated participant moves the sliders while the simulated door is felt, by the same loop as at a rig."""
+"""A simulated participant who moves the sliders while the simulated door is felt, by the same loop as at a rig."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from palpate.signals.doors.limits import HANDLE_RADIUS_M
 from palpate.studies.stimuli.made_doors import LiveRecord, Setting
 
 BEGINS_S, MOVES_S = 0.3, 1.5
-"""The hand lies at the sliders for so long, and then takes so long to move them."""
+"""How many seconds the hand rests at the sliders before it moves them, and how many the movement takes."""
 TICKS_A_S = 1000
 
 
 def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) -> Done:
-    """Return the presentation `done` with the sliders moved meanwhile, and the forces that the hand then met.
+    """Return the presentation `done` with sliders moved meanwhile, and the forces on the hand.
 
-    In virtual time the models and the line take none: `made` and `taken` are the moment that a setting was seen.
+    Models and transmission take no virtual time: `made` and `taken` equal the moment at which a setting was seen.
     """
     form, start = request.live_form, dict(request.wish or {})
     if form is None:
@@ -50,7 +50,7 @@ def followed(plan: Plan, request: Present, doors: Doors, done: Done, t_ns: int) 
 
 
 def _moves(form: Sliders, start: Setting, end: Mapping[str, float]) -> Callable[[float], Setting]:
-    """Return the setting by time, in seconds: every slider that is moved goes there evenly."""
+    """Return a function from seconds to the setting: every slider that is moved goes there at constant speed."""
 
     def at(t_s: float) -> Setting:
         share = min(max((t_s - BEGINS_S) / MOVES_S, 0.0), 1.0)
@@ -63,7 +63,7 @@ def _moves(form: Sliders, start: Setting, end: Mapping[str, float]) -> Callable[
 
 
 def _forces(angles: list[float], door: Samples, record: LiveRecord) -> Iterator[float]:
-    """Yield the force at each sample, in N, by the rule that the device passes from one profile to another."""
+    """Yield the force at each sample, in N, by the device's rule for passing from one profile to another."""
     stiffness = DEFAULT.control.end_stiffness_Nm_rad
     end_rad = (len(record.force_N) - 1) * STEP_RAD
     rendered = Rendered([force * HANDLE_RADIUS_M for force in record.force_N], end_rad, stiffness)

@@ -1,4 +1,4 @@
-"""Pictures that the camera's twin takes in no time and keeps, as at a rig: for sessions that need them later."""
+"""Pictures that the camera's twin takes in no time and saves as at a rig, for sessions that need them later."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from palpate.devices.desk import Prompt
 
 QUALITY = 92
-"""Of the JPEG files, which take a fifth of the PNG files' room; a camera's are about as good."""
+"""Quality of the JPEG files, which take a fifth of the PNG files' size; a camera's are about as good."""
 
 
 def jpegs_of(request: Sense, count: int) -> Iterator[bytes]:
@@ -36,7 +36,7 @@ def jpegs_of(request: Sense, count: int) -> Iterator[bytes]:
 
 @dataclass
 class KeptCameraTwin:
-    """The simulated camera, whose pictures are saved in LAB/pictures; what it gives is what it gives at a rig.
+    """A simulated camera that saves its pictures in LAB/pictures, and returns what a camera at a rig does.
 
     `taken` makes the pictures of a request; None: `jpegs_of`.
     """
@@ -47,12 +47,12 @@ class KeptCameraTwin:
     made: list[Camera] = field(default_factory=list)
 
     def check(self, trial: Trial) -> None:
-        """Raise RigError unless the simulation knows enough of the stimulus, and there are so many lights."""
+        """Raise RigError unless the stimulus can be simulated, and there are as many lights as pictures."""
         self._camera()
         demand_surface(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
-        """Take the pictures of a stimulus, and save them. Raises RigError where they cannot be saved."""
+        """Take the pictures of a stimulus and save them. Raises RigError where they cannot be saved."""
         sense = sensing(request, "camera")
         clock = Leaping()
 
@@ -65,7 +65,7 @@ class KeptCameraTwin:
         return Done(event, float(event.value["seconds"]))
 
     def _camera(self) -> Camera:
-        """One for the session: it knows which pictures came before. Raises RigError on lights that a twin lacks."""
+        """Return the session's camera, which remembers its pictures. Raises RigError on lights that a twin lacks."""
         if not self.made:
             self.made.append(_camera(self.lab, self.lights, self.taken))
         return self.made[0]
@@ -85,18 +85,18 @@ def _camera(lab: Path, lights: int, taken: PicturesOf | None) -> Camera:
 
 @dataclass(frozen=True)
 class _Nobody:
-    """A desk at which nobody sits, and nobody needs to."""
+    """A desk without an experimenter."""
 
     def poll(self) -> Aside | None:
-        """Nothing happens."""
+        """Return None: nothing happens."""
         return None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Nobody reads it."""
+        """Do nothing: nobody reads it."""
 
     def answer(self) -> float | bool | str | None:
-        """Nobody answers."""
+        """Return None: nobody answers."""
         return None
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Nobody looks."""
+        """Do nothing: nobody reads it."""

@@ -1,8 +1,8 @@
-"""A virtual texture played for a simulated hand by the renderer's own loop, and how alike it feels to the real one.
+"""A virtual texture played for a simulated hand by the renderer's own loop, and how similar it feels to the real one.
 
-What is compared is the same hand on both: what the tool vibrates with on the surface, and what the renderer plays for
-that hand's speed and force: level, spectrum and friction. No person was asked which of the three counts for how much:
-that is the study's judgement (studies/texture_similarity/README.md).
+The same hand is compared on both: what the tool vibrates with on the surface, and what the renderer plays for that
+hand's speed and force, by level, spectrum and friction. The weights of the three were not measured with people: they
+are the study's assumption (studies/texture_similarity/README.md).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from palpate.signals.textures.voice import Voice
 
 COLUMNS = ("acceleration_m_s2", "speed_mm_s", "force_N")
-"""Of the file of a hand and what it meets on the real surface."""
+"""The columns of a file of a hand and what it feels on the real surface."""
 
 
 def _no_numbers(wrong: Mistake) -> str:
@@ -39,15 +39,15 @@ FELT = TableFormat(
 )
 RATE_HZ = 1000.0
 FRAME, HOP = 256, 128
-"""Samples of the frames whose spectra are averaged, and how far apart they begin."""
+"""Samples in the frames whose spectra are averaged, and between the starts of two frames."""
 FEWEST = 3
 GLASS = 0.2
-"""Kinetic friction of a stylus' nib on a tablet's glass: judgement. No method renders friction (thesis 4.8)."""
+"""Kinetic friction of a stylus' nib on a tablet's glass: an assumption. No method renders friction (thesis 4.8)."""
 DECIMALS = 3
 
 
 def render(voice: Voice, card: Path, felt: Array, friction: float | None) -> Rendered:
-    """Play a voice for the hand of `felt` (3, n), and compare; `friction` None: there is nothing to compare with."""
+    """Play a voice for the hand of `felt` (3, n), and compare, except where `friction` is None."""
     from palpate.devices.render.hands import Scripted
     from palpate.devices.render.loop import AtOnce, Loop
     from palpate.devices.render.sinks import RecordingSink
@@ -63,7 +63,7 @@ def render(voice: Voice, card: Path, felt: Array, friction: float | None) -> Ren
 
 
 def read_felt(file: Path) -> Array:
-    """(3, n) at 1 kHz of a file with the columns t_s and COLUMNS. Raises RigError."""
+    """Return (3, n) at 1 kHz from a file with the columns t_s and COLUMNS. Raises RigError."""
     felt = np.array(list(read_table(file, COLUMNS, FELT).numbers(COLUMNS, finite=False).values()))
     if not felt.size or not np.isfinite(felt).all():
         raise RigError(f"{file}: {felt.shape[1]} rows; rows of finite numbers are expected")
@@ -73,8 +73,8 @@ def read_felt(file: Path) -> Array:
 def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
     """Compare accelerations (n,) in m/s^2 at 1 kHz under one hand (2, n), in mm/s and N; `friction` as in `Alike`.
 
-    Only where the hand touches and moves. Raises RigError where it does so for fewer than three frames of 256 ms, and
-    on signals of other lengths or with values that are not finite.
+    Only times at which the hand touches and moves count. Raises RigError on fewer than three frames of 256 ms of them,
+    and on signals of other lengths or with values that are not finite.
     """
     if real.shape != played.shape or hand.shape != (2, *real.shape) or real.ndim != 1:
         raise RigError(f"{real.shape} real, {played.shape} played, hand {hand.shape}: (n,), (n,), (2, n) are expected")
@@ -94,12 +94,12 @@ def alike(real: Array, played: Array, hand: Array, friction: float) -> Alike:
 
 
 def friction_apart(kinetic: float) -> float:
-    """How far a surface's kinetic friction is from that of the tablet's glass."""
+    """Return how far a surface's kinetic friction is from that of the tablet's glass."""
     return abs(math.log(kinetic / GLASS))
 
 
 def _band_levels(signal: Array, frames: NDArray[np.intp]) -> Array:
-    """dB above the threshold of each third octave, at least 0."""
+    """Return the level of each third octave in dB above the threshold, at least 0."""
     window = np.hanning(FRAME + 1)[:-1]
     pieces = sliding_window_view(signal, FRAME)[frames] * window
     power = (np.abs(np.fft.rfft(pieces)) ** 2).mean(axis=0) * 2 / (RATE_HZ * float(window @ window))
@@ -115,7 +115,7 @@ def _band_levels(signal: Array, frames: NDArray[np.intp]) -> Array:
 
 
 def _whole(levels: Array) -> float:
-    """The level of all bands that are felt, dB above the threshold."""
+    """Return the level of all perceptible bands together, in dB above the threshold."""
     felt = levels[levels > 0]
     return 10 * math.log10(float(np.sum(10 ** (felt / 10)))) if felt.size else 0.0
 

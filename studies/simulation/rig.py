@@ -13,10 +13,10 @@ from palpate.studies.sessions.rig import Rig, RigPlan
 
 
 def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int | None = None) -> RigPlan:
-    """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files.
+    """Return the rig of a simulated participant at twins of the study's devices; `folder` has its stimulus files.
 
-    A `lab` brings its own models, where it has any; a camera keeps so many `pictures` of each stimulus there, none
-    where it is None.
+    A `lab` provides its own models if it has any; a camera saves so many `pictures` of each stimulus there, none if it
+    is None.
     """
     from palpate.studies.simulation.twins import renderings_of, twin_for
     from palpate.studies.stimuli.profiles import Profiles

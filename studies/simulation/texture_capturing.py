@@ -1,4 +1,4 @@
-"""Free explorations of simulated surfaces: what a rig's sensors record of one, and the truth of one.
+"""Free explorations of simulated surfaces: what a rig's sensors record, and the exact signals without sensors.
 
 A result made from them depends on this module alone, not on the sets of sessions that `texture_simulator` makes.
 """
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 RATE_HZ = 1000.0
 STIMULI = Path(__file__).resolve().parents[1] / "texture_capture" / "stimuli.csv"
 FINER = 3
-"""Acceleration is felt at so many times the rate, as by the sensors, and low-passed from there."""
+"""Acceleration is simulated at this multiple of the rate, as for the sensors, and then low-passed."""
 PASSES_HZ, STOPS_HZ, STOP_DB = 450.0, 500.0, 80.0
 PLATE_MM = 100.0
 LINE_DEG, LONGER = 31.0, 1.15
-"""The line that the hand strokes along, oblique to every lattice, and how much it is drawn out."""
+"""The direction of the strokes, oblique to every lattice, and the factor by which they are stretched."""
 NORMAL = 2
-"""The axis of the sample that points out of it."""
+"""The axis of the sample's normal."""
 
 
 def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[float, Array]]:
@@ -41,7 +41,7 @@ def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[floa
 
     Streams, as in a ledger of texture_capture (thesis 4.3): tool_acceleration (m/s^2, gravity included), tool_force (N,
     N m), tool_position (x, y, z in mm and `seen`, 0 where the marker was hidden). The texture is a stimulus of
-    texture_capture. Raises RigError on one that is not, and on seconds that no scene has.
+    texture_capture. Raises RigError on another texture, and on an impossible number of seconds.
     """
     from palpate.studies.simulation.virtual_recording import recorded_at_once
 
@@ -58,10 +58,9 @@ def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[floa
 def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Array:
     """Return (3, n) at 1 kHz of a free exploration without sensors: acceleration (m/s^2), speed (mm/s), force (N).
 
-    Filtered and put on one axis as recordings are (palpate.signals.filters). No seed shares its
-    hand with `captured`.
-    Another `realisation` is the same hand, speed and force over another place of the surface: what a perfect model
-    might play, and so the ceiling for any. Raises RigError as `captured` does.
+    Filtered and put on one axis as recordings are (palpate.signals.filters). No seed shares its hand with `captured`.
+    Another `realisation` is the same hand, speed and force on another place of the surface: what a perfect model might
+    play, and so the ceiling for any model. Raises RigError as `captured` does.
     """
     from palpate.devices.surfaces.scene import first_rows
     from palpate.signals.filters import band_pass, low_pass
@@ -79,12 +78,12 @@ def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Arra
 
 
 def scene_again(texture: str, seconds: float, seed: int) -> Array:
-    """Return the exploration that `scene` gives for this seed, made elsewhere on the surface. Raises RigError."""
+    """Return the exploration that `scene` gives for this seed, on another place of the surface. Raises RigError."""
     return scene(texture, seconds, seed, realisation=1)
 
 
 def _thinned(felt: Array) -> Array:
-    """Return the acceleration at 1 kHz, by the band that recordings keep (palpate.signals.aligning.methods)."""
+    """Return the acceleration decimated to 1 kHz, in the band of recordings (palpate.signals.aligning.methods)."""
     from scipy.signal import firwin, kaiserord, oaconvolve
 
     taps, beta = kaiserord(STOP_DB, 2 * (STOPS_HZ - PASSES_HZ) / (FINER * RATE_HZ))
@@ -95,16 +94,16 @@ def _thinned(felt: Array) -> Array:
 
 @dataclass(frozen=True)
 class Straight:
-    """A hand's strokes along the sample's x, laid on one line and drawn out to nearly the whole sample.
+    """A hand's strokes along the sample's x, turned onto one line and stretched to nearly the whole sample.
 
-    The simulated lattices feel otherwise along another direction, and neither speed nor force tells it; the thesis'
-    samples were isotropic (4.3.2). On one line these are as good as isotropic.
+    Simulated lattices feel different in another direction, which neither speed nor force reveals; the thesis' samples
+    were isotropic (4.3.2). Along one line the direction does not matter.
     """
 
     hand: Hand
 
     def at(self, t_s: Array) -> Motion:
-        """Return the motion at some times, in seconds."""
+        """Return the motion at the given times, in seconds."""
         motion = self.hand.at(t_s)
         way = LONGER * np.array([math.cos(math.radians(LINE_DEG)), math.sin(math.radians(LINE_DEG))])[:, None]
         laid = {name: way * getattr(motion, name)[:1] for name in ("place", "velocity", "turn")}
@@ -113,13 +112,13 @@ class Straight:
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """A hand that does the same `by_mm` further on; the samples repeat at their borders."""
+    """A hand that does the same motion `by_mm` further on; the samples repeat at their borders."""
 
     hand: Hand
     by_mm: tuple[float, float]
 
     def at(self, t_s: Array) -> Motion:
-        """Return the motion at some times, in seconds."""
+        """Return the motion at the given times, in seconds."""
         motion = self.hand.at(t_s)
         return replace(motion, place=motion.place + np.array(self.by_mm)[:, None])
 

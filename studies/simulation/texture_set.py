@@ -37,29 +37,32 @@ from palpate.studies.simulation.texture_set_rig import rig_for
 
 STUDIES = ("texture_capture", "texture_photos", "texture_ratings")
 GROUPS = {"texture_capture": "perception", "texture_photos": "all", "texture_ratings": None}
-"""The group of each study that is the set."""
+"""The group of each study that the set consists of."""
 SECONDS = 60.0
 LEAST_S, MOST_S = 6.0, 3600.0
-"""Features of touch leave out 2.5 s at both ends and take segments of 0.5 s; the speed's window takes 0.06 s more."""
+"""Least and most seconds of stroking.
+
+Features of touch leave out 2.5 s at both ends and take segments of 0.5 s; the speed's window takes 0.06 s more.
+"""
 FEWEST = 2
-"""Simulated people feel a texture by how it stands among the others: of one alone nothing can be said."""
+"""Least number of textures: simulated people feel a texture relative to the others, so one alone has no rating."""
 Row = dict[str, str]
 
 
 class TextureSetError(ValueError):
-    """A set of textures that cannot be made: the message says where, what was found and what to do."""
+    """A set of textures cannot be made; the message says where, what was found and what to do."""
 
 
 @dataclass(frozen=True)
 class TextureSelection:
-    """Which textures, in the studies' order, and for how long each is stroked."""
+    """The selected textures, in the studies' order, and the seconds that each is stroked."""
 
     textures: tuple[str, ...]
     seconds: float = SECONDS
 
     @property
     def is_shipped(self) -> bool:
-        """Return whether this is the shipped set."""
+        """Whether this is the shipped set."""
         return self.seconds == SECONDS and self.textures == all_textures()
 
     def __str__(self) -> str:
@@ -72,7 +75,7 @@ def all_textures() -> tuple[str, ...]:
 
 
 def select_textures(textures: tuple[str, ...] = (), seconds: float = SECONDS) -> TextureSelection:
-    """Return the textures with these ids, all if none is named.
+    """Return the selection of the textures with these ids, of all if none is given.
 
     Raises TextureSetError on an unknown id, a time out of range, or fewer than two textures.
     """
@@ -94,9 +97,9 @@ def select_textures(textures: tuple[str, ...] = (), seconds: float = SECONDS) ->
 
 
 def set_studies(lab: Path, selection: TextureSelection) -> dict[str, Study]:
-    """Return the three studies with these textures, by name; nothing is written.
+    """Return the three studies with these textures, by name, without writing anything.
 
-    Raises TextureSetError where the lab has one of its own by that name that is another.
+    Raises TextureSetError where the lab has a different study by that name.
     """
     studies = {}
     for name in STUDIES:
@@ -110,7 +113,7 @@ def set_studies(lab: Path, selection: TextureSelection) -> dict[str, Study]:
 
 
 def write_studies(lab: Path, selection: TextureSelection) -> dict[str, StudyFiles]:
-    """Return the three studies at their folders: the shipped ones, else those in LAB/studies, written where missing."""
+    """Return the three studies with their folders: the shipped ones, else those in LAB/studies, written if missing."""
     if selection.is_shipped:
         return {name: read_study(SHIPPED / name / STUDY_FILE) for name in STUDIES}
     for name in STUDIES:
@@ -133,7 +136,7 @@ def _demand_ours(folder: Path, study: Study, selection: TextureSelection) -> Non
 
 
 def _draft(folder: Path, name: str, selection: TextureSelection) -> Path:
-    """Put the shipped study's files, with fewer rows or other seconds, into an empty folder."""
+    """Copy the shipped study's files, with fewer rows or other seconds, into an empty folder; return the study file."""
     shutil.copytree(SHIPPED / name, folder, dirs_exist_ok=True)
     study = folder / STUDY_FILE
     # its comments, which speak of fifty textures, give way to one that says what this is
@@ -152,7 +155,7 @@ def _rows(name: str) -> list[Row]:
 
 
 def _changed(row: Row, name: str, selection: TextureSelection) -> Row | None:
-    """Return a row as the set has it, None if it is left out. Rows of other groups stay as they are."""
+    """Return a row as the set has it, None if it is left out. Rows of other groups stay unchanged."""
     if GROUPS[name] is not None and row["set"] != GROUPS[name]:
         return row
     if row["id"] not in selection.textures:
@@ -174,7 +177,7 @@ are not those of the full one.
 Done = Literal["made", "gone on", "kept"]
 PICTURES, RATERS = 10, 20
 QUICK = ("T01", "T08", "T11", "T15", "T22", "T33", "T37", "T39", "T44", "T48")
-"""Of ten classes, each attribute from low to high; intervals of what a model predicts need nine left out."""
+"""The textures of a quick set: ten classes, each attribute from low to high; prediction intervals need nine."""
 QUICK_S, QUICK_PICTURES, QUICK_RATERS = 8.0, 2, 6
 MOST_RATERS = 999
 BYTES_A_SECOND, BYTES_A_PICTURE, BYTES_A_RATER = 231_000, 850_000, 200_000
@@ -182,7 +185,7 @@ BYTES_A_SECOND, BYTES_A_PICTURE, BYTES_A_RATER = 231_000, 850_000, 200_000
 CPU_A_SECOND, CPU_A_TEXTURE, CPU_A_PICTURE, CPU_A_RATER = 0.04, 0.75, 0.21, 0.6
 """Processor seconds on an idle core, measured: docs/how-to/describe-textures.md."""
 SPARE = 1.2
-"""How much more room there must be than the set is going to take."""
+"""The room that must be free, as a multiple of what the set will take."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +201,7 @@ class SetOptions:
 
 @dataclass(frozen=True)
 class SetSession:
-    """One session of the set: what was done now, and whether it is complete."""
+    """The outcome for one session of the set: what was done now, and whether it is complete."""
 
     study: str
     participant: str
@@ -213,7 +216,7 @@ def set_options(
     textures: tuple[str, ...], seconds: float | None, pictures: int | None, raters: int | None, seed: int,
     workers: int, quick: bool,
 ) -> SetOptions:  # fmt: skip
-    """Return the options of a set. What is None is 60 s, 10 pictures, 20 raters, or that of a quick set."""
+    """Return the options of a set; None means 60 s, 10 pictures, 20 raters, or those of a quick set."""
     default_s, default_pictures, default_raters = (
         (QUICK_S, QUICK_PICTURES, QUICK_RATERS) if quick else (SECONDS, PICTURES, RATERS)
     )
@@ -228,11 +231,12 @@ def set_options(
 
 
 def make_set(lab: Path, options: SetOptions, report: Report) -> list[SetSession]:
-    """Make LAB a lab where it is none, and have its sessions of texture_capture, texture_photos and texture_ratings.
+    """Make LAB a lab if it is none, and record its sessions of texture_capture, texture_photos and texture_ratings.
 
-    A complete session is left as it is, an interrupted one is resumed; the list ends with the first that is
-    not complete (Ctrl-C). Raises TextureSetError, before anything is written, where the lab has sessions or studies by
-    these names that are not of this set, where somebody withdrew by a name of the set, and where the disk has no room.
+    A complete session is left as it is, an interrupted one is resumed; the list ends with the first that is not
+    complete (Ctrl-C). Raises TextureSetError, before anything is written, where the lab has sessions or studies by
+    these names that are not of this set, where a pseudonym of the set belongs to somebody who withdrew, and where the
+    disk has no room.
     """
     if not 1 <= options.pictures <= PICTURES:
         raise TextureSetError(f"{options.pictures} pictures of each texture: from 1 to {PICTURES} are expected")
@@ -268,7 +272,7 @@ def make_set(lab: Path, options: SetOptions, report: Report) -> list[SetSession]
 
 
 def estimate(options: SetOptions) -> str:
-    """Describe the set, and the room and processor time that it takes from nothing."""
+    """Describe the set, and the disk space and processor time that a new one takes."""
     pictures, raters = count(options.pictures, "picture"), count(options.raters, "simulated rater")
     room, time = f"{room_bytes(options) / 1e6:,.0f} MB", f"{_cpu_s(options):.0f} s of processor time"
     return (
@@ -278,7 +282,7 @@ def estimate(options: SetOptions) -> str:
 
 
 def room_bytes(options: SetOptions) -> int:
-    """Return about how much room the set takes on the disk, in bytes."""
+    """Return roughly how many bytes the set takes on the disk."""
     count = len(options.selection.textures)
     touched = round(count * options.selection.seconds * BYTES_A_SECOND)
     return touched + count * options.pictures * BYTES_A_PICTURE + options.raters * BYTES_A_RATER
@@ -299,8 +303,9 @@ def _people(study: str, options: SetOptions) -> list[str]:
 
 
 def _demand_no_others(lab: Path, options: SetOptions) -> None:
-    """Raise TextureSetError if people took part in the lab, whose pseudonyms simulated ones would take, or if it has
-    sessions by these names that the set does not have.
+    """Raise TextureSetError if people took part in the lab, or it has sessions of other origin by the names of the set.
+
+    Simulated participants would take the pseudonyms of people.
     """
     if any(start.in_person for start in session_starts(ledgers_in(lab))):
         raise TextureSetError(f"{lab}: people took part here; a set of simulated textures needs its own lab")
@@ -315,7 +320,7 @@ def _demand_no_others(lab: Path, options: SetOptions) -> None:
 
 
 def _demand_room(lab: Path, options: SetOptions) -> None:
-    """Raise TextureSetError if the disk has no room for what the set will take beside the files that it has already."""
+    """Raise TextureSetError if the disk has no room for the files of the set that do not exist yet."""
     there = next(folder for folder in (lab.resolve(), *lab.resolve().parents) if folder.exists())
     files = [*(path for study in STUDIES for path in ledgers_in(lab, study)), *(lab / "pictures").glob("*/*.jpg")]
     free, taken = shutil.disk_usage(there).free, sum(file.stat().st_size for file in files)
@@ -342,7 +347,7 @@ def _earlier_record(lab: Path, study: Study, who: str, options: SetOptions) -> R
 
 
 def _difference(record: Record, study: Study, options: SetOptions) -> str:
-    """Return what tells a session from the set's, in words; "" if nothing."""
+    """Describe how a session differs from the set's; "" if it does not."""
     header = record.header
     if header["rig"]["kind"] != "simulated":
         return "a person's session, none of a simulated set"
@@ -376,7 +381,7 @@ def _run_session(
 
 
 def _watch_progress(plan: Plan, seen: int, pace: Pace, report: Report) -> Callable[[Event], None]:
-    """Return a watch that reports how far a session is: after each texture recorded, at the end of ratings.
+    """Return a watch that reports the progress of a session: after each texture recorded, at the end of ratings.
 
     The first `seen` events are known already.
     """
@@ -400,7 +405,7 @@ def _watch_progress(plan: Plan, seen: int, pace: Pace, report: Report) -> Callab
 
 
 def cpu_s(textures: int, seconds: float, pictures: int) -> dict[str, float]:
-    """Return the processor seconds of one step of each study: a texture touched, one photographed, a rater."""
+    """Return the processor seconds of one step of each study: a texture touched, a texture photographed, a rater."""
     return {
         "texture_capture": CPU_A_TEXTURE + CPU_A_SECOND * seconds,
         "texture_photos": CPU_A_TEXTURE + CPU_A_PICTURE * pictures,
@@ -409,18 +414,18 @@ def cpu_s(textures: int, seconds: float, pictures: int) -> dict[str, float]:
 
 
 class Pace:
-    """The time left of work in steps of known weights, from the time that the steps so far took on this machine."""
+    """An estimate of the time left for steps of known weights, from the time of the steps so far on this machine."""
 
     def __init__(self, weights: dict[str, float], total: float, clock: Callable[[], float] = time.monotonic) -> None:
         self.weights, self.left, self.spent = weights, total, 0.0
         self.clock, self.began = clock, clock()
 
     def skip(self, step: str, count: int = 1) -> None:
-        """Take steps that were done before out of the work."""
+        """Subtract steps that were done before from the work."""
         self.left -= count * self.weights[step]
 
     def step(self, step: str) -> float:
-        """Count a step as done, and return about how many seconds the others take."""
+        """Count a step as done, and return about how many seconds the remaining ones take."""
         self.skip(step)
         self.spent += self.weights[step]
         return max(0.0, self.left) * (self.clock() - self.began) / self.spent

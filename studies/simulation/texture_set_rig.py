@@ -1,4 +1,4 @@
-"""The rig of a set of simulated textures: the twins of a simulated session, whose work is done ahead."""
+"""The rig of a set of simulated textures: the twins of a simulated session, with their work computed ahead."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Watch = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class ToolAhead:
-    """The simulated tool whose work is done ahead, and given the time of the request."""
+    """A simulated tool whose recordings are computed ahead, and then dated at the time of the request."""
 
     tool: DeviceTwin
     felt: Ahead[Done]
@@ -46,18 +46,18 @@ class ToolAhead:
 
 
 def felt(plan: Plan, request: Sense) -> Done:
-    """Return what the simulated tool records of a request, from second 0 on. It pickles by name."""
+    """Return what the simulated tool records of a request, starting at second 0. Workers import it by name."""
     return ToolTwin(plan, Strokes(plan, WHOLE))(request, 0)
 
 
 @dataclass(frozen=True)
 class Seen:
-    """The pictures of the request's texture under so many lights. It pickles."""
+    """A function that renders the request's texture under the first `lights` lights. It pickles."""
 
     lights: int
 
     def __call__(self, _plan: Plan, request: Sense) -> list[bytes]:
-        """Return each as the bytes of a JPEG file."""
+        """Return each picture as the bytes of a JPEG file."""
         return list(jpegs_of(request, self.lights))
 
 
@@ -83,7 +83,7 @@ def rig_for(study_files: StudyFiles, lab: Path, pictures: int, workers: int, wat
 def _ahead(
     plan: Plan, lab: Path, pictures: int, workers: int, records: Mapping[str, DeviceTwin]
 ) -> tuple[dict[str, DeviceTwin], Callable[[], None]]:
-    """Return what records, its work done ahead, and what ends that work."""
+    """Return the recording devices with their work computed ahead, and a function that ends that work."""
     if "tool" in records:
         tool = Ahead(felt, plan, workers)
         return {"tool": ToolAhead(records["tool"], tool)}, tool.close
@@ -98,10 +98,10 @@ T = TypeVar("T")
 
 @dataclass
 class Ahead(Generic[T]):
-    """`make(plan, request)`, where `workers` processes compute the plan's next requests to record meanwhile.
+    """A function `make(plan, request)` whose results for the plan's next requests `workers` processes compute ahead.
 
-    The answers are those of `make` alone, whichever way: it depends on its arguments only, and pickles by name. One
-    worker: it is called here. At most one answer more than there are workers waits in memory.
+    The results are those of `make`, which depends on its arguments only and pickles by name. With one worker it is
+    called in this process. At most one result more than there are workers waits in memory.
     """
 
     make: Callable[[Plan, Sense], T]
@@ -111,7 +111,7 @@ class Ahead(Generic[T]):
     coming: dict[int, Future[T]] = field(default_factory=dict)
 
     def __call__(self, request: Sense) -> T:
-        """Return the answer to a request. Raises what `make` raises; RigError where a process died."""
+        """Return the result for a request. Raises what `make` raises; RigError where a process died."""
         if self.workers == 1 or request.trial.attempt > 1:
             return self.make(self.plan, request)
         if not self.pools:
@@ -131,7 +131,7 @@ class Ahead(Generic[T]):
             ) from None
 
     def close(self) -> None:
-        """End the processes; what they are at is waited for, a few seconds."""
+        """End the processes; wait a few seconds for the work they are at."""
         self.coming.clear()
         while self.pools:
             self.pools.pop().shutdown(cancel_futures=True)

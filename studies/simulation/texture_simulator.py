@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SimulatedTextures:
-    """Explorations of simulated surfaces, and sets of them in a lab. It holds no device, opens none, and pickles."""
+    """The simulator of textures: explorations of surfaces, and sets of them in a lab. It pickles."""
 
     captured = staticmethod(texture_capturing.captured)
     scene = staticmethod(texture_capturing.scene)
@@ -27,7 +27,7 @@ class SimulatedTextures:
     ) -> list[SetSession]:  # fmt: skip
         """Make the set in a lab, or resume it: see `palpate.studies.simulation.texture_set.make_set`.
 
-        What is None is 60 s, 10 pictures, 20 raters; `quick`: a small set, where nothing else is said.
+        None means 60 s, 10 pictures, 20 raters; with `quick`, the values of a small set.
         """
         from palpate.studies.simulation.texture_set import make_set, set_options
 

@@ -41,7 +41,7 @@ class DeviceTwin(Protocol):
     """A simulated device."""
 
     def check(self, trial: Trial) -> None:
-        """Raise RigError, or the device's own error, if the trial's stimulus cannot be had."""
+        """Raise RigError, or the device's own error, if the trial's stimulus cannot be presented or recorded."""
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Perform a request that begins at t_ns."""
@@ -55,11 +55,11 @@ class Twins:
     records: Mapping[str, DeviceTwin]
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
-        """What of a stimulus people feel by what is made of it, rather than by what its table says."""
+        """Return the columns of a stimulus that simulated people feel from its rendering instead of from its table."""
         return self.presents.renderings.feels(stimulus) if isinstance(self.presents, RendererTwin) else {}
 
     def check(self, plan: Plan) -> None:
-        """Raise RigError, or a device's own error, if a stimulus of the plan cannot be had."""
+        """Raise RigError, or a device's own error, if a stimulus of the plan cannot be presented or recorded."""
         for trial in plan.felt_in_trials:
             for device in (self.presents, *self.records.values()):
                 device.check(trial)
@@ -68,7 +68,7 @@ class Twins:
                 self.presents.check(anchor)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
-        """Hand the request to the device that it is for. Raises RigError where the study has none."""
+        """Hand the request to its device. Raises RigError where the study has none."""
         if isinstance(request, Present):
             return self.presents(request, t_ns)
         if isinstance(request, Sense) and request.device in self.records:
@@ -80,11 +80,11 @@ def twin_for(
     study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None,
     renderings: VirtualTextures | None = None, pictures: int | None = None,
 ) -> Twins:  # fmt: skip
-    """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them,
-    `renderings` what was rendered. So many `pictures` of each stimulus are kept in the lab, none where it is None.
+    """Return the twins of the devices that the study needs; `folder` has its files.
 
-    Doors and textures are made by the models of the `lab`, where it has any, else by the shipped ones.
-    Samples need no twin: somebody hands them over, whatever else presents something with them.
+    `profiles` and `renderings` are those already read or rendered. A camera saves so many `pictures` of each stimulus
+    in the lab, none if it is None. Doors and textures are made by the models of the `lab`, if it has any, else by the
+    shipped ones. Samples need no twin: somebody hands them over, whatever else presents something with them.
     """
     profiles = profiles if profiles is not None else Profiles(folder)
     makers: dict[str, Callable[[], DeviceTwin]] = {
@@ -101,7 +101,7 @@ def twin_for(
 
 
 def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:
-    """The virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
+    """Return the virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
     from palpate.studies.simulation.virtual_textures import VirtualTextures
 
     return VirtualTextures(folder, lab)
@@ -129,7 +129,7 @@ class DoorTwin:
     profiles: Profiles
 
     def check(self, trial: Trial) -> None:
-        """The stimulus has a profile."""
+        """Raise RigError unless the stimulus has a profile."""
         self.profiles.of(trial.stimulus)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
@@ -147,11 +147,11 @@ class GeneratorTwin:
     made: MadeDoors
 
     def check(self, trial: Trial) -> None:
-        """The attributes and their scale are those that doors can be made from."""
+        """Raise RigError unless doors can be made from the trial's attributes and their scale."""
         self.made.check(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
-        """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
+        """Make the door of the wish, and let the hand open it. Raises RigError where there is no wish."""
         if not isinstance(request, Present):
             raise RigError(f"the simulated door generator cannot do {request.body()['do']!r}")
         force_N = self.made.force_N(request)
@@ -172,11 +172,11 @@ class RendererTwin:
     renderings: VirtualTextures
 
     def check(self, trial: Trial) -> None:
-        """The stimulus has a model."""
+        """Raise RigError unless the stimulus has a model."""
         self.renderings.check(trial.stimulus)
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
-        """Render the stimulus; the reply names the model, what ran it, its deadlines, and how alike it is."""
+        """Render the stimulus; the reply has model, runtime, deadlines, and the difference from the real texture."""
         if not isinstance(request, Present):
             raise RigError(f"the simulated texture renderer cannot do {request.body()['do']!r}")
         made = self.renderings.of(request.trial.stimulus).record()
@@ -185,12 +185,12 @@ class RendererTwin:
 
 @dataclass(frozen=True)
 class HandedOver:
-    """Where a study needs no device, somebody hands its stimuli over."""
+    """The presenter of a study without a device: somebody hands over its stimuli."""
 
     plan: Plan
 
     def check(self, trial: Trial) -> None:
-        """Whatever can be handed over, can be had."""
+        """Accept every stimulus."""
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
         """Present the stimulus."""
@@ -207,7 +207,7 @@ class ToolTwin:
     scenes: Strokes
 
     def check(self, trial: Trial) -> None:
-        """The stimulus says what the simulation needs to know of it."""
+        """Raise RigError unless the stimulus can be simulated as a surface."""
         demand_surface(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
@@ -220,7 +220,7 @@ class ToolTwin:
 class DoorSensorsTwin:
     """The simulated sensors at a real door: a simulated hand opens it once while force and position are recorded.
 
-    The car that is simulated is the profile in the stimulus' column `file`; a lab's own cars need none, and are then
+    The simulated door has the profile in the stimulus' column `file`; a lab's own cars need none, and are then
     simulated as a mid-size door.
     """
 
@@ -228,7 +228,7 @@ class DoorSensorsTwin:
     scenes: Openings
 
     def check(self, trial: Trial) -> None:
-        """The profile can be read, where there is one, and opened in the time there is."""
+        """Raise RigError if the profile, where there is one, cannot be read or not be opened in the available time."""
         from palpate.devices.door.opening import demand_recordable
 
         profile_N = profile_of(trial.stimulus, self.scenes.profiles)
@@ -236,21 +236,21 @@ class DoorSensorsTwin:
             demand_recordable(profile_N, trial.recording.seconds)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
-        """Record the force at the handle, and where the marker beside it is."""
+        """Record the force at the handle, and the position of the marker beside it."""
         sense = sensing(request, "door_sensors")
         return recorded(self.plan, "door_sensors", self.scenes(sense), sense, t_ns)
 
 
 @dataclass(frozen=True)
 class CameraTwin:
-    """The simulated camera. What it would show can be made from surface and light at any time: no picture is kept."""
+    """The simulated camera. It saves no picture: they can be computed from surface and light at any time."""
 
     def check(self, trial: Trial) -> None:
-        """The stimulus says what the simulation needs to know of it."""
+        """Raise RigError unless the stimulus can be simulated as a surface."""
         demand_surface(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
-        """Say which pictures were taken of what."""
+        """Return the list of the pictures taken."""
         from palpate.devices.surfaces.photo import LIGHTS
 
         sense = sensing(request, "camera")
@@ -261,7 +261,7 @@ class CameraTwin:
 
 
 def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
-    """A hand opens the door of this profile once."""
+    """Return the presentation in which a simulated hand opens the door of this profile once."""
     moment = (request.trial.number, request.trial.attempt, *plan.occasion)
     chance = normal("opening", plan.seed, plan.who.participant, *moment)
     seconds = round(seconds_to_present(plan) * max(0.5, 1.0 + 0.15 * chance), 3)
@@ -271,7 +271,7 @@ def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int
 
 
 def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:
-    """The streams that the sensors of a need give of a scene, and the time it took."""
+    """Return the streams that the sensors of a need record of a scene, and the time it took."""
     from palpate.studies.simulation.virtual_recording import recorded_at_once
 
     blocks = recorded_at_once(need, scene, sense.seconds, t_ns, seed_of(plan, sense.trial))
@@ -279,5 +279,5 @@ def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Do
 
 
 def seconds_to_present(plan: Plan) -> float:
-    """How long a simulated presentation takes on average."""
+    """Return how many seconds a simulated presentation takes on average."""
     return plan.study.simulation.present_s if plan.study.simulation is not None else 2.5

@@ -1,4 +1,4 @@
-"""A recording by twins of sensors in no time: the same code as in a session at a rig, under a clock that leaps."""
+"""Recordings by twins of sensors in no time: the same code as in a session at a rig, under a clock that leaps."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from palpate.protocols.plan import Plan
 
 STEP_S = 0.25
-"""How far the clock leaps: less than any twin's buffer holds."""
+"""Seconds that the clock leaps by: less than any twin's buffer holds."""
 
 
 @dataclass
 class Leaping:
-    """A clock that is moved on, or moves on by a stride with every look at it."""
+    """A clock that is set forward, or goes forward by a stride each time it is read."""
 
     at_s: float = 0.0
     stride_s: float = 0.0
@@ -34,13 +34,13 @@ class Leaping:
         return self.at_s
 
     def ns(self) -> int:
-        """The same in nanoseconds."""
+        """Return the time in nanoseconds."""
         return round(self.at_s * NS)
 
 
 @dataclass
 class _Tape:
-    """What one signal has given; `count` is the number of the sample that comes next."""
+    """The samples that one signal has given; `count` is the number of the next one."""
 
     signal: Signal
     parts: list[bytes] = field(default_factory=list)
@@ -54,14 +54,14 @@ class _Tape:
 
 
 def _read(sensor: Sensor, tapes: Mapping[str, _Tape]) -> None:
-    """Put on the tapes, one for each signal, what the sensor has given since it was read last."""
+    """Append what the sensor has given since the last reading to the tapes, one for each signal."""
     for name, blocks in sensor.read(0.0).items():
         for block in blocks:
             tapes[name].take(block)
 
 
 def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
-    """The streams of a need over a scene, each of seconds x rate samples; the seed decides the sensors' noise."""
+    """Return the streams of a need over a scene, seconds x rate samples each; the seed decides the sensors' noise."""
     samples: list[Samples] = []
     for kind, taken in NEEDS[need].takes.items():
         samples += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
@@ -70,7 +70,7 @@ def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: i
 
 @dataclass
 class VirtualRecorder:
-    """Twins recorded beside a simulated session, under its clock: what they give depends on nothing else."""
+    """Twins recorded beside a simulated session, under its clock alone."""
 
     now_ns: Callable[[], int]
     clock: Leaping
@@ -79,7 +79,7 @@ class VirtualRecorder:
 
     @classmethod
     def of(cls, needs: Iterable[str], now_ns: Callable[[], int], plan: Plan) -> VirtualRecorder:
-        """Open and start the twins of the needs at second 0 of the session; samples of before now are left out."""
+        """Open and start the twins of the needs at second 0 of the session; earlier samples than now are left out."""
         clock, streams = Leaping(), dict[str, Sensor]()
         for need in needs:
             for kind, taken in NEEDS[need].takes.items():
@@ -96,7 +96,7 @@ class VirtualRecorder:
         return recorder
 
     def take(self) -> tuple[Samples, ...]:
-        """Return what each signal gave since the last call. Raises RigError where a twin lost samples."""
+        """Return what each signal has given since the last call. Raises RigError where a twin lost samples."""
         tapes = {
             stream: {s.name: _Tape(s, count=self.taken.get((stream, s.name), 0)) for s in sensor.signals}
             for stream, sensor in self.streams.items()
@@ -127,7 +127,7 @@ def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
 
 
 def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: int) -> Iterator[Samples]:
-    """Yield exactly the samples of so many seconds, of each signal of the sensor."""
+    """Yield exactly the samples of so many seconds, for each signal of the sensor."""
     clock = Leaping(stride_s=STEP_S / 10)  # Opening takes a zero, which takes time.
     timed: Any = sensor
     timed.elapsed_s = clock

@@ -1,7 +1,7 @@
-"""What the renderer makes of a study's virtual textures under a simulated hand, rendered once and kept.
+"""What the renderer makes of a study's virtual textures under a simulated hand, rendered once and saved.
 
-Simulated people feel these. The hand and what it meets on the real surface are a file beside the study's table; what
-is played is the renderer's own loop under a clock that only the loop moves on.
+Simulated people feel these. The hand and its vibration on the real surface are in a file beside the study's table; the
+renderer's own loop plays under a clock that only the loop advances.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from palpate.signals.textures.voice import Voice
 
 VERSION = 1
-"""Of what is kept: another one where the player or the comparison changes what comes out."""
+"""Version of saved renderings: increased where the player or the comparison changes the result."""
 KEPT, SHIPPED = "compared", "rendered.json"
 
 
@@ -43,7 +43,7 @@ class VirtualTextures:
     lab: Path | None = None
     known: dict[str, Rendered] = field(default_factory=dict)
     shipped: bool = True
-    """Whether what is kept beside the study's table is used."""
+    """Whether the renderings saved beside the study's table are used."""
 
     def card(self, stimulus: Stimulus) -> Path:
         """Return the card of a stimulus' model. Raises RigError where there is none."""
@@ -58,7 +58,7 @@ class VirtualTextures:
             raise RigError(f"stimulus {stimulus.id!r}: {error}") from None
 
     def check(self, stimulus: Stimulus) -> None:
-        """Raise RigError unless the stimulus has a whole model, and its hand is the planned one."""
+        """Raise RigError unless the stimulus has a complete model, and its hand is the planned one."""
         card = self.card(stimulus)
         _friction(stimulus)
         demand_whole(card)
@@ -67,7 +67,10 @@ class VirtualTextures:
             self._felt(stimulus)
 
     def of(self, stimulus: Stimulus) -> Rendered:
-        """Return what its model plays, and how alike that is; rendered if it was not saved. Raises RigError."""
+        """Return what the stimulus' model plays and how similar that is, from the saved rendering if any.
+
+        Raises RigError.
+        """
         card = self.card(stimulus)
         key = self._key(stimulus, card)
         if key not in self.known:
@@ -81,18 +84,18 @@ class VirtualTextures:
         return self.known[key]
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
-        """Return the columns that take the place of the table's, as simulated people feel them."""
+        """Return the columns that replace the table's, as simulated people feel them."""
         alike = self.of(stimulus).alike
         return {} if alike is None else alike.columns()
 
     def _key(self, stimulus: Stimulus, card: Path) -> str:
-        """Return the digest of what decides a rendering: card (it names the digest of its numbers), hand and seed."""
+        """Return the digest of card (which names the digest of its numbers), hand and seed: they decide a rendering."""
         made = [card.stem, file_sha256(card)]
         parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
         return digest({"rendering": VERSION, "seed": SEED, "of": parts})
 
     def _saved(self, key: str, card: Path) -> Rendered | None:
-        """Return this rendering as it was saved, None if it was not. Raises RigError on a file that is damaged."""
+        """Return the saved rendering, None if there is none. Raises RigError on a damaged file."""
         file = self.folder / SHIPPED
         shipped = load_rendering(file) if self.shipped and file.is_file() else {}
         if (entry := shipped.get(key)) is not None:
@@ -112,7 +115,7 @@ class VirtualTextures:
             raise RigError(str(error)) from None
 
     def _felt(self, stimulus: Stimulus) -> Array:
-        """Return (3, n): what the hand meets on the real surface, its speed and its force. Raises RigError."""
+        """Return (3, n): the acceleration on the real surface, the hand's speed and its force. Raises RigError."""
         from palpate.studies.simulation.played_textures import read_felt
 
         file = self.folder / _column(stimulus, "file")
@@ -131,7 +134,7 @@ def _saved_file(lab: Path, key: str) -> Path:
 
 
 def _friction(stimulus: Stimulus) -> float | None:
-    """Return the friction of the table, None if it has none. Raises RigError if it is no number."""
+    """Return the table's friction, None if it has none. Raises RigError if it is no number."""
     text = stimulus.columns.get("friction", "")
     try:
         friction = float(text) if text else None

@@ -1,4 +1,4 @@
-"""Doors made from wishes while a session runs, those that follow the sliders while they are felt, and their record."""
+"""Doors made from wishes during a session, doors that follow the sliders while they are felt, and their record."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ class ShowsForms(Protocol):
     """A window that shows the form of a presentation while it is felt: palpate.devices.window.presenter."""
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Show a page until `ready`, or until the experimenter did something."""
+        """Show a page until `ready`, or until the experimenter does something."""
 
     def show_live(
         self, request: Present, desk: Desk, ready: Callable[[], bool], moved: Callable[[Setting, bool], None]
     ) -> Aside | None:
-        """Show the request's form until `ready`; `moved` hears at every look where it stands, and of its Stop."""
+        """Show the request's form until `ready`; call `moved` each frame with setting and whether Stop was pressed."""
 
 
 @dataclass
 class LiveForm:
-    """The window's pages while a door is felt: instead of the page that says to feel it now, the sliders stay on."""
+    """Pages for the time that a door is felt: instead of the page that says to feel it now, the sliders stay."""
 
     window: ShowsForms
     request: Present
@@ -57,11 +57,11 @@ class LiveForm:
         return dict(self._setting)
 
     def is_done(self) -> bool:
-        """Return whether the participant has stopped."""
+        """Return whether the participant has pressed Stop."""
         return self._done
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Show the sliders in place of the page to feel; show every other page as it is."""
+        """Show the sliders in place of the page for feeling, every other page unchanged."""
         if key == PAGE:
             return self.window.show_live(self.request, desk, ready, self._moved)
         return self.window.wait_for(key, desk, ready)
@@ -73,7 +73,7 @@ class LiveForm:
 
 @dataclass
 class LiveRecord:
-    """The streams of one presentation, taken piece by piece; both have one row for every profile.
+    """The streams of one presentation, taken piece by piece; both have one row per profile.
 
     `live_settings`: when a setting was seen, made into a profile and taken by the door, in seconds since `t0_ns`,
     whether the door stayed as it was, and the setting. `live_forces`: its 621 forces. The first row is the profile
@@ -88,7 +88,7 @@ class LiveRecord:
     rows: int = 0
 
     def take(self) -> tuple[Samples, ...]:
-        """Return what has come since the last call."""
+        """Return the rows since the last call."""
         first_change: Change[Setting] = Change(self.start, tuple(self.force_N), self.t0_ns, self.t0_ns, self.t0_ns)
         changes, first = [first_change, *self.live.changes][self.rows :], self.rows
         if not changes:
@@ -109,7 +109,7 @@ class LiveRecord:
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return what the reply says: where the sliders were left, and how the stream went."""
+        """Return the reply's summary: the final setting of the sliders, and counts of the stream."""
         changes = self.live.changes
         refused = [change.why for change in changes if change.why]
         live = {"rate_hz": RATE_HZ, "ticks": self.live.ticks, "missed": self.live.missed, "changes": len(changes)}
@@ -122,7 +122,7 @@ class LiveRecord:
 
 @dataclass(frozen=True)
 class MadeDoors:
-    """The doors of a lab's models, or else of the shipped ones."""
+    """The doors of a lab's models, or of the shipped ones."""
 
     doors: Doors
 
@@ -137,21 +137,23 @@ class MadeDoors:
             raise RigError(f"the door generator needs a scale from 0 to 100; found {found}")
 
     def force_N(self, request: Present) -> tuple[float, ...]:
-        """Return the 621 forces, in N, of a wish. Raises RigError where there is none, DoorDataError on a bad one."""
+        """Return the 621 forces, in N, of a wish. Raises RigError without a wish, DoorDataError on an unusable one."""
         if request.wish is None:
             raise RigError(f"the door generator needs a wish to present, and was given {request.body()!r}")
         return self.doors.force_N(request.wish)
 
     def on_record(self, force_N: tuple[float, ...], reply: Reply) -> Reply:
-        """Return the reply with what was made: by which models, and the forces themselves, which outlast them."""
+        """Return the reply with the models that made the door and its forces, which outlast the models."""
         made = {"models": dict(self.doors.maker.identity), "force_N": list(force_N)}
         return replace(reply, value={**reply.value, "made": made})
 
 
 @dataclass
 class MadeDoorPresenter:
-    """A door that plays what is wished for, and follows the sliders where the form is live; its replies say what
-    that was. `changes_from` hands the door what it follows, or None."""
+    """A presenter that plays doors from wishes and follows the sliders of a live form; its replies say what it played.
+
+    `changes_from` hands the door what it follows, or None.
+    """
 
     door: Presents
     made: MadeDoors
@@ -159,7 +161,7 @@ class MadeDoorPresenter:
     _following: tuple[Present, LiveForm, LiveRecord] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
-        """Perform as the door does. Raises RigError where a live form has no window to stay in."""
+        """Present as the door does. Raises RigError where a live form has no window to stay in."""
         if request.live_form is None:
             event = self.door.perform(request, window, desk, now_ns)
             return self.made.on_record(self.made.force_N(request), event) if isinstance(event, Reply) else event
@@ -176,7 +178,7 @@ class MadeDoorPresenter:
         return event
 
     def _followed(self, request: Present, window: Pages, now_ns: Callable[[], int]) -> tuple[LiveForm, LiveRecord]:
-        """Return what the door follows while this request is performed."""
+        """Return the form and the record that the door follows during this request."""
         if self._following is None or self._following[0] is not request:
             if not isinstance(window, ShowsForms):
                 raise RigError("a live form stays on while the door is felt, and there is no window to show it in")
@@ -194,5 +196,5 @@ class MadeDoorPresenter:
 
 
 def made_doors(lab: Path | None) -> MadeDoors:
-    """Return the doors that a lab's models make from wishes. Raises ModelFileError where its models cannot be read."""
+    """Return the doors that a lab's models make from wishes. Raises ModelFileError where a model cannot be read."""
     return MadeDoors(Doors(maker_for(lab)))

@@ -11,7 +11,7 @@ from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.sessions.rig import RigError
 
 MID_SIZE = "K8"
-"""The door of the catalogue that stands for a car of which no profile is known."""
+"""The door of the catalogue that represents a car without a known profile."""
 
 
 @dataclass
@@ -22,7 +22,7 @@ class Profiles:
     read: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def of(self, stimulus: Stimulus) -> tuple[float, ...]:
-        """The 621 forces, in newtons, of a stimulus. Raises RigError, or DoorDataError on a file that is no profile."""
+        """Return the 621 forces, in newtons, of a stimulus. Raises RigError, or DoorDataError on an invalid file."""
         if stimulus.id not in self.read:
             file = self.folder / stimulus.columns.get("file", "")
             if not file.is_file():
@@ -34,7 +34,7 @@ class Profiles:
 
 
 def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
-    """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
+    """Return the profile of the door that sensors are simulated at: the column `file`, else a mid-size door."""
     if stimulus.columns.get("file"):
         return profiles.of(stimulus)
     from palpate.devices.door.stimuli import find_door, read_catalogue

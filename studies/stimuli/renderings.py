@@ -1,4 +1,4 @@
-"""What a model's voice made under a simulated hand, how alike it feels to the real surface, and the files of both."""
+"""What a model plays under a simulated hand, how similar it feels to the real surface, and the files of both."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from palpate.studies.sessions.rig import RigError
 
 SEED = 0
 MET = ("sounding", "held", "restarts", "quiet", "muted")
-"""What a record tells of how a model fared, in steps; what each is: palpate.signals.textures.voice.Tally."""
+"""The counts, in steps, that a record has of a model's playing; see palpate.signals.textures.voice.Tally."""
 
 
 @dataclass(frozen=True)
 class Alike:
-    """How far apart the two are; 0 is the same.
+    """The differences between a rendering and the real surface; 0 means equal.
 
-    `level_dB` between the whole levels above the threshold of touch, `spectrum_dB` the RMS over third octaves of what
-    else they differ by, `friction` the logarithm of the ratio of the friction coefficients.
+    `level_dB` between the total levels above the threshold of touch, `spectrum_dB` the RMS of the remaining differences
+    over third octaves, `friction` the logarithm of the ratio of the friction coefficients.
     """
 
     level_dB: float
@@ -31,26 +31,26 @@ class Alike:
     friction: float
 
     def columns(self) -> dict[str, float]:
-        """By the columns of the study's table."""
+        """Return the values by the columns of the study's table."""
         return dict(vars(self))
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """What came of a model under the simulated hand; `alike` None where no real surface is known to compare with."""
+    """The result of a model under the simulated hand; `alike` is None if no real surface is known to compare with."""
 
     metadata: Mapping[str, Any]
     alike: Alike | None = None
 
     def record(self) -> dict[str, Any]:
-        """As a reply keeps it."""
+        """Return the rendering as a reply records it."""
         return dict(self.metadata) | ({} if self.alike is None else {"compared": self.alike.columns()})
 
 
 def demand_whole(card: Path) -> None:
-    """The model's numbers are those that its card names. What was rendered once need not be read again for that.
+    """Raise RigError unless the model's numbers are those that its card names.
 
-    Raises RigError.
+    A saved rendering spares reading the numbers again, so they are checked apart.
     """
     try:
         named = json.loads(card.read_bytes())["weights"]
@@ -63,7 +63,7 @@ def demand_whole(card: Path) -> None:
 
 
 def model_metadata(card: Path, read: Any) -> dict[str, Any]:
-    """A model's files, by name and digest, as every reply names them."""
+    """Return a model's files by name and digest, as every reply names them."""
     return {
         "model": card.stem, "method": read.method, "sha256": file_sha256(card),
         "weights": read.weights.file, "weights_sha256": read.weights.sha256,
@@ -71,7 +71,7 @@ def model_metadata(card: Path, read: Any) -> dict[str, Any]:
 
 
 def load_rendering(file: Path) -> Mapping[str, Any]:
-    """What a file of renderings holds. Raises RigError."""
+    """Read a file of renderings. Raises RigError."""
     try:
         content = json.loads(file.read_bytes())
     except (OSError, ValueError) as error:
@@ -82,7 +82,7 @@ def load_rendering(file: Path) -> Mapping[str, Any]:
 
 
 def rendering_of(metadata: Mapping[str, Any], card: Path, file: Path) -> Rendered:
-    """The inverse of `Rendered.record`, as `file` holds it of this card. Raises RigError."""
+    """Return the rendering of this card from `metadata`: the inverse of `Rendered.record`. Raises RigError."""
     try:
         rest = {name: value for name, value in metadata.items() if name != "compared"}
         compared = None if "compared" not in metadata else Alike(**metadata["compared"])
@@ -100,5 +100,5 @@ def _damaged(file: Path, error: object) -> RigError:
 
 
 def save_rendering(file: Path, made: Rendered) -> None:
-    """Write what came out; of two sessions that do so at once, either one's file is whole."""
+    """Write a rendering atomically: if two sessions write at once, one of the two files remains whole."""
     write_bytes(file, canonical(made.record()))

@@ -1,4 +1,4 @@
-"""What twins of sensors, and of the camera, are shown of a stimulus: the hand at it, or its pictures."""
+"""The scenes of a stimulus for twins of sensors and camera: the hand at it, or its pictures."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ if TYPE_CHECKING:
     from palpate.devices.surfaces.table import Surface
 
 GROUNDS = 2
-"""Surfaces whose relief is kept, 10 MB each: people repeat a trial, and go from one to the next."""
+"""Number of cached surface reliefs, 10 MB each: people repeat a trial, and go from one to the next."""
 SECONDS_A_PICTURE = 12.0
-"""How long the simulated camera takes for one light."""
+"""Seconds that the simulated camera takes for one light."""
 WHOLE = 16
-"""Batches (6.4 s each) that are kept where one sensor is recorded after the other: a minute is computed once."""
+"""Number of cached batches (6.4 s each) where sensors are recorded one after another: a minute is computed once."""
 
 
 def drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
-    """What decides a simulated recording; the study's name keeps two studies of one seed apart."""
+    """Return the keys that seed a simulated recording; the study's name separates two studies of one seed."""
     return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt, *plan.occasion)
 
 
 def seed_of(plan: Plan, trial: Trial) -> int:
-    """The seed of the sensors' noise in a simulated recording."""
+    """Return the seed of the sensors' noise in a simulated recording."""
     return keyed_bits("sensors", *drawn(plan, trial)) % 2**31
 
 
 def surface_of(stimulus: Stimulus) -> Surface:
-    """The simulated surface of a stimulus. Raises SurfaceDataError on what its table says."""
+    """Return the simulated surface of a stimulus. Raises SurfaceDataError on invalid values in its table."""
     from palpate.devices.surfaces.choice import surface_for
 
     return surface_for(stimulus.id, stimulus.columns)
@@ -58,7 +58,7 @@ def demand_surface(trial: Trial) -> None:
 
 
 def sensing(request: Request, device: str) -> Sense:
-    """Return the request if this device is to record. Raises RigError otherwise."""
+    """Return the request if it asks this device to record, else raise RigError."""
     if not isinstance(request, Sense) or request.device != device:
         raise RigError(f"the simulated {device} cannot do {request.body()['do']!r}")
     return request
@@ -66,14 +66,14 @@ def sensing(request: Request, device: str) -> Sense:
 
 @dataclass
 class Strokes:
-    """A hand that strokes over the trial's texture; `kept` batches of a scene are kept, None: its own number."""
+    """A maker of scenes of a hand on the trial's texture; `kept` is how many batches are cached, None the default."""
 
     plan: Plan
     kept: int | None = None
     grounds: OrderedDict[str, Any] = field(default_factory=OrderedDict)
 
     def __call__(self, request: Sense) -> Scene:
-        """Return the scene of a request to record."""
+        """Return the scene of a recording request."""
         from palpate.devices.surfaces.act import KEPT
         from palpate.devices.surfaces.scene import SurfaceScene, ground_of
 
@@ -88,13 +88,13 @@ class Strokes:
 
 @dataclass
 class Openings:
-    """A hand that opens the trial's door."""
+    """A maker of scenes of a hand that opens the trial's door."""
 
     plan: Plan
     profiles: Profiles
 
     def __call__(self, request: Sense) -> Scene:
-        """Return the scene of a request to record."""
+        """Return the scene of a recording request."""
         from palpate.devices.door.opening_scene import OpeningScene
 
         profile_N: Sequence[float] = profile_of(request.trial.stimulus, self.profiles)
@@ -102,12 +102,12 @@ class Openings:
 
 
 def scenes_for(need: str, plan: Plan, profiles: Profiles) -> Callable[[Sense], Scene]:
-    """Return what makes the scene of each request to record with the sensors of a need."""
+    """Return a function that makes the scene of each recording request for the sensors of a need."""
     return Strokes(plan) if need == "tool" else Openings(plan, profiles)
 
 
 def pictures_of(request: Sense) -> Iterator[bytes]:
-    """Yield the trial's texture under one light after the other, each as the bytes of a PNG file."""
+    """Yield the trial's texture under each light in turn, as the bytes of a PNG file."""
     for photo in photos_of(request):
         taken = BytesIO()
         photo.save(taken, "PNG", compress_level=3)
@@ -115,7 +115,7 @@ def pictures_of(request: Sense) -> Iterator[bytes]:
 
 
 def photos_of(request: Sense) -> Iterator[Image]:
-    """Yield the trial's texture under one light after the other, 1568 x 1568 pixels."""
+    """Yield the trial's texture under each light in turn, 1568 x 1568 pixels."""
     from PIL import Image
 
     from palpate.devices.surfaces.photo import LIGHTS, light, photographs
