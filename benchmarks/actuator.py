@@ -1,4 +1,4 @@
-"""Figures of the voice coil: what its twin's hand feels against what was commanded, with and without the filter."""
+"""Figures of the voice coil: what its twin's hand feels against the command, with and without the filter."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from palpate.signals.arrays import Array
 AREA = "actuator"
 LOW_HZ, HIGH_HZ = 20, 450
 LEVEL_M_S2 = 3.0
-"""RMS of what is commanded: lines 1 Hz apart over the band, so that every second is alike."""
+"""RMS of the commanded acceleration: lines 1 Hz apart over the band, so that every second is equal."""
 SETTLED_S = 2
 PART = 20
-"""Samples that are written at a time."""
+"""Number of samples per write."""
 SEED = 7
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Play a second of vibration again and again; the error is taken over the seconds after the first two."""
+    """Yield cases that repeat a second of vibration; the error is taken over the seconds after the first two."""
     seconds = SETTLED_S + (2 if quick else 10)
     wished = commanded_signal(seconds)
     median = float(np.median(np.abs(true_response(Coil()).response)))
@@ -51,7 +51,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def commanded_signal(seconds: int) -> Array:
-    """Return acceleration at 1 kHz that repeats every second: all lines of the band, random phases."""
+    """Return acceleration at 1 kHz that repeats every second: all lines of the band with random phases."""
     lines = np.zeros(RATE_HZ // 2 + 1, dtype=np.complex128)
     turns = np.random.PCG64(SEED).random_raw(HIGH_HZ - LOW_HZ + 1) / 2.0**64
     lines[LOW_HZ : HIGH_HZ + 1] = np.exp(2j * np.pi * turns)
@@ -60,7 +60,7 @@ def commanded_signal(seconds: int) -> Array:
 
 
 def play_through_twin(taps: Array, wished: Array) -> Array:
-    """Play through the device and its twin; return what is felt, in m/s^2, as long as what was commanded."""
+    """Play through the device and its twin; return what is felt, in m/s^2, as long as the commanded signal."""
     clock = [0.0]
     settings = Settings(kind="voice_coil", driver="twin", peak_V=10.0, rms_V=10.0)
     coil: VoiceCoil = make("coil", settings, Path(), lambda: clock[0])

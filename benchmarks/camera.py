@@ -24,7 +24,7 @@ KINDS = ("png", "jpeg")
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield pictures of 1568 x 1568 pixels, and of a camera of 24 megapixels; only the small ones if `quick`."""
+    """Yield the cases of pictures of 1568 x 1568 pixels and of 24 megapixels; only the small ones if `quick`."""
     sizes = [(SQUARE, SQUARE)] if quick else [(SQUARE, SQUARE), (6000, 4000)]
     for width, height in sizes:
         for kind in KINDS:
@@ -59,7 +59,7 @@ def with_white(width: int, height: int) -> Pixels:
 
 
 def white_error(result: Look) -> float | None:
-    """Return the error of the share of white against the patch's own."""
+    """Return the error of the measured share of white."""
     true = round(SQUARE * WHITE_SHARE * 8) * (SQUARE // 8) / SQUARE**2
     return None if result.white is None else abs(result.white - true)
 
@@ -77,7 +77,7 @@ def sharpness_error(result: Look) -> float | None:
 
 
 def known_pictures() -> Iterator[Pixels]:
-    """Yield a rough surface in focus, ever more out of focus, and over-exposed; `TRUTH` holds the right flags."""
+    """Yield a rough surface in focus, increasingly out of focus, and over-exposed; `TRUTH` has the right flags."""
     surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (SQUARE, SQUARE)))
     blurred = {blur_px: _blur(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
     for blur_px, white in TRUTH:

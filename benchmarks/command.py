@@ -1,4 +1,4 @@
-"""The command `bench`: areas by name, each an iterator of cases that is imported when it is measured."""
+"""The command `bench`: areas by name, each an iterator of cases in a module that is imported when it is measured."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ AREAS = {
     "library": "benchmarks.library:cases",
 }
 FIGURES = {"plant": "benchmarks.plant.cases:figures", "alignment": "benchmarks.alignment.cases:figures"}
-"""What an area shows beside its work-precision plots."""
+"""Pictures that an area draws besides its work-precision plots."""
 
 
 @click.command()

@@ -1,4 +1,4 @@
-"""Figures of conformal intervals: how many new answers they hold against the share that they promise."""
+"""Figures of conformal intervals: the share of new answers that they cover against the nominal one."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ AREA = "intervals"
 NORMAL_Z = 1.6448536269514722
 """SDs on either side of the mean that hold 90 % of a normal distribution."""
 SIZES = (20, 90)
-"""Stimuli that calibrate: few, and the 90 of door_ratings."""
+"""Numbers of calibration stimuli: few, and the 90 of door_ratings."""
 Widths = Callable[[Array], Array]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield many calibrations at once, one a column; new answers are counted by the distribution, not by chance."""
+    """Yield the cases of many calibrations at once, one per column; the distribution gives the exact coverage."""
     times = 2_000 if quick else 20_000
     for name, draw, share_within in distributions():
         for n in SIZES:
@@ -64,5 +64,5 @@ def normal_widths(residual: Array) -> Array:
 
 
 def coverage_error(share_within: Callable[[Array], Array], widths: Array) -> float:
-    """Return how far the mean share of new answers within the widths lies from the promised one."""
+    """Return how far the mean share of new answers within the widths lies from the nominal one."""
     return abs(float(np.mean(share_within(widths))) - COVERAGE)

@@ -20,13 +20,13 @@ PAIRS = (("Rough", "Smooth"), ("Flat", "Bumpy"), ("Sticky", "Slippery"), ("Hard"
 WISHES = ("rough, a bit sticky, not bumpy", "neither hard nor soft, very smooth", "bumpy, soft 60-80")
 FIRST = 10
 NODES = 48
-"""Of Gauss and Legendre, between two knots: exact to rounding for the smooth pieces there."""
+"""Number of Gauss-Legendre nodes between two knots, which is exact to rounding for these smooth pieces."""
 FAR_SD = 9.0
 SEED = 23
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield libraries of 50, 500 and 5,000 textures (`quick`: 50 and 500), a third of them predicted only."""
+    """Yield the cases of libraries of 50, 500 and 5,000 textures (`quick`: 50 and 500), a third only predicted."""
     for count in (50, 500) if quick else (50, 500, 5_000):
         library = random_library(count)
         wishes = [wishes_of(library, [text]) for text in WISHES]
@@ -82,7 +82,7 @@ def search_all(entries: Sequence[Entry], wishes: Sequence[tuple[Wish, ...]]) -> 
 
 
 def exhaustive(entries: Sequence[Entry], wishes: Sequence[Wish]) -> dict[str, float]:
-    """Return the fit of every texture: membership times the normal density, integrated from knot to knot."""
+    """Return the fit of every texture: membership times the normal density, integrated between knots."""
     rule = np.polynomial.legendre.leggauss(NODES)
     fits = {}
     for entry in entries:
@@ -122,7 +122,7 @@ def fit_error(exact: Sequence[dict[str, float]], results: Sequence[Sequence[Matc
 
 
 def share_of_nearest_missed(library: Library, neighbours: Sequence[Near]) -> float:
-    """Return the share of the ten nearest by plain distances of all means that are not among the first ten."""
+    """Return the share of the ten nearest by plain distance of all means that are not among the first ten results."""
     table = np.array([_means(entry) for entry in library.textures])
     apart = np.sqrt(((table - table[0]) ** 2).mean(axis=1))
     nearest = [library.textures[at].id for at in np.argsort(apart, kind="stable")[1 : FIRST + 1]]

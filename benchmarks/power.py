@@ -1,4 +1,4 @@
-"""Figures of power by simulation: shares of detected effects against the exact power, and the interval around them."""
+"""Figures of power by simulation: shares of detected effects against the exact power, and the intervals around them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Interval = Callable[[int, int], tuple[float, float]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield two stimuli that differ by one SD of an answer, 12 people: p is that of a noncentral F(1, 11), exactly."""
+    """Yield the cases of two stimuli one SD apart and 12 people, for which p follows a noncentral F(1, 11) exactly."""
     with tempfile.TemporaryDirectory() as folder:
         files = {"two_stimuli/study.yaml": STUDY, "two_stimuli/stimuli.csv": STIMULI, "two_stimuli/analysis.yaml": PLAN}
         write_texts(Path(folder), files)
@@ -59,7 +59,7 @@ def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], 
 
 
 def exact_power(effect: float, alpha: float = 0.05) -> float:
-    """Return the chance of p <= alpha; differences between two answers of a person are normal with the SD sqrt(2)."""
+    """Return the probability of p <= alpha; differences of two answers of a person are normal with the SD sqrt(2)."""
     from scipy.stats import f, ncf
 
     shift = PEOPLE * (effect * APART) ** 2 / (2 * NOISE**2)
@@ -88,7 +88,7 @@ def all_intervals(interval: Interval, runs: int) -> list[tuple[float, float]]:
 
 
 def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> float:
-    """Return how far the chance that the interval holds the power lies from 0.95, over the binomial distribution."""
+    """Return how far the intervals' coverage of the power lies from 0.95, over the binomial distribution."""
     from scipy.stats import binom
 
     runs = len(intervals) - 1
@@ -97,14 +97,14 @@ def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> fl
 
 
 def wald(significant: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
-    """Return the share and 1.96 of its standard errors, a common choice."""
+    """Return the share plus and minus `z` standard errors, a common choice."""
     share = significant / runs
     half = z * math.sqrt(share * (1 - share) / runs)
     return share - half, share + half
 
 
 def clopper_pearson(significant: int, runs: int) -> tuple[float, float]:
-    """Return the exact interval, which always holds 95 % or more (Clopper and Pearson 1934)."""
+    """Return the exact interval, whose coverage is always 95 % or more (Clopper and Pearson 1934)."""
     from scipy.stats import beta
 
     low = float(beta.ppf(0.025, significant, runs - significant + 1)) if significant else 0.0

@@ -1,4 +1,4 @@
-"""Cases whose error, or error and time, were measured before the table is printed: nothing runs again for them."""
+"""Cases whose error, or error and time, were measured before the table is printed, so that nothing runs again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 def constant(value: T) -> Callable[[object], T]:
-    """Return a function of a case's answer that gives this value, whatever the answer."""
+    """Return a function that gives this value whatever a case's answer."""
     return lambda _answer: value
 
 

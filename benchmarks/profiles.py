@@ -19,12 +19,12 @@ GRID_DEG = np.arange(POINTS) / POINTS_PER_DEG
 RATE_HZ = 1000
 NOISE_N = 0.1
 WAVES = ((18.0, 7.0, 0.3), (9.0, 3.1, 1.0), (4.0, 1.3, 2.0), (0.8, 0.6, 0.5))
-"""The known door's force: newtons, degrees for a radian, phase."""
+"""The waves of the known door's force: newtons, degrees per radian, phase."""
 Rule = Callable[[Array, Array], Array]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield rows of one opening of six seconds (`quick`: two) at 1 kHz, the hand's speed uneven."""
+    """Yield the cases of one opening of six seconds (`quick`: two) at 1 kHz with uneven speed."""
     seconds = 2 if quick else 6
     angle = opening_deg(seconds)
     force = force_N(angle)
@@ -44,7 +44,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def opening_deg(seconds: float) -> Array:
-    """Return angles of an opening from 0 to just past 62 degrees, speed varying by 40 %; every row goes forward."""
+    """Return the angles of an opening from 0 to just past 62 degrees, whose speed varies by 40 %."""
     t = np.linspace(0.0, 1.0, round(seconds * RATE_HZ))
     return np.asarray((MAX_ANGLE_DEG + 0.5) * (t + 0.4 / (4 * np.pi) * np.sin(4 * np.pi * t)))
 
@@ -57,7 +57,7 @@ def force_N(angle_deg: Array) -> Array:
 def means_N() -> Array:
     """Return the known door's profile: its force at 0, then the exact mean over each point's tenth of a degree.
 
-    The last tenth is whole as all others, since the door opens further than 62 degrees.
+    The last tenth is as complete as the others, since the door opens further than 62 degrees.
     """
     half = 0.5 / POINTS_PER_DEG
     low, high = GRID_DEG - half, GRID_DEG + half
@@ -73,7 +73,7 @@ def palpate(angle: Array, force: Array) -> Array:
 
 
 def ten_rows(angle: Array, force: Array) -> Array:
-    """Normalise as thesis 5.3.1.2 says: the rows of each degree, ten of them evenly chosen, one after another."""
+    """Normalise as thesis 5.3.1.2 says: ten evenly chosen rows of each degree, one after another."""
     chosen = [force[0]]
     for degree in range(MAX_ANGLE_DEG):
         rows = np.flatnonzero((angle > degree) & (angle <= degree + 1))
@@ -82,7 +82,7 @@ def ten_rows(angle: Array, force: Array) -> Array:
 
 
 def at_points(angle: Array, force: Array) -> Array:
-    """Return the straight lines between rows at each point of the grid, without a mean."""
+    """Return the linear interpolation between rows at each point of the grid, without a mean."""
     return np.interp(GRID_DEG, angle, force)
 
 
@@ -103,7 +103,7 @@ def exact_N(angle: Array, force: Array) -> list[Fraction]:
 
 
 def worst(exact: list[Fraction], result: Array) -> float:
-    """Return the largest difference from exact fractions."""
+    """Return the largest difference from the exact fractions."""
     return float(max(abs(Fraction(float(value)) - true) for value, true in zip(result, exact, strict=True)))
 
 

@@ -1,4 +1,4 @@
-"""Figures to reach for a lab that grows: what each verb costs on 20, 200 and 2,000 sessions of 50 trials."""
+"""Figures to reach for a growing lab: the cost of each verb on 20, 200 and 2,000 sessions of 50 trials."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ except SystemExit as end:
     print(peak if sys.platform == "darwin" else 1024 * peak)
     raise
 """
-"""A palpate command that prints its peak memory in bytes at its end, without that of its workers."""
+"""A program that runs a palpate command and prints its peak memory in bytes at its end, without that of its workers."""
 STUDY = "scale_doors"
 CARS = ("BC3", "FORD", "G90", "K3", "K8")
 VARIANTS = tuple(f"g{number}" for number in range(10))
@@ -88,7 +88,7 @@ def cache_folder() -> Path:
 
 
 def make_lab(sessions: int, folder: Path | None = None) -> Path:
-    """Return a lab of this many simulated sessions, made once by `palpate run --simulate` and kept in the cache.
+    """Return a lab of this many simulated sessions, made once by `palpate run --simulate` and cached.
 
     A lab with fewer sessions, as an interrupted run leaves it, is completed.
     """
@@ -106,7 +106,7 @@ def make_lab(sessions: int, folder: Path | None = None) -> Path:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield each verb on labs of 20, 200 and 2,000 sessions, as its own process: seconds and peak memory."""
+    """Yield the cases of each verb on labs of 20, 200 and 2,000 sessions, in its own process: time and memory."""
     sizes = SIZES[:2] if quick else SIZES
     largest = make_lab(sizes[-1])
     for sessions in sizes:
@@ -160,7 +160,7 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
 
 
 def _first_page(lab: Path, input_name: str, sessions: int) -> Case:
-    """Return the browser's wait for a lab without cached results: sessions, or how many of them are still to come."""
+    """Return the browser's wait for a lab without cached results: its sessions, or how many remain to be read."""
     from palpate.analysis.monitoring.app import BUDGET_S
     from palpate.analysis.monitoring.finished import FILE
     from palpate.analysis.monitoring.page import Pages
@@ -229,7 +229,7 @@ def run_verb(*arguments: str, check: bool = True) -> str:
 
 
 def rows_that_differ(lab: Path) -> float:
-    """Return how many rows of the lab's database differ from a database that is built again from its ledgers."""
+    """Return how many rows of the lab's database differ from a database that is rebuilt from its ledgers."""
     anew = lab / "anew.sqlite"
     if not anew.exists():
         engine = open_database(f"sqlite:///{anew}")
@@ -250,7 +250,7 @@ def _differ(connection: sqlite3.Connection, table: str) -> int:
 
 
 def _with_one_new(lab: Path) -> Cost:
-    """Let the database forget the last session, so that its ledger is new, and collect."""
+    """Remove the last session from the database, so that its ledger is new, and return the cost of collecting it."""
     session = f"{STUDY}/{ledgers_in(lab)[-1].name.split('_')[-2]}/1"
     engine = open_database(f"sqlite:///{lab / 'lab.sqlite'}")
     with engine.begin() as connection:
@@ -278,7 +278,7 @@ def _fails(*arguments: str) -> bool:
 
 
 def _copy(lab: Path, copy: Path, sessions: int | None = None) -> Path:
-    """Copy a lab with the first ledgers of another, as hard links where the disk supports them."""
+    """Copy a lab with only its first ledgers if `sessions` is given, as hard links where the disk supports them."""
     shutil.copytree(lab / "studies", copy / "studies")
     (copy / "sessions").mkdir(parents=True)
     for ledger in ledgers_in(lab)[:sessions]:

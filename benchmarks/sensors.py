@@ -1,4 +1,4 @@
-"""Figures to reach for the sensors on a card: 0.1 s of samples to the signal's units, far faster than they come."""
+"""Figures to reach for sensors on a card: conversion of 0.1 s of samples, which must be far faster than they come."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FORCE_HZ, ACCELERATION_HZ = 10_000.0, 3000.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield volts to units, and the twin's making of volts; the error is the largest against long double."""
+    """Yield the cases of volts to units, and of the twin's volts; the error is the largest against long double."""
     repeats = 50 if quick else 500
     yield from _conversions("6 gauges at 10 kHz", _force(), repeats)
     yield from _conversions("3 axes at 3 kHz", _accelerometer(), repeats)
@@ -57,7 +57,7 @@ def _volts(sensor: DaqSensor) -> Array:
 
 
 def _conversions(input_name: str, sensor: DaqSensor, repeats: int) -> Iterator[Case]:
-    """Yield the sensor's own way (checks, conversion, float32), and the sum written out sample by sample."""
+    """Yield the cases of the sensor's own conversion (checks, conversion, float32), and of a loop over the samples."""
     volts = _volts(sensor)
     offset, matrix = _linear(sensor)
     exact = ((volts.astype("g") - offset.astype("g"))[:, None, :] * matrix.astype("g")).sum(axis=2)
@@ -96,7 +96,7 @@ def _by_sample(offset: list[float], matrix: list[list[float]], volts: list[list[
 
 
 def _making(input_name: str, sensor: DaqSensor, repeats: int) -> Case:
-    """Return a twin's cost; its error is the mean against the true load: nothing, or one g."""
+    """Return the case of a twin's cost; its error is the mean against the true load: nothing, or one g."""
     from palpate.devices.daq.acquire import Pace
 
     times = [0.0]

@@ -1,4 +1,4 @@
-"""Figures of the serial link: an upload, reading telemetry, what garbage costs, and how soon the door is safe."""
+"""Figures of the serial link: an upload, reading telemetry, the cost of garbage, and how soon the door is safe."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WAYS: Mapping[str, Callable[[Drilled], float]] = {
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield upload and verify, parsing, resynchronising, and the way to safe."""
+    """Yield the cases of upload and verify, parsing, resynchronising, and the way to safe."""
     yield from _uploads(5 if quick else 15)
     yield from _parsing(5_000 if quick else 50_000)
     yield from _resynchronising(200 if quick else 2_000)
@@ -39,7 +39,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _profile() -> says.Profile:
-    """Return a profile without equal points, so that one in a wrong place shows."""
+    """Return a profile without equal points, so that a point in a wrong place is detected."""
     return says.Profile(tuple(20 + 0.05 * index for index in range(621)), 62.0)
 
 
@@ -77,7 +77,7 @@ def _linked(latency_ms: int) -> Link:
 
 
 def _telemetry(count: int) -> list[says.Telemetry]:
-    """Return an opening of the door, as its telemetry."""
+    """Return the telemetry of an opening of the door."""
     opened = open_door([10 + 0.01 * index for index in range(621)], (count - 1) / 1000, 1000)
     rows = zip(opened.angle_deg, opened.force_N, strict=True)
     return [says.Telemetry(1000 * n, n, angle, 1.5, force, 0.2, 3, 0) for n, (angle, force) in enumerate(rows)]
@@ -110,7 +110,7 @@ def _parsing(count: int) -> Iterator[Case]:
 
 
 def garbage(chance: random.Random) -> bytes:
-    """Return up to 4 kB of line noise: random bytes, runs of one byte, noise without an end, pieces of frames."""
+    """Return up to 4 kB of line noise: random bytes, runs of one byte, noise without an end, parts of frames."""
     length = chance.randrange(1, 4096)
     frame = on_the_line(Frame(chance.randrange(256), chance.randrange(1 << 16), chance.randbytes(200)))
     at = chance.randrange(len(frame))
@@ -125,7 +125,7 @@ def garbage(chance: random.Random) -> bytes:
 
 
 def frames_lost(seed: int) -> int:
-    """Return how many of 20 frames are lost where garbage falls among them, or in the middle of one."""
+    """Return how many of 20 frames are lost if garbage falls between them, or within one."""
     chance = random.Random(seed)
     sent = [Frame(says.Telemetry.KIND, number, chance.randbytes(30)) for number in range(20)]
     line = b"".join(map(on_the_line, sent))
@@ -143,7 +143,7 @@ def _resynchronising(drills: int) -> Iterator[Case]:
 
 
 def _drills() -> Iterator[Case]:
-    """Yield the door machine's drills; only their errors matter, not their computing time."""
+    """Yield the cases of the door machine's drills; only their errors matter, not their computing time."""
     input_name = "the twin's plant in full swing, 1.6 s into its play"
     for name in DRILLS:
         for what, read in WAYS.items():

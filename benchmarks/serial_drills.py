@@ -1,4 +1,4 @@
-"""Fault drills on the simulated door machine in full swing: how soon it is safe, in plant time."""
+"""Fault drills on the simulated door machine in full motion: how soon it is safe, in plant time."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import DoorFault
 
 MOVING_MS = 1600
-"""Into the play, the twin's hand moves the arm at some tens of degrees a second."""
+"""Milliseconds of play after which the twin's hand moves the arm at some tens of degrees a second."""
 WATCHED_MS = 400
 
 
 @dataclass(frozen=True)
 class Drilled:
-    """Milliseconds of plant time from the cause: until switched off, until the motor gives nothing, until it brakes."""
+    """Milliseconds of plant time from the cause until the door is off, the motor has no torque, the door brakes."""
 
     fault: DoorFault
     off_ms: int

@@ -1,6 +1,6 @@
-"""The emulator in this very process: as a port in virtual time, and as one paced by the wall clock.
+"""The emulator within this process: as a port in virtual time, and as a port paced by the wall clock.
 
-Virtual time passes only while a test reads or waits, so that every dialogue and every drill repeats itself exactly.
+Virtual time passes only while a test reads or waits, so that every dialogue and every drill is repeatable.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ UNPLUGGED = "the device is gone"
 
 @dataclass
 class VirtualLine:
-    """A port whose time passes only while somebody reads it, or by `run`.
+    """A port whose time passes only while somebody reads it, or in `run`.
 
-    `every_ms` is called every millisecond, as a thread of the host would run: a link's heartbeat. An unplugged line
-    raises OSError; the firmware lives on.
+    `every_ms` is called every millisecond, like a thread of the host, such as a link's heartbeat. An unplugged line
+    raises OSError; the firmware goes on.
     """
 
     wire: Wire
@@ -31,11 +31,11 @@ class VirtualLine:
     arrived: bytearray = field(default_factory=bytearray)
 
     def clock_s(self) -> float:
-        """Return the virtual seconds."""
+        """Return the virtual time in seconds."""
         return self.t_ms / 1000
 
     def now_ns(self) -> int:
-        """Return the virtual nanoseconds."""
+        """Return the virtual time in nanoseconds."""
         return self.t_ms * MS_NS
 
     def run(self, ms: int) -> None:
@@ -48,7 +48,7 @@ class VirtualLine:
             self.every_ms(self.t_ms)
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come, after as much time as it took."""
+        """Return the received bytes after the virtual time that they took."""
         until_ms = self.t_ms + max(1, round(timeout_s * 1000))
         while not self.arrived and not self.unplugged and self.t_ms < until_ms:
             self.run(1)
@@ -59,20 +59,20 @@ class VirtualLine:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send it."""
+        """Send the data."""
         if self.unplugged:
             raise OSError(UNPLUGGED)
         self.wire.push(data)
 
     def close(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing: the port needs no closing."""
 
 
 @dataclass
 class PacedLine:
-    """A port whose device lives by the wall clock: the bytes take the time that they take at the line's rate.
+    """A port whose device runs by the wall clock: bytes take the time that they take at the line's rate.
 
-    `latency_ms` is that of a USB adapter which passes bytes on at intervals.
+    `latency_ms` is the interval at which a USB adapter passes bytes on.
     """
 
     wire: Wire
@@ -83,7 +83,7 @@ class PacedLine:
     arrived: bytearray = field(default_factory=bytearray)
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has come."""
+        """Return the received bytes."""
         until_s = time.monotonic() + timeout_s
         while not self.arrived and time.monotonic() < until_s:
             self._catch_up()
@@ -94,12 +94,12 @@ class PacedLine:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send it."""
+        """Send the data."""
         self._catch_up()
         self.wire.push(data)
 
     def close(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing: the port needs no closing."""
 
     def _catch_up(self) -> None:
         for _ in range(int((time.monotonic() - self.began_s) * 1000) - self.ticks):

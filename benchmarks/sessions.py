@@ -1,4 +1,4 @@
-"""Figures to reach for sessions and for starting up: what an experimenter waits for."""
+"""Figures to reach for sessions and start-up: what an experimenter waits for."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LOADED = "import sys; sys.argv[1:] = {arguments}; from palpate import command_li
 
 
 def sessions(quick: bool) -> Iterator[Case]:
-    """Yield one session of 45 trials x 7 ratings: run durably, kept in memory only, and replayed."""
+    """Yield the cases of one session of 45 trials x 7 ratings: run durably, run in memory only, and replayed."""
     repeats = 3 if quick else 9
     plan = _plan()
     rig = simulated(plan.study, DOORS)
@@ -83,7 +83,7 @@ def sessions(quick: bool) -> Iterator[Case]:
 
 
 def startup(quick: bool) -> Iterator[Case]:
-    """Yield the command line from the shell: a whole process each, beside an empty Python."""
+    """Yield the cases of the command line from the shell: a whole process each, beside an empty Python."""
     repeats = 5 if quick else 15
     yield _process("python -c pass", [sys.executable, "-c", "pass"], None, repeats)
     for arguments in (["--help"], ["run", "--help"], ["analyse", "--help"], ["studies"], ["check", "door_ratings"]):
@@ -99,7 +99,7 @@ def _process(name: str, command: list[str], arguments: list[str] | None, repeats
 
 
 def _heavy(arguments: list[str] | None) -> float:
-    """Return how many of the heavy packages the verb has imported when it is done."""
+    """Return how many of the heavy packages the verb imports."""
     if arguments is None:
         return 0.0
     code = LOADED.format(arguments=arguments, heavy=HEAVY)
@@ -113,7 +113,7 @@ def _plan() -> Plan:
 
 
 def _with_samples(path: Path, header: dict[str, Any], megabytes: int) -> Path:
-    """Write a ledger of `megabytes` events, each with a sample block of 1 MB."""
+    """Write a ledger of `megabytes` events, each with a sample block of 1 MB; return its path."""
     note = {"at": "2026-01-01T00:00:00+00:00"}
     create(path, header, note)
     ledger = open_for_append(path, note)
@@ -133,7 +133,7 @@ def _shapes_checked(events: Sequence[Event]) -> int:
 
 @dataclass
 class _Memory:
-    """A log that nothing survives."""
+    """A log in memory only."""
 
     events: list[Event] = field(default_factory=list)
 

@@ -1,4 +1,4 @@
-"""Figures of the masking noise: its level and spectrum as played, against what its settings declare."""
+"""Figures of the masking noise: its level and spectrum as played, against the declared ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CENTRES_HZ = 1000 * 10 ** (np.arange(-15, 12) / 10)
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield ten seconds of noise from the middle of the loop, and independent random samples beside.
+    """Yield the cases of ten seconds of noise from the middle of the loop, beside independent random samples.
 
     `quick` measures white noise only.
     """
@@ -43,7 +43,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def play_once(colour: Colour) -> Array:
-    """Make the loop and play it once through the player, beginning in its middle, as an output takes it."""
+    """Make the loop and play it once through the player, starting in its middle, as an output would."""
     player = Player(loop(colour, RATE_HZ, SEED) * rms_of(LEVEL_DBFS))
     player.fader.to(1.0, 1)
     player.fill(RATE_HZ * LOOP_S // 2)
@@ -64,7 +64,7 @@ def level_error_db(samples: Array) -> float:
 
 
 def second_error_db(samples: Array) -> float:
-    """Return the same of the second that lies furthest off."""
+    """Return the level error of the second that deviates most, in dB."""
     return max(map(level_error_db, samples.reshape(-1, RATE_HZ)))
 
 
@@ -80,7 +80,7 @@ def spectrum_error_db(colour: Colour, samples: Array) -> float:
 def a_error_db(colour: Colour, samples: Array) -> float:
     """Return how far the samples' A-weighted level lies from the declared one, in dB.
 
-    The weighting is worked out here from its four poles (IEC 61672-1, Annex E), not taken from the product.
+    The weighting is computed here from its four poles (IEC 61672-1, Annex E), not taken from the product.
     """
     hz, power = _power(samples)
     s = 2j * np.pi * hz[1:]
@@ -93,7 +93,7 @@ def a_error_db(colour: Colour, samples: Array) -> float:
 
 
 def _power(samples: Array) -> tuple[Array, Array]:
-    """Return frequencies, and the mean square in each line."""
+    """Return the frequencies, and the mean square in each line."""
     lines = np.abs(np.fft.rfft(samples)) ** 2 / len(samples) ** 2
     return np.asarray(np.fft.rfftfreq(len(samples), 1 / RATE_HZ), dtype=np.float64), 2 * lines
 

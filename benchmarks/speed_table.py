@@ -1,4 +1,4 @@
-"""Error of a speed against its window: long windows quiet the noise and blur the movement."""
+"""The error of a speed against its window: long windows reduce the noise and blur the movement."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.signals.arrays import Array
 
 @dataclass(frozen=True)
 class Stroke:
-    """A hand that strokes to and fro: amplitude in mm and frequency in Hz; and the tracker's noise in mm per axis."""
+    """A hand that strokes back and forth: amplitude in mm and frequency in Hz, and the tracker's noise in mm."""
 
     amplitude_mm: float = 40.0
     frequency_hz: float = 1.5
@@ -29,7 +29,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Line:
-    """One window: RMS errors of the velocity in mm/s, as the theory has them and as measured on a simulated stroke."""
+    """The RMS errors of the velocity for one window, in mm/s, by theory and as measured on a simulated stroke."""
 
     estimate: Slope
     noise_mm_s: float
@@ -56,7 +56,7 @@ def table(
 
 
 def expected(stroke: Stroke, estimate: Slope) -> tuple[float, float]:
-    """Return the velocity's RMS noise, and what the window takes from the movement: |response - 1|."""
+    """Return the velocity's RMS noise, and the share of the movement that the window removes: |response - 1|."""
     blur = abs(estimate.response(stroke.frequency_hz) - 1) * stroke.fastest_mm_s / math.sqrt(2)
     return stroke.noise_mm * estimate.noise_gain_per_s, blur
 

@@ -1,4 +1,4 @@
-"""Figures of the simulated surfaces: what each approximation costs in error and gains in time."""
+"""Figures of the simulated surfaces: the error and the saved time of each approximation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TONE_HZ = 400.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield all sensors of a texture; the contact's blocks; the tip's tracing; the change of rate."""
+    """Yield the cases of all sensors of a texture, the contact's blocks, the tip's tracing, and the change of rate."""
     table = read_surfaces()
     seconds, repeats = (10.0, 1) if quick else (60.0, 3)
     for name in SURFACES[:2] if quick else SURFACES:
@@ -50,7 +50,7 @@ def _whole(surface: Surface, seconds: float, repeats: int) -> Case:
 
 
 def sense_surface(surface: Surface, seconds: float) -> list[Array]:
-    """Return every sensor's samples of one act, read side by side as sensors do."""
+    """Return every sensor's samples of one act, read alternately as in a session."""
     scene = SurfaceScene(surface, seconds, "bench", under=ground_of(surface))
     pieces = [getattr(scene, name)(rate_hz) for name, rate_hz in SENSORS]
     blocks: list[list[Array]] = [[] for _ in SENSORS]
@@ -103,7 +103,7 @@ def _tip(surface: Surface) -> Iterator[Case]:
 
 
 def dilate(height_um: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the dilation by a sphere, with every offset under it."""
+    """Return the dilation by a sphere, computed from every offset under it."""
     count = height_um.shape[0]
     reach = int(RADIUS_MM * count / 100)
     top = np.full_like(height_um, -np.inf)

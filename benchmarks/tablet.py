@@ -22,7 +22,7 @@ MEASURES: tuple[tuple[str, str, ErrorOf], ...] = (
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield held and on a line, at common tablets' report rates: the error at once, and with the delay removed."""
+    """Yield the cases of a held and an interpolated signal at common report rates, with and without the delay."""
     seconds = 6.0 if quick else 31.0
     for case, error_kind, error in MEASURES:
         for report_hz in REPORTS_HZ:

@@ -1,4 +1,4 @@
-"""Errors of the conversion of reports to 1 kHz: its delay, and the error that remains without the delay."""
+"""Errors of the conversion of reports to 1 kHz: its delay, and the error that remains after its removal."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Sample = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Stroke:
-    """A stylus that goes round a circle in mm, faster and slower `frequency_hz` times a second, as its force does.
+    """A stylus that goes round a circle in mm; its speed and force vary `frequency_hz` times a second.
 
-    Reports come with jitter; positions and pressures in steps.
+    Reports have jitter; positions and pressures are quantised.
     """
 
     radius_mm: float = 25.0
@@ -38,7 +38,7 @@ class Stroke:
         return self.force_N * (1 + 0.5 * math.sin(self._omega * t_s))
 
     def reports(self, shape: Shape, seconds: float) -> list[Report]:
-        """Return a tablet's reports of it."""
+        """Return a tablet's reports of the stroke."""
         count = round(seconds * shape.report_hz)
         jitter = gaussians(count, "stroke", self.seed)
         most = 0.45 / shape.report_hz
@@ -58,7 +58,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Errors:
-    """Delay that fits best and RMS error once it is taken off, and RMS error against the very instant."""
+    """The best-fitting delay, the RMS error without it, and the RMS error at the same instant."""
 
     delay_s: float
     left: float
@@ -66,7 +66,7 @@ class Errors:
 
 
 def convert_reports(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Sample]:
-    """Time, speed and force of every millisecond, from these reports."""
+    """Return time, speed and force of every millisecond, from these reports."""
     stylus, place, out = Stylus(shape), 0, []
     for tick in range(round(seconds * shape.rate_hz)):
         t_s = tick / shape.rate_hz

@@ -1,6 +1,6 @@
 """Figures of thresholds: how far they lie from a simulated observer's, how often intervals miss it, and the time.
 
-Seeds come from the observers' names and are not chosen.
+Seeds follow from the observers' names.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Observer:
-    """A cumulative Gaussian (`THRESHOLD`, `SD`) with these rates, in this task."""
+    """An observer with a cumulative Gaussian (`THRESHOLD`, `SD`) and these guess and lapse rates in this task."""
 
     name: str
     task: Task
@@ -51,11 +51,11 @@ class Observer:
     alternatives: int | None = None
 
     def declared(self) -> Rates:
-        """Return the rates as the task sets them."""
+        """Return the rates declared by the task."""
         return rates_of(self.task, self.alternatives, None, None)
 
     def undeclared(self) -> Rates:
-        """Return the rates without a declared task: guess fixed, lapse from 0 to 0.06."""
+        """Return the rates without a declared task: fixed guess rate, lapse rate from 0 to 0.06."""
         fixed: Rate | None = None if self.alternatives is None else self.guess
         return rates_of(None, None, fixed, None)
 
@@ -71,7 +71,7 @@ OBSERVERS = (
 
 
 class Sets(NamedTuple):
-    """Data sets of one observer that have an estimate, fitted: the hits (sets, levels), and how many were refused."""
+    """One observer's data sets that have an estimate: the hits (sets, levels), the fits, and the number refused."""
 
     function: FunctionSpec
     data: Levels
@@ -110,13 +110,13 @@ def _has_estimate(data: Levels, function: FunctionSpec, problem: Problem, fits: 
 
 
 def missed(ends: Floats, true: float) -> float:
-    """Return the share of intervals (sets, 2) that do not hold the true value; an open end bounds nothing."""
+    """Return the share of intervals (sets, 2) that do not hold the true value; an open end is no bound."""
     low, high = np.nan_to_num(ends[:, 0], nan=-np.inf), np.nan_to_num(ends[:, 1], nan=np.inf)
     return float(((low > true) | (high < true)).mean())
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield each observer's bias over 150 data sets, and the misses of intervals over 1,000 (quick: 150)."""
+    """Yield the cases of each observer: bias over 150 data sets, and missed intervals over 1,000 (quick: 150)."""
     for trials in (100, 40):
         for observer in OBSERVERS:
             yield from _bias(observer, trials, 150)
@@ -184,7 +184,7 @@ def _misses_of(true: float) -> Callable[[tuple[Floats, float]], float]:
 
 
 def _clocked(run: Callable[[], Floats]) -> tuple[Floats, float]:
-    """Run once, because it takes minutes, and return the result with its seconds."""
+    """Run once, because it takes minutes; return the result and the seconds."""
     start = time.perf_counter()
     found = run()
     return found, time.perf_counter() - start

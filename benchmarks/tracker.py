@@ -1,4 +1,4 @@
-"""Error and time of the speed from a tracker, by window and by the place in the window."""
+"""Error and time of a tracker's speed, by window and by the place in the window."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ METHODS: dict[str, tuple[int, Place]] = {
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield each method and window on a hand's stroke at 120 Hz and on a door's handle at 80 Hz."""
+    """Yield the cases of each method and window on a hand's stroke at 120 Hz and on a door's handle at 80 Hz."""
     seconds = 60.0 if quick else 600.0
     for name, stroke in STROKES.items():
         for window in WINDOWS:

@@ -1,1 +1,1 @@
-"""Makers of shipped files and of the documentation's pictures. Never installed; nothing imports them."""
+"""Generators of shipped files and of the documentation's pictures. Never installed; nothing imports them."""

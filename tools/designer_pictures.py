@@ -1,4 +1,4 @@
-"""Pictures of the window for the documentation, painted without one: `python -m` this module FOLDER."""
+"""Generate pictures of the designer's window for the documentation without a window: `python -m` this module FOLDER."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 SIZE, PX_PER_MM, COLOURS = (1280, 720), 3.6, 128
 WISHES = {"Easy-to-pull": 30, "Damped": 30, "Pleasant": 35, "New": 40, "Comfort": 30, "Luxurious": 35}
-"""A calm door; what is not named stays in the middle."""
+"""The wishes for a calm door; unnamed attributes stay in the middle."""
 OTHER = {"Easy-to-pull": 70, "Damped": 65, "Consistent": 75}
-"""A rough one, to compare it with."""
+"""The wishes for a rough door, for comparison."""
 NAME = "calm saloon"
 
 
@@ -42,7 +42,7 @@ def pictures(folder: Path, maker: Maker) -> list[Path]:
 def picture(
     maker: Maker, work: Work, status: DesignerStatus, language: str = "en", size: tuple[int, int] = SIZE
 ) -> Image.Image:
-    """Paint the window as it shows a work."""
+    """Paint the window for this work."""
     from PIL import Image
 
     page = Page(Metrics(*size, PX_PER_MM * size[0] / SIZE[0]), author_texts(language), find_fonts(language))

@@ -1,8 +1,8 @@
 """Models for shipping: weights in half precision, half the bytes. `python -m tools.half_precision FROM TO`.
 
-A network's weights lose nothing that is felt: its answers change by less than a thousandth of their SD (measured in
-docs/reference/texture-rivals.md). Line spectral frequencies would move by a milliradian, so what is in double precision
-stays as it is.
+No difference can be felt: its answers change by less than a thousandth of their SD (measured in
+docs/reference/texture-rivals.md). Line spectral frequencies would move by a milliradian, so numbers in double precision
+are kept.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WRITTEN_ANEW = {"format", "name", "steps", "weights", "notes"}
 
 
 def halve(card: Path, folder: Path) -> Path:
-    """Write the model into a folder with its single-precision numbers in half; returns the new card's path.
+    """Write the model into a folder, with its single-precision numbers in half precision; return its card's path.
 
     Raises ModelWritingError for a number that half precision cannot hold.
     """

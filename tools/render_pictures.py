@@ -1,4 +1,4 @@
-"""Pictures of the window for the documentation, painted without one: `python -m` this module FOLDER [LAB].
+"""Generate pictures of the renderer's window for the documentation: `python -m` this module FOLDER [LAB].
 
 What they show is played by the models, those of LAB first, for the simulated hand of `palpate render --hand`.
 """
@@ -42,7 +42,7 @@ def pictures(folder: Path, lab: Path) -> list[Path]:
 def picture(
     lab: Path, choice: Choice, last: Array, status: RendererStatus, language: str = "en", metrics: Metrics | None = None
 ) -> Image.Image:
-    """Paint the window as it shows (3, n): acceleration, speed and force of the last second."""
+    """Paint the window for the last second, (3, n): acceleration, speed and force."""
     from PIL import Image
 
     page = Page(metrics or Metrics(*SIZE, PX_PER_MM), render_texts(language), find_fonts(language))
@@ -54,7 +54,7 @@ def picture(
 
 
 def save(path: Path, lab: Path, choice: Choice, language: str) -> Path:
-    """Save one picture as a file."""
+    """Save one picture to a file; return its path."""
     from PIL import Image
 
     last, record = strokes(card_for(choice.texture, choice.method, lab))
@@ -67,7 +67,7 @@ def save(path: Path, lab: Path, choice: Choice, language: str) -> Path:
 
 
 def strokes(card: Path) -> tuple[Array, dict[str, Any]]:
-    """Return the liveliest second that a model plays for the simulated hand, and the record of the whole."""
+    """Return the liveliest second that a model plays for the simulated hand, and the record of the whole run."""
     played = at_once(Sounds(card), simulated_hand(SECONDS, 0))
     power = np.convolve(played.signals[0] ** 2, np.ones(SHOWN), "valid")
     first = int(power.argmax())

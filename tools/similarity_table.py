@@ -1,4 +1,4 @@
-"""Makes the files of texture_similarity that follow from the shipped models: `python -m tools.similarity_table`."""
+"""Generate the files of texture_similarity that follow from the shipped models: `python -m tools.similarity_table`."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardb
 METHODS = {"AR": "ar", "DSTN": "dstn", "HapInf": "hapinf", "FoTEN": "foten_generative"}
 SECONDS, SEED = 4.0, 7
 PER_UNIT = {"level_dB": -2.5, "spectrum_dB": -5.0, "friction": -8.0}
-"""Points of 100 that people take off for each dB, and for each unit of friction: judgement."""
+"""Points of 100 that people subtract per dB, and per unit of friction: an assumption."""
 SAME = 90.0
-"""What is answered on average where nothing differs: people scatter, and the scale ends at 100. Judgement too."""
+"""The mean answer where nothing differs: people scatter, and the scale ends at 100. Also an assumption."""
 LATENT = "    Similarity: "
 HEAD = ("id", "label", "texture", "method", "model", "file", *PER_UNIT)
 
@@ -56,7 +56,7 @@ def main(renew: bool) -> None:
 
 
 def write_hand(file: Path, texture: str) -> None:
-    """Write a hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
+    """Write the file of a hand that strokes over the simulated surface, which `palpate render --hand` reads, too."""
     from palpate.studies.simulation.texture_capturing import scene
 
     samples = zip(*scene(texture, SECONDS, SEED), strict=True)
@@ -65,7 +65,7 @@ def write_hand(file: Path, texture: str) -> None:
 
 
 def planned() -> Iterator[Stimulus]:
-    """Yield every virtual texture, as the study will plan it."""
+    """Yield every virtual texture as the study plans it."""
     for texture in TEXTURES:
         file = f"felt/{texture}.csv"
         sha256 = file_sha256(FOLDER / file)
@@ -87,14 +87,14 @@ def kinetic(texture: str) -> float:
 
 
 def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
-    """Yield the stimulus' rendering by its model, computed now, under its key."""
+    """Yield the key of the stimulus' rendering by its model, and the rendering, computed now."""
     fresh = VirtualTextures(FOLDER, shipped=False)
     rendering = fresh.of(stimulus)
     yield from ((key, rendering.record()) for key in fresh.known)
 
 
 def row(stimulus: Stimulus) -> Mapping[str, str]:
-    """Return a line of the stimulus table."""
+    """Return a row of the stimulus table."""
     differences = VirtualTextures(FOLDER).feels(stimulus)
     return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in differences.items()}}
 
@@ -105,7 +105,7 @@ def write_table(rows: list[Mapping[str, str]]) -> None:
 
 
 def weights(rows: list[Mapping[str, str]]) -> dict[str, float]:
-    """Return the latents of study.yaml: points per SD of a column over the stimuli, around the scale's middle."""
+    """Return the latents of study.yaml: points per SD of a column over the stimuli, around the middle of the scale."""
     columns = {name: [float(row[name]) for row in rows] for name in PER_UNIT}
     level = SAME - 50.0 + sum(weight * mean(columns[name]) for name, weight in PER_UNIT.items())
     return {**{n: round(w * pstdev(columns[n]), 2) for n, w in PER_UNIT.items()}, "intercept": round(level, 2)}
@@ -122,7 +122,7 @@ def write_weights(rows: list[Mapping[str, str]]) -> None:
 
 
 def rating_table(rows: list[Mapping[str, str]]) -> Iterator[str]:
-    """Yield the perceived rating of 100: each texture by each method, and the methods' means."""
+    """Yield lines with the perceived rating of 100: each texture by each method, and the methods' means."""
     perceived = {(r["texture"], r["method"]): SAME + sum(w * float(r[n]) for n, w in PER_UNIT.items()) for r in rows}
     yield "| texture | " + " | ".join(METHODS) + " |"
     for texture in TEXTURES:

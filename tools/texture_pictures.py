@@ -1,4 +1,4 @@
-"""Makes the pictures of the renderer's window: `python -m tools.texture_pictures`."""
+"""Generate the pictures of the renderer's window: `python -m tools.texture_pictures`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def main() -> None:
 
 
 def write(path: Path, texture: str, columns: dict[str, str]) -> None:
-    """Write one picture; its density states its size."""
+    """Write one picture, whose density states its size."""
     from PIL import Image
 
     from palpate.devices.surfaces.choice import surface_for

@@ -1,4 +1,4 @@
-"""Figures of alignment: what each way makes of streams whose truth is known, beside its time."""
+"""Figures of alignment: the error of each method on streams with a known truth, beside its time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Clocked = Callable[[Known], Clock]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield clocks from arrivals, then streams onto 1 kHz: 60 s of each, 10 s if `quick`."""
+    """Yield the cases of clocks from arrivals, then of streams onto 1 kHz: 60 s each, 10 s if `quick`."""
     seconds, repeats = (10.0, 3) if quick else (60.0, 5)
     streams = [Known(kind, seconds) for kind in KINDS]
     for known in streams:
@@ -37,7 +37,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def figures(out: Path, quick: bool) -> list[Path]:
-    """Draw the error of every method over the frequency, as a PNG in `out`."""
+    """Draw the error of every method against the frequency, as a PNG in `out`."""
     from benchmarks.alignment.error_plot import save_error_plot
 
     return [save_error_plot(out / "alignment-error-by-frequency.png", 12 if quick else 40)]
@@ -81,7 +81,7 @@ def _onto_grid(known: Known, method: Method, clocked: Clocked) -> Array:
 
 
 def _by_arrivals(known: Known) -> Array:
-    """Return the values by a program that stamps blocks as they come and spreads their samples between the stamps."""
+    """Return the values of a program that stamps blocks on arrival and spreads the samples between the stamps."""
     last, arrived = np.array(known.arrivals).T
     arrived = np.maximum.accumulate(arrived + 1e-9 * np.arange(len(arrived)))
     times_s = np.interp(np.arange(len(known.times_s)), last, arrived)
@@ -93,12 +93,12 @@ def _fitted(known: Known) -> Clock:
 
 
 def _late_by_1_ms(known: Known) -> Clock:
-    """Return a clock whose arrivals are all late by a further millisecond, which no arrival can show."""
+    """Return a clock whose arrivals are all a further millisecond late, which no arrival can reveal."""
     return fit_clock([(n, arrived + 1e-3) for n, arrived in known.arrivals], known.kind.rate_hz)
 
 
 def _by_stamps(known: Known) -> Clock:
-    """Return the clock of the same arrivals where the device stamps its samples: the line through the stamps."""
+    """Return the clock of the same arrivals for a device that stamps its samples: the line through the stamps."""
     late = _late_by_1_ms(known)
     arrivals = zip(known.arrivals, known.stamps_s.tolist(), strict=True)
     stamped = [(n, arrived + 1e-3, at) for (n, arrived), at in arrivals]

@@ -1,4 +1,4 @@
-"""The error of every method over the frequency of what is aligned, a panel for each rate."""
+"""A plot of the error of every method against the frequency of the aligned signal, with a panel for each rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Streams whose truth is known: a hand's motion sampled by a clock that drifts, arriving late by chance."""
+"""Streams with a known truth: a hand's motion sampled by a drifting clock, with random delays of arrival."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.signals.arrays import Array
 GRID_HZ = 1000.0
 SLOWEST_HZ, TONES = 0.2, 48
 VIBRATES_FROM_HZ, VIBRATION = 60.0, 0.5
-"""Streams that can hold it carry vibration of half the motion's RMS as well, up to 0.45 of their rate."""
+"""Streams of a sufficient rate also carry vibration, of half the motion's RMS, up to 0.45 of their rate."""
 STARTS_S = 2.0
 STAMPS_ERR_S = 1e-4
 EDGE_S = 0.75
@@ -22,7 +22,7 @@ EDGE_S = 0.75
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of stream: its rate, its drift, samples to a block, mean delay of a block (exponential, least 0)."""
+    """A kind of stream: rate, drift, samples per block, and the mean delay of a block (exponential, least 0)."""
 
     name: str
     rate_hz: float
@@ -41,7 +41,7 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Known:
-    """One simulated stream; all of it follows from kind, seconds and seed."""
+    """A simulated stream, determined by kind, seconds and seed."""
 
     kind: Kind
     seconds: float
@@ -49,12 +49,12 @@ class Known:
 
     @property
     def true_hz(self) -> float:
-        """The rate at which it really comes."""
+        """The device's actual rate, in Hz."""
         return self.kind.rate_hz * (1 + self.kind.drift_ppm * 1e-6)
 
     @cached_property
     def times_s(self) -> Array:
-        """When each sample really was taken."""
+        """The time at which each sample was taken."""
         return STARTS_S + np.arange(int(self.seconds * self.kind.rate_hz)) / self.true_hz
 
     @cached_property
@@ -65,7 +65,7 @@ class Known:
 
     @cached_property
     def arrivals(self) -> tuple[tuple[int, float], ...]:
-        """The last sample of each block, and when the block was there; one that is late holds up those behind it."""
+        """The last sample of each block, and its time of arrival; a late block holds up the later ones."""
         last = np.arange(self.kind.block - 1, len(self.times_s), self.kind.block)
         delays = np.random.default_rng([self.seed, 1]).exponential(self.kind.delay_s, len(last))
         arrived = np.maximum.accumulate(self.times_s[last] + delays)
@@ -80,12 +80,12 @@ class Known:
 
     @cached_property
     def grid_s(self) -> Array:
-        """The grid's points that lie well inside."""
+        """The grid's points that are far enough from both ends."""
         first, last = self.times_s[0] + EDGE_S, self.times_s[-1] - EDGE_S
         return np.arange(np.ceil(first * GRID_HZ), np.floor(last * GRID_HZ)) / GRID_HZ
 
     def motion(self, at_s: Array) -> Array:
-        """Return the truth at any time: tones of one size from 0.2 to 25 Hz, RMS 1."""
+        """Return the truth at any time: tones of equal size from 0.2 to 25 Hz, RMS 1."""
         rng = np.random.default_rng([self.seed, 0])
         hz = np.linspace(SLOWEST_HZ, HAND_HZ, TONES)
         phases = rng.uniform(0, 2 * np.pi, TONES)
@@ -100,7 +100,7 @@ class Known:
         return float(100 * _rms(_below_25_hz(values) - truth) / _rms(truth))
 
     def _vibration(self) -> Array:
-        """Return noise with a flat spectrum, which needs no truth, because it is filtered away."""
+        """Return noise with a flat spectrum, which needs no truth because the evaluation filters it away."""
         count = len(self.times_s)
         if self.kind.rate_hz * 0.45 <= VIBRATES_FROM_HZ:
             return np.zeros(count)

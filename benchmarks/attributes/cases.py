@@ -1,4 +1,4 @@
-"""Features of recordings and pictures, and the attributes that are predicted from them."""
+"""Features of recordings and pictures, and the attributes predicted from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folds of a whole study by the thesis' network, one after another and by Dask workers: what all fifty would take."""
+"""Folds of a whole study by the thesis' network, in sequence and by Dask workers: what all fifty would take."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from palpate.protocols.bench import Case
 
 AREA = "textures"
 WORKERS = 2
-"""Dask workers, and as many folds: each has one."""
+"""Number of Dask workers and of folds: each worker has one fold."""
 
 
 def method_name(method: str) -> str:
@@ -44,7 +44,7 @@ def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
 
 
 def _evaluate(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> AttributeEvaluation:
-    """Evaluate in a folder of its own, so that nothing is taken from cached results."""
+    """Evaluate in a new folder, so that no cached results are used."""
     with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
         options = AttributeOptions(
             work=Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster

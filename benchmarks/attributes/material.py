@@ -1,4 +1,4 @@
-"""Made-up textures for the bench: how much of each attribute is in touch, in sight, and in neither is known."""
+"""Synthetic textures for the bench, with known shares of each attribute in touch, in sight, and in neither."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from palpate.signals.arrays import Array
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
 SIZES: Mapping[str, int] = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 256}
 IN_TOUCH, IN_SIGHT = np.array([1.0, 0.0, 1.0, 1.0]), np.array([0.4, 1.0, 0.0, 0.0])
-"""How much of roughness, bumps, slipperiness and softness is in what is felt, and in what is seen."""
+"""How much of roughness, bumps, slipperiness and softness is in touch, and in sight."""
 CLASSES = ("wood", "foam", "mesh", "paper")
 RATING_SD, PEOPLE_SD, PEOPLE = 18.0, 8.0, 20
 WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
-"""Textures of a study; segments of one (60 s less 5 s of ends), and its pictures: a network answers for each pair."""
+"""A whole study: its textures, and the segments (60 s less 5 s of ends) and pictures of each."""
 
 
 def random_material(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:
-    """Return features of four latent numbers in drawn directions with noise, and noisy latents as mean ratings."""
+    """Return random projections of four latent numbers with noise as features, and noisy latents as mean ratings."""
     chance = np.random.Generator(np.random.PCG64(seed))
     directions = {kind: chance.standard_normal((4, size)) for kind, size in SIZES.items()}
     built = []

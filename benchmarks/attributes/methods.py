@@ -1,7 +1,7 @@
-"""Figures of predicted attributes: every method's error on textures left out, beside the time of training and answer.
+"""Figures of predicted attributes: errors on textures left out, beside the times of training and prediction.
 
-On few made-up textures. Everything is evaluated once, before the first row, by as many processes as there are cores;
-the rows of the trainings hold the seconds that were measured while they ran.
+The textures are few and synthetic. Everything is evaluated once, before the first row, by one process per core; rows
+about training have the seconds that were measured then.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from palpate.signals.arrays import Array
 
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
-"""Textures that are left out, one at a time: all sixteen would take twice as long."""
+"""Number of textures that are left out, one at a time: all sixteen would take twice as long."""
 PREDICTIONS = 50
-"""Predictions that are computed at once: of one segment and one picture of each of as many textures."""
+"""Number of predictions that are computed at once, each of one segment and one picture."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _trainings(evaluated: EvaluatedMethods) -> Iterator[Case]:
 
 
 def _answers(evaluated: EvaluatedMethods) -> Iterator[Case]:
-    """Yield each method's answers from features to attributes, from its file: 50 rows, and one whole texture."""
+    """Yield each method's prediction from features to attributes, from its file: 50 rows, and one whole texture."""
     evaluation, kind = evaluated.evaluation, "MAE of textures left out, 0 to 100"
     rows = [(row, evaluation.main(row["method"])) for row in method_rows(evaluation) if row["mae"] is not None]
     models = [(row, _from_file(evaluated, entry)) for row, entry in rows if entry is not None]
@@ -93,14 +93,14 @@ def _answers(evaluated: EvaluatedMethods) -> Iterator[Case]:
 
 
 def predict_all(model: AttributeModel, textures: Sequence[Texture], attributes: int) -> list[Array]:
-    """Return every texture's prediction, as the library makes it: all at once, with one thread."""
+    """Return every texture's prediction as the library computes it: all at once, with one thread."""
     with limited(1):
         predictions = model.predictions(textures)
         return [mean_of_rows(rows, texture, attributes)[0] for rows, texture in zip(predictions, textures, strict=True)]
 
 
 def _from_file(evaluated: EvaluatedMethods, entry: Entry) -> AttributeModel:
-    """Return the method fitted to all, written to a file and read back."""
+    """Return the method fitted to all textures, written to a file and read back."""
     evaluation, methods = evaluated.evaluation, evaluated.evaluation.domain.methods
     method, settings = evaluation.method(entry), evaluation.options.settings
     with limited(1):

@@ -1,4 +1,4 @@
-"""Figures of sight: co-occurrence of gray levels beside scikit-image's own and beside pairs that are counted."""
+"""Figures of sight: co-occurrence of gray levels, beside scikit-image's and beside counting of pairs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AREA = "features of pictures"
 QUICK_SIDE = 224
 ERROR = "largest difference from counted pairs"
 NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
-"""Rows down and columns on to the neighbour in each of the four directions."""
+"""Offsets (rows down, columns right) of the neighbour in each of the four directions."""
 Shares = NDArray[np.float64]
 
 
@@ -37,7 +37,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def crossing_threads(side: int, seed: int = 0) -> Gray:
-    """Return brightness (side, side) from 0 to 1: threads that cross, with noise."""
+    """Return brightness (side, side) from 0 to 1 of crossing threads with noise."""
     chance = np.random.Generator(np.random.PCG64(seed))
     down, along = np.mgrid[:side, :side]
     threads = np.sin(down / 7) * np.sin(along / 9)
@@ -46,7 +46,7 @@ def crossing_threads(side: int, seed: int = 0) -> Gray:
 
 
 def by_scikit_image(values: Gray) -> Shares:
-    """Return (256,) by scikit-image, of the same levels."""
+    """Return the shares (256,) of the same gray levels by scikit-image."""
     from skimage.feature import graycomatrix
 
     shares = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)
@@ -54,7 +54,7 @@ def by_scikit_image(values: Gray) -> Shares:
 
 
 def count_pairs(values: Gray) -> Shares:
-    """Return (256,) by the definition: all pairs of neighbours, both ways round.
+    """Return the shares (256,) by the definition: all pairs of neighbours, in both orders.
 
     Source: Haralick, Shanmugam and Dinstein 1973.
     """

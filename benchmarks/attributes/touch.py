@@ -1,4 +1,4 @@
-"""Figures of touch from the sensors on: streams of known content brought to 1 kHz, filtered, and made features of."""
+"""Figures of touch from the sensors on: streams of known content, resampled to 1 kHz, filtered, and their features."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ AREA = "features of touch"
 SECONDS, QUICK_SECONDS = 60.0, 10.0
 ERROR = "vibration against what was felt, percent RMS"
 STUDY, QUICK_STUDY = 50, 4
-"""Textures of a study."""
+"""Number of textures of a study."""
 WORKERS = 2
 MEMORY = "largest memory of a process, MB"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield one texture's features from its three sensors (3, 8 and 0.12 kHz), and fifty textures' by two processes.
+    """Yield the cases of one texture's three sensors (3, 8 and 0.12 kHz), and of fifty textures by two processes.
 
     60 s each, or four textures of 10 s if `quick`. The signals are computed beforehand: no ledger is read.
     """
@@ -55,14 +55,14 @@ class _Texture:
 
 @dataclass(frozen=True)
 class TextureCost:
-    """The error of a texture's vibration, in percent, and its process' peak memory in MB."""
+    """The error of a texture's vibration, in percent, and its process's peak memory in MB."""
 
     percent: float
     peak_MB: float
 
 
 def _study(count: int, seconds: float) -> Iterator[Case]:
-    """Yield all textures of a study, each a job; memory is that of the same run."""
+    """Yield the cases of all textures of a study, each a job; memory is that of the same run."""
     jobs = [_Texture(f"recording {place + 1}", seconds) for place in range(count)]
 
     @functools.cache
@@ -93,7 +93,7 @@ def _one(texture: _Texture) -> TextureCost:
 
 @functools.cache
 def _tones_once(seconds: float) -> Touched:
-    """Return what a process computes once, so that it hardly counts."""
+    """Return the signals, which a process computes once so that their cost hardly counts."""
     return tones(seconds)
 
 

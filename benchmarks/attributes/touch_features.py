@@ -1,4 +1,4 @@
-"""Figures of touch: what each way of making features of a recording of 60 s errs and takes, on one core."""
+"""Figures of touch: error and time of each method of computing features from 60 s of recording, on one core."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FINITE_ERROR = "numbers that are not finite"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
+    """Yield the cases of cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
     seconds, repeats = (QUICK_SECONDS, 3) if quick else (SECONDS, 5)
     recording = strokes(seconds)
     yield from _cepstra(recording, repeats)
@@ -39,7 +39,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def strokes(seconds: float, seed: int = 0) -> Touch:
-    """Return noise on three axes whose level follows a hand that strokes, at 1 kHz."""
+    """Return noise on three axes at 1 kHz, with the level of a stroking hand."""
     chance = np.random.Generator(np.random.PCG64(seed))
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     speed = 80 + 70 * np.sin(2 * np.pi * 0.7 * t)
@@ -66,7 +66,7 @@ def _cepstra(recording: Touch, repeats: int) -> Iterator[Case]:
 
 
 def by_librosa(vibration: Array) -> Array:
-    """Return segments (s, 500) as (s, 40, 13) by librosa, each from the waveform of its frames on."""
+    """Return cepstra (s, 40, 13) of segments (s, 500) by librosa, computed from the waveform of each frame."""
     import librosa
 
     cepstra = []

@@ -1,4 +1,4 @@
-"""The door models' cases, the keyswitch's, the designer's window's and the live door's."""
+"""The cases of the door models, the keyswitch, the designer's window and the live door."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures to reach for the designer's window: how soon a moved slider's door is drawn, and how truly."""
+"""Figures to reach for the designer's window: how soon a moved slider's door is drawn, and how accurately."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PATIENCE_S = 300.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield painting alone, the real window where a virtual display is available, and the line against the profile."""
+    """Yield the cases of painting alone, of the real window on a virtual display, and of the line's error."""
     from benchmarks.window.display import missing
 
     count, maker = QUICK_MOVES if quick else MOVES, maker_for(None)

@@ -20,7 +20,7 @@ ERRORS = {
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield training and answers of every method on every fold; `quick` trains the networks for two epochs only."""
+    """Yield the cases of training and answers of every method on every fold; `quick` trains networks for two epochs."""
     size, curves = (QUICK if quick else REDUCED), measured()
     for way in ways(size):
         yield _case(way, size, curves)

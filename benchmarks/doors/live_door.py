@@ -1,4 +1,4 @@
-"""Figures of a door that follows the sliders: how late the hand has the new force, beside how wrong that force is."""
+"""Figures of a door that follows the sliders: how late the new force is at the hand, and how wrong it is."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from palpate.signals.doors.limits import HANDLE_RADIUS_M, bounded
 AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0
 MOVES, QUICK_MOVES = 200, 30
 GAP_S = (0.06, 0.16)
-"""From one move of a slider to the next: evenly drawn, so that moves fall anywhere between two ticks of 50 ms."""
+"""Seconds between two moves of a slider: uniform, so that moves fall anywhere between two ticks of 50 ms."""
 BEAT_MS = 10
 STEP = 0.5
-"""Half a step of the slope of the model in the middle, on the scale of 0 to 100."""
+"""Half the step of the difference quotient in the middle, on the scale of 0 to 100."""
 
 Setting = tuple[float, ...]
 Force = Callable[[Setting], Array]
@@ -39,7 +39,7 @@ Force = Callable[[Setting], Array]
 
 @dataclass(frozen=True)
 class Followed:
-    """One run: for every move, when the door had taken it and when all of its force was there, and how wrong it is."""
+    """One run: the latencies until the door took each change and until its whole force was there, and its error."""
 
     latency_s: Array
     complete_s: Array
@@ -48,7 +48,7 @@ class Followed:
 
 
 def methods(designer: Designer) -> Mapping[str, Force]:
-    """Return the ways to make a profile that could be used live, by name; the first is the one in use."""
+    """Return the methods of making a profile that could be used live, by name; the first is the one in use."""
     middle = np.full(len(designer.attributes), NEUTRAL)
     force = designer.force
 
@@ -71,7 +71,7 @@ def methods(designer: Designer) -> Mapping[str, Force]:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield each method at the twin: median and 95th percentile of the latency, beside its error."""
+    """Yield the cases of each method at the twin: median and 95th percentile of the latency, beside its error."""
     designer, moves = designer_for(None), QUICK_MOVES if quick else MOVES
     whole = methods(designer)["force and perception model (used)"]
     input_name = f"twin, 1 Mbaud, 20 Hz, {moves} moves"
@@ -94,10 +94,10 @@ def _late(seconds: Callable[[Followed], Array], percentile: float, latencies: Fo
 
 
 def followed(force: Force, whole: Force, attributes: int, moves: int, seed: int = 1) -> Followed:
-    """Move sliders while the twin's door plays, and look when the door has what they come to.
+    """Move sliders while the twin's door plays, and compare the door with the final profile of each setting.
 
-    Line and door live in virtual time, so that no other program's work is measured; what the model takes is measured
-    on this machine's clock, and passes there as well.
+    Line and door live in virtual time, so that other programs' work is not measured; the model's time is measured on
+    this machine's clock, and passes in virtual time as well.
     """
     line = VirtualLine(Wire(Firmware(TwinPlant(seed)), BAUD))
     link = Link("door", line, line.clock_s)

@@ -1,7 +1,7 @@
-"""Figures of the door models: every method's error on grouped folds beside the time of an answer, and of its training.
+"""Figures of the door models: every method's error on grouped folds beside the times of an answer and of training.
 
-Everything is trained once, before the first row, by as many processes as there are cores; the rows of the trainings
-hold the seconds that were taken while they ran.
+Everything is trained once, before the first row, by one process per core; rows about training have the seconds that
+were measured then.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ AREA = "doors"
 QUICK_FOLDS, FOLDS = 2, 5
 QUICK_PEOPLE, PEOPLE = 8, 40
 ANSWERS = 500
-"""Single answers from which a 99th percentile is taken."""
+"""Number of single answers for a 99th percentile."""
 SINGLE = 25
-"""Times that a single answer is timed at least: the first few of a large network wait for memory."""
+"""Least number of timed single answers: the first few of a large network wait for memory."""
 
 
 @dataclass(frozen=True)
 class Trained:
-    """The results of one training: all figures, the folder of the exported models, the time in all."""
+    """The results of one training run: all figures, the folder of the exported models, the total time."""
 
     rated: Rated
     results: DoorResults
@@ -68,7 +68,7 @@ class Trained:
 
 
 def cases(quick: bool, options: DoorOptions | None = None, rated: Rated | None = None) -> Iterator[Case]:
-    """Yield every figure of this area; `quick` takes fewer people and folds, and few epochs of the networks.
+    """Yield every figure of this area; `quick` uses fewer people and folds, and few epochs of the networks.
 
     Without `options` every method is trained; without `rated` people are simulated.
     """
@@ -162,7 +162,7 @@ def _slowest(trained: Trained) -> Iterator[Case]:
 
 
 def _training(trained: Trained) -> Iterator[Case]:
-    """Yield each training's result and its cost: seconds of all folds together, timed while training."""
+    """Yield the cases of each method's training: its result and the seconds of all folds together."""
     note = f"time of training, sum over the folds, {trained.workers} at a time"
     forward, inverse = trained.rows("forward"), trained.rows("inverse")
     for row in forward:
@@ -198,7 +198,7 @@ def _answer(
     trained: Trained, case: str, way: Direction, row: Row, kind: str, error: float | None, inputs: Array,
     at_once: bool = False,
 ) -> Case:  # fmt: skip
-    """Return a method's error beside its file's time for one answer (`given`), or for all at once (`at_once`).
+    """Return a case with a method's error and the time of its file for one answer, or for all at once (`at_once`).
 
     A method without a file answered during its evaluation; its time is from then.
     """
@@ -216,7 +216,7 @@ def _known_case(trained: Trained, case: str, method: str, kind: str, error: floa
 
 
 def _one(model: Model, inputs: Array) -> Array:
-    """Return one answer."""
+    """Return the model's answer to the first row."""
     return model.run(inputs[0])
 
 

@@ -1,1 +1,1 @@
-"""Key switches: 119 real force curves that the door networks are proven on, without ratings."""
+"""Key switches: 119 measured force curves on which the door networks are tested without ratings."""

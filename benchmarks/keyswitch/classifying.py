@@ -1,4 +1,4 @@
-"""Ways of telling a linear from a tactile from a clicky switch by its curve."""
+"""Methods of classifying a switch as linear, tactile or clicky by its curve."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from palpate.signals.arrays import Array, Indices
 
 PENALTIES = tuple(float(10**k) for k in np.linspace(-3, 3, 13))
 WEIGHTS = "balanced"
-"""Every kind weighs the same in every fit: there are five times as many linear as clicky switches."""
+"""Weights by which every kind counts equally in every fit: there are five times as many linear as clicky switches."""
 
 
 def commonest(train_rows: Array, kinds: Indices, _code: int, _size: Size, _report: Report) -> Fitted:
@@ -37,14 +37,14 @@ def commonest(train_rows: Array, kinds: Indices, _code: int, _size: Size, _repor
 
 
 def ridge(train_rows: Array, kinds: Indices, code: int, _size: Size, _report: Report) -> Fitted:
-    """Fit ridge regression on principal components, the penalty by leave-one-out within the training side."""
+    """Fit ridge regression on principal components; the penalty is chosen by leave-one-out within the training side."""
     steps = PCA(code, svd_solver="full"), StandardScaler(), RidgeClassifierCV(PENALTIES, class_weight=WEIGHTS)
     fitted = make_pipeline(*steps).fit(train_rows, kinds)
     return lambda curves: np.asarray(fitted.predict(curves))
 
 
 def tree(train_rows: Array, kinds: Indices, _code: int, size: Size, _report: Report) -> Fitted:
-    """Fit a decision tree of depth 2 on three numbers of the bump."""
+    """Fit a decision tree of depth 2 on three features of the bump."""
     fitted = DecisionTreeClassifier(max_depth=2, class_weight=WEIGHTS, random_state=size.seed)
     fitted.fit(bump(train_rows), kinds)
     return lambda curves: np.asarray(fitted.predict(bump(curves)))

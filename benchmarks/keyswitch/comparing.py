@@ -27,8 +27,8 @@ class MethodScore:
     """One method on one task, over all folds; each switch was held out once.
 
     Reconstruction: `error` is the mean absolute and `second` the root-mean-square difference in gf. Kind: the share of
-    wrong answers in percent, as the mean over kinds, and over switches. `training_s` is one training's mean,
-    `inference_s` one curve's.
+    wrong answers in percent, as the mean over kinds, and over switches. `training_s` is the mean time of one training,
+    `inference_s` that of one curve.
     """
 
     task: str
@@ -66,9 +66,9 @@ def compare(
     cluster: str | None = None,
     report: Report = silent,
 ) -> tuple[MethodScore, ...]:
-    """Compare all methods and codes on both tasks; the errors do not depend on workers or cluster.
+    """Compare all methods and code sizes on both tasks; the errors do not depend on workers or cluster.
 
-    Without `curves` the shipped ones. Raises JobError where a job was refused.
+    Without `curves` the shipped ones are used. Raises JobError where a job was refused.
     """
     all_curves = measured() if curves is None else curves
     parts = [Part(*way, fold, size, all_curves) for way in ways(size) for fold in range(size.folds)]
@@ -87,7 +87,7 @@ def ways(size: Size) -> Iterator[tuple[str, str, int | None]]:
 
 
 def folds(curves: Curves, size: Size) -> list[tuple[Indices, Indices]]:
-    """Return training and held-out rows: families on one side, kinds about equally often."""
+    """Return training and held-out rows of each fold: families stay on one side, kinds have about equal shares."""
     split = StratifiedGroupKFold(size.folds, shuffle=True, random_state=size.seed)
     return [(train, held_out) for train, held_out in split.split(curves.force_gf, curves.kind, curves.family)]
 

@@ -1,4 +1,4 @@
-"""The measured curves with what is known of each switch: kind, maker, family."""
+"""The measured curves with the known facts about each switch: kind, maker, family."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POINTS = 621
 
 
 class CurveError(ValueError):
-    """A file of curves or kinds that is not what it should be."""
+    """A file of curves or kinds is invalid."""
 
 
 @dataclass(frozen=True)

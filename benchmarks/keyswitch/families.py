@@ -1,11 +1,11 @@
-"""Which switches belong together: those of one maker, and those that share a brand's name."""
+"""Families of switches: those of one maker, and those that share a brand's name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
 NO_BRANDS = frozenset({"Lubed", "CK"})
-"""First words that are no brand of their own: a treatment, and a shop's initials before `x MAKER`."""
+"""First words that are no brand: a treatment, and a shop's initials before `x MAKER`."""
 
 
 def families(names: Sequence[str], makers: Sequence[str]) -> tuple[str, ...]:
@@ -13,7 +13,7 @@ def families(names: Sequence[str], makers: Sequence[str]) -> tuple[str, ...]:
 
     A brand is the first word of a name, or of a part of it after ` x ` ("Ajazz x Huano Banana": Ajazz, Huano). Two
     switches are of one family if they have a brand or a known maker in common, or if a third one links them. That may
-    put unrelated ones together, never related ones apart as far as names and makers tell.
+    join unrelated switches, but does not separate related ones as far as names and makers show.
     """
     brands = {part.split()[0] for name in names for part in name.split(" x ")} - NO_BRANDS
     linked = _Linked()
@@ -30,7 +30,7 @@ def _names_of_families(names: Sequence[str], groups: Iterable[tuple[str, str]]) 
 
 
 class _Linked:
-    """Sets that grow together (union-find)."""
+    """Sets that can be joined (union-find)."""
 
     def __init__(self) -> None:
         self._above: dict[tuple[str, str], tuple[str, str]] = {}
@@ -41,6 +41,6 @@ class _Linked:
         return item if above == item else self.root(above)
 
     def join(self, *items: tuple[str, str]) -> None:
-        """Make one set of theirs."""
+        """Join the sets of these items."""
         for item in items[1:]:
             self._above[self.root(item)] = self.root(items[0])

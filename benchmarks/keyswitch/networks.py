@@ -1,4 +1,4 @@
-"""The door networks' own blocks on key-switch curves: through a code of a few numbers, and to a kind (thesis 5.4)."""
+"""The door networks' blocks on key-switch curves: through a code of a few numbers, and to a kind (thesis 5.4)."""
 
 from __future__ import annotations
 

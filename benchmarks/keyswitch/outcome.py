@@ -9,12 +9,15 @@ from palpate.protocols.progress import Clock
 from palpate.signals.arrays import Array
 
 Fitted = Callable[[Array], Array]
-"""Held-out curves, scaled, to what the method makes of them."""
+"""A function from scaled held-out curves to the method's answer."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """`answer`: restored curves (n, 621) in gf, or kinds (n,). Seconds of the training, and of one curve's answer."""
+    """Answers and times; `answer`: restored curves (n, 621) in gf, or kinds (n,).
+
+    Seconds of training, and per curve.
+    """
 
     answer: Array
     training_s: float

@@ -1,4 +1,4 @@
-"""Ways of bringing a curve back from a code of a few numbers."""
+"""Methods of reconstructing a curve from a code of a few numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def pca(train_rows: Array, code: int, _size: Size, _report: Report) -> Fitted:
 
 
 def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
-    """Fit the door networks' encoder and decoder to the difference from the mean curve, squared error, Adam."""
+    """Fit the door networks' encoder and decoder to the difference from the mean curve, with squared error and Adam."""
     model, centring = seeded(lambda: Reconstruction(code), size.seed), centring_of(train_rows)
     rows = centring.up(train_rows)
     train(model, pairs(rows, rows), None, nn.functional.mse_loss, settings_of(size), report=report)
@@ -43,7 +43,7 @@ def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
 
 @dataclass(frozen=True)
 class Centring:
-    """Curves as differences to the training side's mean curve, in units of their own SD: what PCA does by itself."""
+    """The conversion of curves to differences from the training side's mean curve, in units of their SD."""
 
     mean: Array
     spread: float
@@ -58,7 +58,7 @@ class Centring:
 
 
 def centring_of(rows: Array) -> Centring:
-    """Return the centring of these training curves. Raise CurveError where they are all the same."""
+    """Return the centring of these training curves. Raise CurveError where they are all equal."""
     mean = rows.mean(axis=0)
     spread = float((rows - mean).std())
     if not spread > 0:
@@ -67,7 +67,7 @@ def centring_of(rows: Array) -> Centring:
 
 
 def settings_of(size: Size) -> Settings:
-    """Return the trainer's settings: a tenth of the epochs as the plateau's patience."""
+    """Return the trainer's settings; the plateau's patience is a tenth of the epochs."""
     patience = max(2, size.epochs // 10)
     return Settings(
         epochs=size.epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=patience,

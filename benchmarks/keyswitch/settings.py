@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Size:
-    """Folds, code sizes of the reconstruction, principal components for ridge, epochs of the networks.
+    """Folds, code sizes of the reconstruction, principal components for ridge, epochs and threads of each training.
 
     Each training has `threads` threads.
     """
@@ -24,5 +24,5 @@ class Size:
 
 FULL = Size()
 REDUCED = Size(folds=3, epochs=20)
-"""What the table in docs/reference/keyswitch.md was made with."""
+"""The settings of the table in docs/reference/keyswitch.md."""
 QUICK = Size(folds=2, codes=(7,), epochs=2)

@@ -33,7 +33,7 @@ State = tuple[float, float, float]
 
 
 class Solved:
-    """A problem with its converged solution, computed at its first use."""
+    """A problem with its converged solution, which is computed on first use."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -51,7 +51,7 @@ class Solved:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield every figure of this area; `quick` takes two of the five problems."""
+    """Yield every figure of this area; `quick` uses two of the five problems."""
     chosen = problems()
     for problem in (chosen[1], chosen[3]) if quick else chosen:
         solved = Solved(problem)
@@ -71,7 +71,7 @@ def figures(out: Path, quick: bool) -> list[Path]:
 
 
 def _integrators(solved: Solved) -> Iterator[Case]:
-    """Yield every method at five step sizes or tolerances."""
+    """Yield the cases of every method at five step sizes or tolerances."""
     problem, kind = solved.problem, "rad, largest difference from Radau at rtol 1e-12"
     by_method = _settings(STEPS_S, TOLERANCES)
     settings = [(setting, method, run) for method, runs in by_method.items() for setting, run in runs]
@@ -85,7 +85,7 @@ def _integrators(solved: Solved) -> Iterator[Case]:
 
 
 def _races(solved: Solved) -> Iterator[Case]:
-    """Yield every method at the coarsest setting within 1e-4 rad; a method without one is refused."""
+    """Yield the cases of every method at the coarsest setting within 1e-4 rad; without one, the case is refused."""
     problem, kind = solved.problem, "rad, at the coarsest setting within 1e-4 rad"
     for method, settings in _settings(RACE_STEPS_S, RACE_TOLERANCES).items():
         racer = Racer(solved, tuple(run for _, run in settings))
@@ -96,7 +96,7 @@ def _races(solved: Solved) -> Iterator[Case]:
 
 
 class Racer:
-    """A runner of a problem at the coarsest setting that is good enough, found at the first run."""
+    """A runner of a problem at the coarsest sufficient setting, which is found in the first run."""
 
     def __init__(self, solved: Solved, settings: tuple[Run, ...]) -> None:
         self.solved, self.settings = solved, settings
@@ -107,7 +107,7 @@ class Racer:
         return next((run for run in self.settings if self._good(run(self.solved.problem))), None)
 
     def run(self) -> list[float] | None:
-        """Return the solution; None, after the finest setting, where none is good enough."""
+        """Return the solution; None if even the finest setting is not sufficient."""
         angles_rad = (self.chosen or self.settings[-1])(self.solved.problem)
         return angles_rad if self.chosen else None
 
@@ -139,7 +139,7 @@ def _fixed(method: Stepper, step_s: float, problem: Problem) -> list[float]:
 
 
 def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
-    """Solve by SciPy; a method that does not get past an event is refused by name."""
+    """Solve by SciPy; return None for a method that does not get past an event."""
     from benchmarks.plant.reference import solve_adaptive
 
     try:
@@ -149,7 +149,7 @@ def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
 
 
 def _passive() -> Iterator[Case]:
-    """Yield the largest return of energy over the whole range, by each method at 1 kHz."""
+    """Yield the cases of the largest energy that a stop returns over the whole range, by each method at 1 kHz."""
     throws = tuple(grid())[::-1]  # the stiffest first: what is unbounded there need not go through the rest
     input_name = "1e2 to 1e8 N m/rad, 1 ms"
     kind = "relative, most energy that a stop returned beyond what it took"
@@ -170,7 +170,7 @@ def _worst(throws: tuple[Throw, ...], states: Callable[[Throw], Iterator[State]]
 
 
 def _walls() -> Iterator[Case]:
-    """Yield the largest stable stiffness of a rendered stop, beside Colgate's."""
+    """Yield the cases of the largest stable stiffness of a rendered stop, beside Colgate's condition."""
     kind = "relative, largest stable stiffness against Colgate's"
     walls = {
         "light, B = 0": light(1000.0), "light, B = b/4": light(1000.0, 0.25), "heavy, B = 0": heavy(1.0),
@@ -188,7 +188,7 @@ def _stiffness_error(wall: Wall, stiffness_Nm_rad: float) -> float:
 
 
 def _doors() -> Iterator[Case]:
-    """Yield rendered against commanded torque of six doors, as a person and at constant speed."""
+    """Yield the cases of rendered against commanded torque of six doors, pulled by a person and at constant speed."""
     for door in DOORS:
         torque, end_rad = _door(door)
         hands = {"a person": human(end_rad), "0.5 rad/s": constant_velocity(0.5, end_rad)}
@@ -216,7 +216,7 @@ def _door(door: str) -> tuple[tuple[float, ...], float]:
 
 
 def _control_period() -> Iterator[Case]:
-    """Yield a thousand milliseconds of the whole machine, to show what real time leaves of a second."""
+    """Yield the case of a thousand milliseconds of the whole machine, which shows the reserve to real time."""
     torque, end_rad = _door("BC3")
 
     def run() -> float:

@@ -1,4 +1,4 @@
-"""Textbook methods of a fixed step on the same problems, with the usual care for dry friction (Karnopp 1985)."""
+"""Textbook methods with a fixed step on the same problems, with Karnopp's treatment of dry friction (1985)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.devices.door.plant.drives import Drives, torque_and_slope
 from palpate.devices.door.plant.moreau import Setting, implicit_euler
 
 FAR_RAD = 1e6
-"""An angle beyond this is a solution that diverged."""
+"""The angle beyond which a solution has diverged."""
 STILL_RAD_S = 1e-9
 State = tuple[float, float]
 Stepper = Callable[["Law", float, float, State], State]
@@ -25,7 +25,7 @@ class Law:
         self.stop_b = 2 * self.arm.stop_damping * math.sqrt(self.arm.stop_stiffness_Nm_rad * self.arm.inertia_kg_m2)
 
     def frictionless(self, t: float, angle: float, speed: float) -> float:
-        """Return all torques but dry friction, in N m."""
+        """Return the sum of all torques except dry friction, in N m."""
         arm, drives = self.arm, self.drives
         torque = drives.motor(t) + drives.hand(t, angle) - (drives.damping + arm.viscous_Nm_s_rad) * speed
         for direction, place in ((1, arm.high_stop_rad), (-1, arm.low_stop_rad)):
@@ -35,7 +35,7 @@ class Law:
         return torque - torque_and_slope(arm.detents, angle)[0] if arm.detents else torque
 
     def acceleration(self, t: float, angle: float, speed: float) -> float:
-        """Return the acceleration with dry friction: at rest as much as is needed, up to stiction."""
+        """Return the acceleration with dry friction: at rest as much as needed, up to stiction."""
         torque, friction = self.frictionless(t, angle, speed), self.drives.friction(t)
         if abs(speed) <= STILL_RAD_S:
             if abs(torque) <= self.arm.stiction * friction:
@@ -44,7 +44,7 @@ class Law:
         return (torque - math.copysign(friction, speed)) / self.arm.inertia_kg_m2
 
     def caught(self, t: float, before: float, angle: float, speed: float) -> float:
-        """Return the speed, or 0 where it changed its sign and friction can hold the arm."""
+        """Return the speed, or 0 where its sign changed and friction can hold the arm."""
         if before * speed < 0.0 and abs(self.frictionless(t, angle, 0.0)) <= self.arm.stiction * self.drives.friction(
             t
         ):
@@ -53,20 +53,20 @@ class Law:
 
 
 def explicit_euler(law: Law, t: float, h: float, state: State) -> State:
-    """Order 1; unstable for an oscillator of any stiffness without damping."""
+    """Take a step of explicit Euler: order 1, unstable for an undamped oscillator of any stiffness."""
     angle, speed = state
     return angle + h * speed, speed + h * law.acceleration(t, angle, speed)
 
 
 def semi_implicit_euler(law: Law, t: float, h: float, state: State) -> State:
-    """Order 1, symplectic; stable up to h sqrt(k / J) = 2."""
+    """Take a step of semi-implicit Euler: order 1, symplectic, stable up to h sqrt(k / J) = 2."""
     angle, speed = state
     after = law.caught(t + h, speed, angle, speed + h * law.acceleration(t, angle, speed))
     return angle + h * after, after
 
 
 def runge_kutta_4(law: Law, t: float, h: float, state: State) -> State:
-    """Order 4 where the right side is smooth; stable up to h sqrt(k / J) = 2.8."""
+    """Take a Runge-Kutta step: order 4 where the right side is smooth, stable up to h sqrt(k / J) = 2.8."""
     angle, speed = state
     a1 = law.acceleration(t, angle, speed)
     v2 = speed + 0.5 * h * a1
@@ -79,7 +79,7 @@ def runge_kutta_4(law: Law, t: float, h: float, state: State) -> State:
 
 
 def moreau(law: Law, t: float, h: float, state: State) -> State:
-    """Take a step of implicit Euler with friction and stop as sets: stable at any step, of order 1, no rebound."""
+    """Take a step of implicit Euler with friction and stop as sets: order 1, stable at any step, without rebound."""
     arm, drives = law.arm, law.drives
     b = drives.damping + arm.viscous_Nm_s_rad
     torque = drives.motor(t + h) + drives.hand(t + h, 0.0)
@@ -92,7 +92,7 @@ def moreau(law: Law, t: float, h: float, state: State) -> State:
 
 
 def solve_fixed(problem: Problem, method: Stepper, step_s: float) -> list[float]:
-    """Return the angles at the samples; those of a run that diverged end with an infinity."""
+    """Return the angles at the samples; infinity follows where a run diverged."""
     law, state = Law(problem), (problem.angle_rad, problem.velocity_rad_s)
     steps = round(SAMPLE_S / step_s)
     angles = [problem.angle_rad]

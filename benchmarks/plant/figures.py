@@ -1,4 +1,4 @@
-"""Pictures of what the door machine renders: the stable region of a stop, and six doors under a hand."""
+"""Pictures of what the door machine renders: the stable region of a stop, and six doors pulled by a hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The energy that a stop gives back beyond what it took, from an arm that is thrown at it, pressed and braked."""
+"""The energy that a stop returns beyond what it took, from an arm that is thrown at it, pressed and braked."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Observe = Callable[[], tuple[float, float, float]]
 
 @dataclass(frozen=True)
 class Throw:
-    """One arm, one stop: thrown at 1 rad/s, pressed by a torque that would turn it at 4 rad/s^2."""
+    """An arm and a stop: thrown at 1 rad/s, pressed by a torque that would accelerate it by 4 rad/s^2."""
 
     stiffness_Nm_rad: float
     inertia_kg_m2: float
     damping: float
     speed_rad_s: float = 1.0
     coulomb: float = 0.5
-    """Dry friction, as the deceleration that it causes in rad/s^2."""
+    """Dry friction as the deceleration that it causes, in rad/s^2."""
 
     @property
     def parameters(self) -> Parameters:
@@ -44,12 +44,12 @@ class Throw:
 
     @property
     def push_Nm(self) -> float:
-        """The torque that presses."""
+        """The pressing torque."""
         return 4.0 * self.inertia_kg_m2
 
     @property
     def start_rad(self) -> float:
-        """Just before the stop."""
+        """The starting angle, just before the stop."""
         return self.parameters.arm.high_stop_rad - GAP_RAD
 
     def brake_A(self, tick: int) -> float:
@@ -58,7 +58,7 @@ class Throw:
 
 
 def grid() -> Iterator[Throw]:
-    """Yield every stiffness, inertia and damping of the range, fast; the extremes also slowly."""
+    """Yield a fast throw for every stiffness, inertia and damping of the range, and slow ones for the extremes."""
     for stiffness, inertia, damping in product(STIFFNESS_Nm_rad, INERTIA_kg_m2, DAMPING):
         yield Throw(stiffness, inertia, damping)
     for stiffness, inertia in product((1e2, 1e8), (0.01, 20.0)):
@@ -69,8 +69,8 @@ def grid() -> Iterator[Throw]:
 def excess(throw: Throw, states: Iterator[tuple[float, float, float]]) -> float:
     """Return the largest rise of energy (motion, spring, place under the torque) over the throw's; inf if unbounded.
 
-    Motor and hand do only what the torque's potential says and all else is friction, dampers and the stop: any rise is
-    energy that the stop returned beyond what it took.
+    Motor and hand only exert the torque of the potential, and everything else is friction, dampers and the stop: any
+    rise is energy that the stop returned beyond what it took.
     """
     thrown = 0.5 * throw.inertia_kg_m2 * throw.speed_rad_s**2 + throw.push_Nm * GAP_RAD
     least, worst = math.inf, 0.0
@@ -94,7 +94,7 @@ def by_default(throw: Throw) -> Iterator[tuple[float, float, float]]:
 
 
 def by_stepper(throw: Throw, method: Stepper) -> Iterator[tuple[float, float, float]]:
-    """Yield the states at every tick by a method of a fixed step."""
+    """Yield the states at every tick by a fixed-step method."""
     hand, high = push(throw.push_Nm), throw.parameters.arm.high_stop_rad
     law = Law(Problem("", throw.parameters, hand, (Command(0.0, 0.0, 0.0),), 0.0, 0.0, 0.0))
     state = throw.start_rad, throw.speed_rad_s

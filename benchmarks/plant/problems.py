@@ -1,4 +1,4 @@
-"""Stiff and dry problems on which integrators are compared: one arm, one hand, commands that are held between steps."""
+"""Stiff and dry problems on which integrators are compared: one arm, one hand, commands held between steps."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from palpate.devices.door.plant.hand import Hand, constant_velocity, human, impe
 from palpate.devices.door.plant.parameters import Arm, Brake, Motor, Parameters
 
 SAMPLE_S = 0.02
-"""Solutions are compared this often; every step size divides it."""
+"""The interval at which solutions are compared; every step size divides it."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """From a time on, until the next."""
+    """A command from a time on until the next one."""
 
     at_s: float
     motor_Nm: float
@@ -26,7 +26,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Problem:
-    """An initial value problem; commands change at whole samples."""
+    """An initial value problem whose commands change at whole samples."""
 
     name: str
     parameters: Parameters
@@ -47,7 +47,7 @@ class Problem:
 
 
 def problems() -> tuple[Problem, ...]:
-    """Return problems from a rubber buffer to steel on steel (N m/rad), and an arm that sticks and slips."""
+    """Return problems from a rubber buffer to steel on steel, and an arm that sticks and slips."""
     pull, gentle = (Command(0.0, 3.0, 0.0),), (Command(0.0, 0.2, 0.0),)
     person = human(opening_s=1.2, start_s=0.0)
     return (
@@ -84,7 +84,7 @@ def solve(problem: Problem, step_s: float) -> list[float]:
 
 
 def largest_difference_rad(angles_rad: Sequence[float], reference: Sequence[float]) -> float:
-    """Return the largest difference of two solutions; infinite where one did not stay finite."""
+    """Return the largest difference of two solutions; infinite where one is not finite."""
     if len(angles_rad) != len(reference) or not all(map(math.isfinite, angles_rad)):
         return math.inf
     return max(abs(one - other) for one, other in zip(angles_rad, reference, strict=True))

@@ -1,6 +1,6 @@
-"""The same problems by SciPy's adaptive methods, each smooth stretch on its own and every event located.
+"""The same problems by SciPy's adaptive methods, each smooth stretch separately and every event located.
 
-Written apart from dynamics.py on purpose (own friction, own lags, own events): it is what that is measured against.
+Written independently of dynamics.py on purpose (own friction, lags and events): dynamics.py is measured against it.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from benchmarks.plant.problems import SAMPLE_S, Problem
 from palpate.devices.door.plant.parameters import PlantError
 
 GRAIN_S = 5e-4
-"""A resting arm is looked at this often; its breaking away is then located."""
+"""The interval at which a resting arm is checked; its breaking away is then located exactly."""
 MOST_EVENTS = 1500
-"""Ten times what any problem has; a loose tolerance can make an arm at rest turn forever."""
+"""Ten times the events of any problem; with a loose tolerance an arm at rest can reverse forever."""
 Guard = Callable[[float, Any], float]
 
 
 @dataclass
 class Segment:
-    """A stretch of held commands: lags and powder in closed form from where the last one left them."""
+    """A stretch of held commands, with lags and powder in closed form from the end of the stretch before."""
 
     problem: Problem
     start_s: float
@@ -46,7 +46,7 @@ class Segment:
         return target + (begin - target) * math.exp((self.start_s - t) / self.problem.parameters.brake.lag_s)
 
     def powder(self, t: float) -> float:
-        """Return the powder's share of the current, a play behind."""
+        """Return the powder's share of the current, which lags behind it by the play."""
         play, coil = self.problem.parameters.brake.play_A, self.coil_A(t)
         return min(max(self.powder_A, coil - play), coil + play)
 
@@ -62,7 +62,7 @@ class Segment:
 
 @dataclass
 class Mode:
-    """Which smooth equation holds: sliding direction, pressed stop, and a stop whose surface is still coming back."""
+    """The smooth equation that holds: sliding direction, pressed stop, and a stop whose surface is still recovering."""
 
     slide: int
     side: int
@@ -92,7 +92,7 @@ class Adaptive:
         return [float(angle) for angle in angles_rad]
 
     def _torque(self, segment: Segment, t: float, angle: float, speed: float) -> float:
-        """Return the sum of all torques but dry friction."""
+        """Return the sum of all torques except dry friction."""
         hand = self.problem.hand
         goal, pace = hand.path(t)
         torque = (
@@ -168,7 +168,7 @@ class Adaptive:
         return int(np.sign(torque)) if abs(torque) > self.arm.stiction * segment.friction_Nm(t) else 0
 
     def _rest(self, segment: Segment, t: float, angles: Any) -> float:
-        """Stay until friction can no longer hold, looking often and then exactly."""
+        """Stay at rest until friction can no longer hold; locate that moment by a coarse scan and then exactly."""
 
         def over(t: float) -> float:
             return float(abs(self._torque(segment, t, self.state[0], 0.0)) - self.arm.stiction * segment.friction_Nm(t))
@@ -205,7 +205,7 @@ def segments(problem: Problem) -> Iterator[Segment]:
 
 
 def _play_end(segment: Segment) -> float | None:
-    """Return when the current has passed the powder's play, if it does so inside the segment."""
+    """Return when the current has passed the powder's play; None if it does not do so within the segment."""
     lag, play = segment.problem.parameters.brake.lag_s, segment.problem.parameters.brake.play_A
     begin, target = segment.coil
     for edge in (segment.powder_A + play, segment.powder_A - play):
@@ -218,7 +218,7 @@ def _play_end(segment: Segment) -> float | None:
 
 
 def _samples(after_s: float, until_s: float) -> list[float]:
-    """Return the sample times after one time and up to another, without the last."""
+    """Return the sample times after one time and before another."""
     first, last = math.floor(after_s / SAMPLE_S + 1e-9) + 1, math.ceil(until_s / SAMPLE_S - 1e-9) - 1
     return [k * SAMPLE_S for k in range(first, last + 1)]
 

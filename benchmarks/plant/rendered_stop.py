@@ -1,4 +1,4 @@
-"""A stop that a computer renders: sampled and held, it makes energy that the arm's own damping must take.
+"""A stop rendered by a computer: sampled and held, it creates energy that the arm's damping must absorb.
 
 Colgate and Schenkel (1997): a wall of stiffness K and damping B, sampled with period T and held, is passive if and only
 if the arm's physical damping b exceeds K T / 2 + |B|. Here the largest stable stiffness is measured in simulation.
@@ -15,17 +15,17 @@ from palpate.devices.door.plant.hand import push
 from palpate.devices.door.plant.parameters import TICK_S, Arm, Brake, Parameters
 
 DEPTH_RAD = 1e-3
-"""A constant torque presses the arm so deep into the rendered stop, so that it is felt on both sides of its rest."""
+"""The depth to which a constant torque presses the arm into the rendered stop, so that it stays in contact."""
 NUDGE = 1e-2
 """The disturbance, as a share of the resting depth."""
 GONE = 1e-2
-"""A swing below this share of the nudge is over."""
+"""The share of the nudge below which a swing has ended."""
 GROWN = 20.0
-"""A swing this many times the nudge will not die away; the arm has not left the wall yet, so all was linear."""
+"""The multiple of the nudge above which a swing will not decay; the arm is still in the wall, so all is linear."""
 WALL_RAD = 1.0
-"""The rendered stop stands here, far from the mechanical ones."""
+"""The angle of the rendered stop, far from the mechanical ones."""
 Move = Callable[[float], float]
-"""Holds a torque for one period; gives the arm's angle after it."""
+"""A function that holds a torque for one period and returns the arm's angle after it."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Wall:
     period_s: float = TICK_S
 
     def periods(self, stiffness_Nm_rad: float) -> int:
-        """Return the duration: eight swings, and enough for a light arm to show whether it settles."""
+        """Return the duration in periods: eight swings, and enough to see whether a light arm settles."""
         swing_s = 2 * math.pi * math.sqrt(self.inertia_kg_m2 / stiffness_Nm_rad)
         least = 80 if self.inertia_kg_m2 < 0.1 * self.arm_damping_Nm_s_rad * self.period_s else 300
         return max(least, math.ceil(8 * swing_s / self.period_s))
@@ -50,12 +50,12 @@ class Wall:
 
 
 def light(damping_Nm_s_rad: float, share: float = 0.0) -> Wall:
-    """Return an arm whose own motion ends within a hundredth of a period: only its damping meets the wall."""
+    """Return an arm whose own motion ends within a hundredth of a period, so that only its damping opposes the wall."""
     return Wall(damping_Nm_s_rad * TICK_S / 100, damping_Nm_s_rad, share * damping_Nm_s_rad)
 
 
 def heavy(damping_Nm_s_rad: float, share: float = 0.0) -> Wall:
-    """Return an arm that swings in the wall over some thirty periods at the limit of stability."""
+    """Return an arm that swings in the wall for some thirty periods at the limit of stability."""
     return Wall(50 * damping_Nm_s_rad * TICK_S, damping_Nm_s_rad, share * damping_Nm_s_rad)
 
 

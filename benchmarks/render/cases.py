@@ -1,4 +1,4 @@
-"""Figures to reach for the renderer: deadlines at 1 kHz with the other core busy, bounds, the cost around a model."""
+"""Figures to reach for the renderer: deadlines at 1 kHz with the other core busy, bounds, the overhead of a step."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Record = Mapping[str, Any]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield deadlines by priority, then ten minutes of extremes, then the cost of a step around the model."""
+    """Yield the cases of deadlines by priority, of ten minutes of extremes, and of the overhead of a step."""
     folder = Path(mkdtemp(prefix="palpate-bench-"))
     card = measured_card(folder)
     yield from _deadlines(card, PACED_QUICK_S if quick else PACED_S)
@@ -66,7 +66,7 @@ def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
 
 
 def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callable[[Record], float | None]:
-    """Return a reader that gives no figure for a refused priority."""
+    """Return an error function that gives None where real-time priority was refused."""
     return lambda record: None if real_time and not record["priority"].startswith("real-time") else error(record)
 
 
@@ -80,7 +80,7 @@ def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
 
 @contextmanager
 def beside(count: int) -> Iterator[None]:
-    """Run `count` processes that only keep the processor busy."""
+    """Run `count` processes that keep the processor busy."""
     processes = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
     try:
         yield
@@ -104,7 +104,7 @@ def _extremes(card: Path, minutes: float) -> Iterator[Case]:
 
 
 class Nothing:
-    """Answers at once: what is left is the cost around a model."""
+    """A model that answers at once, so that only the overhead around a model is measured."""
 
     runtime = "nothing"
 
@@ -119,7 +119,7 @@ class Nothing:
 
 
 def _around(card: Path, steps: int) -> Iterator[Case]:
-    """Yield the median time of one step of a voice, with and without its model."""
+    """Yield the cases of the median time of one step of a voice, with and without its model."""
     model = read_model(card)
     ways: dict[str, Callable[[Model], Runs]] = {
         "voice without its model": lambda read: Nothing(read.card),

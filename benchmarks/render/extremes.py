@@ -1,4 +1,4 @@
-"""Ten minutes of everything that can come in: extremes, steps, lifting off, broken sensors, a spoilt window."""
+"""Ten minutes of every possible input: extremes, steps, lifting off, broken sensors, a corrupted window."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ MOMENTS: tuple[tuple[float, float], ...] = (
     (10.5, 0.16), (300.0, 3.6), (10.5, 3.6), (300.0, 0.16), (100.0, 1.0), (0.0, 0.0), (1e6, 1.0), (100.0, 1e6),
     (NAN, 1.0), (100.0, NAN), (math.inf, -math.inf), (-1e6, -1e6), (45.0, 0.8),
 )  # fmt: skip
-"""Speed in mm/s and force in N; gone through in steps, in an order that is drawn."""
+"""Speed in mm/s and force in N; visited in steps, in random order."""
 STEADY_MS = (20, 700)
 SPOILT_TIMES = 60
-"""In all."""
+"""How often the window is corrupted in total."""
 SPOILT = (NAN, math.inf, 1e6, -1e6)
 CALM = 100.0, 1.0
 MEND_MS = 100
@@ -28,8 +28,11 @@ MEND_MS = 100
 
 @dataclass
 class Extremes:
-    """The result: the largest sample beyond the peak and the largest at rest (m/s^2), samples that were not
-    numbers, how far the level of 2 s was from usual after 100 ms of mending (ratio, the worst), and counts."""
+    """The results of a run of extremes.
+
+    The largest sample beyond the peak and the largest at rest (m/s^2), the number of samples that are not finite, the
+    worst ratio of the level of 2 s to the usual one 100 ms after a repair, and counts.
+    """
 
     beyond: float = 0.0
     at_rest: float = 0.0
@@ -40,7 +43,7 @@ class Extremes:
 
 
 def run_extremes(card: Path, minutes: float, seed: int = 1) -> Extremes:
-    """Play it all, as fast as it goes. The window is spoilt 60 times, in the middle of a calm stroke."""
+    """Play all inputs as fast as possible. The window is corrupted 60 times, in the middle of a calm stroke."""
     voice, chance, extremes = open_voice(card, seed=seed), np.random.Generator(np.random.PCG64(seed)), Extremes()
     usual = _level([voice.step(*CALM) for _ in range(4000)][1000:])
     until, spoilt = round(minutes * 60_000), 0
@@ -64,7 +67,7 @@ def _record(voice: Voice, samples: list[float], extremes: Extremes) -> None:
 
 
 def _spoil(voice: Voice, wrong: float, usual: float, extremes: Extremes) -> None:
-    """Play calmly, spoil the whole window, wait 100 ms, and check the level of what follows."""
+    """Play calmly, corrupt the whole window, wait 100 ms, and check the level that follows."""
     _record(voice, [voice.step(*CALM) for _ in range(500)], extremes)
     for window in windows(voice):
         window[:] = wrong
@@ -76,7 +79,7 @@ def _spoil(voice: Voice, wrong: float, usual: float, extremes: Extremes) -> None
 
 
 def windows(voice: Voice) -> Iterator[NDArray[np.float64]]:
-    """Yield the windows that the model looks back on, where it has any."""
+    """Yield the windows of past values that the model uses, if it has any."""
     window = getattr(voice.sounding_model, "window", None)
     if isinstance(window, np.ndarray):
         yield window

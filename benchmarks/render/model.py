@@ -1,4 +1,4 @@
-"""The texture that the renderer is measured with: a shipped model, or a small predictor made here where none is."""
+"""The texture that the renderer is measured with: a shipped model, or a small predictor made here without one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def measured_card(folder: Path) -> Path:
 
 
 def predictor(folder: Path) -> Path:
-    """Write two poles driven by noise of a constant scale, as one dense layer on the window."""
+    """Write a model of two poles driven by noise of constant scale, as one dense layer on the window."""
     weight, sd = np.zeros((2, 3 * WINDOW), np.float32), LEVEL * _innovation()
     weight[0, WINDOW - 1], weight[0, WINDOW - 2] = _coefficients()
     start = LEVEL * np.sin(2 * np.pi * HERTZ / 1000 * np.arange(WINDOW))

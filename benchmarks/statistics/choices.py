@@ -1,4 +1,4 @@
-"""Figures of choices: each implementation's error beside its time, on R's answers and where there is none."""
+"""Figures of choices: each implementation's error beside its time, on R's answers and where there is no answer."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SHAPES: dict[str, Any] = {"logit": "logistic", "probit": "gaussian", "cloglog": 
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield scales, plain psychometric functions, uninformative answers; intervals against the profile's."""
+    """Yield the cases of scales, psychometric functions, uninformative answers, and intervals against the profile's."""
     truth = json.loads(TRUTH.read_text())
     yield from _scales(truth)
     for fit in truth["plain"].values():
@@ -96,7 +96,7 @@ def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
 
 
 def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
-    """Return a common fit: least squares of the shares, as if each were equally certain."""
+    """Return a common fit: least squares of the shares, as if all were equally certain."""
 
     def fit(table: pd.DataFrame) -> Floats:
         from scipy.optimize import curve_fit
@@ -111,7 +111,7 @@ def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
 
 
 def _nothing() -> Iterator[Case]:
-    """Yield answers that step from one side to the other and have no slope: any number for it is wrong."""
+    """Yield the cases of answers that step from one side to the other and have no slope: any number for it is wrong."""
     step = pd.DataFrame({"level": [1.0, 2, 3, 4], "k": [0, 0, 20, 20], "n": 20})
 
     def ours(table: pd.DataFrame) -> Floats | None:
@@ -135,7 +135,7 @@ def _nothing() -> Iterator[Case]:
 
 
 def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
-    """Yield how far the ends of other intervals lie from the profile's, and what each costs."""
+    """Yield the cases of other intervals: how far their ends lie from the profile's, and their cost."""
     fit: Psychometric = fit_psychometric(table, "level", "k", "n", task="yes_no", guess=0, lapse=0)
     right = np.array(profile_interval(fit, "threshold", draws=0)[:2])
     width = float(right[1] - right[0])

@@ -1,4 +1,4 @@
-"""Figures of what stands around the one-way ANOVA: mixed designs, sphericity, equivalence, all pairs, exact check."""
+"""Figures of what accompanies the one-way ANOVA: mixed designs, sphericity, equivalence, all pairs, exact checks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Numbers: TypeAlias = dict[tuple[str, str], float]
 Run: TypeAlias = Callable[[], Any]
 Read: TypeAlias = Callable[[Any], Numbers]
 Methods: TypeAlias = Mapping[str, tuple[str, Run, Read]]
-"""By name: the package it needs, what is timed, and how its numbers are read."""
+"""By name: the package that a method needs, the function to time, and the reader of its numbers."""
 
 TOST_R = {("m30-m36", "p_low"): 0.0200601723658991, ("m30-m36", "p_high"): 0.000350899904947969}
 """R 4.2.2: t.test(m30, m36, paired = TRUE, mu = -10, alternative = "greater") and mu = 8, "less"; set md_15.1."""
@@ -50,7 +50,7 @@ def _cases(title: str, name: str, n: int, kind: str, expected: Numbers, methods:
 
 
 def _error(read: Read, expected: Numbers) -> Callable[[Any], float | None]:
-    """Return a function for the largest relative error over the numbers that a method gives; NaN where none."""
+    """Return a function for the largest relative error over the numbers that a method gives; NaN if it gives none."""
 
     def error(result: Any) -> float:
         worst = worst_relative_error(read(result), expected)
@@ -147,7 +147,7 @@ def _equivalence() -> Iterator[Case]:
 
 
 def _large(quick: bool) -> Iterator[Case]:
-    """Yield the whole analysis of one large table: ANOVA and every pair; and a mixed design of the same values."""
+    """Yield the cases of one large table: ANOVA and every pair, and a mixed design of the same values."""
     n = 500 if quick else 5000
     cells = random_cells(n, 90, seed=n, effect=3 / n**0.5)
     table = long_table(cells).sample(frac=1, random_state=n, ignore_index=True)
@@ -189,7 +189,7 @@ def _pair_answers(cells: Floats) -> Numbers:
 
 
 def _large_mixed(table: pd.DataFrame, n: int) -> Iterator[Case]:
-    """Yield the same F with 1e9 added, to show the cost of an offset."""
+    """Yield the cases of the same F with and without 1e9 added, to show the cost of an offset."""
     roles: Any = {"within": "A", "between": "group", "subject": "subject"}
     whole = table.assign(y=(1024 * table["y"]).round())
     right = _reader({"F": "F"})(mixed_anova(whole, "y", **roles))

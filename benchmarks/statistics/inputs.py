@@ -1,4 +1,4 @@
-"""The tables that the statistics are measured on, each with the answer to hold a method against."""
+"""The tables that the statistics are measured on, each with the right answer."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from palpate.analysis.statistics.references import (
 )
 
 Answer: TypeAlias = dict[tuple[str, str], float | None]
-"""The right numbers by (effect, kind of number); None where there is none."""
+"""The right numbers by (effect, kind of number); None where no number exists."""
 
 R_KINDS = {"F": "F", "p": "p", "p_GG": "p_GG", "eps": "GG_eps", "np2": "pes", "ng2": "ges"}
 
 
 @dataclass(frozen=True)
 class Input:
-    """A long table with its columns' roles; `answer` is computed at its first call, once."""
+    """A long table with its columns' roles; `answer` is computed once, at its first call."""
 
     name: str
     table: pd.DataFrame

@@ -1,4 +1,4 @@
-"""Comparison of several methods on the same data: their errors against the right answer, without their warnings."""
+"""Comparison of several methods on the same data: their errors against the right answer, with warnings suppressed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Key = TypeVar("Key")
 def comparison(
     title: str, name: str, n: int, ways: Iterable[Way], data: Any, error: Callable[[Any], float | None], error_kind: str
 ) -> Iterator[Case]:
-    """Yield a case for every way whose package is installed, all on the same data; a refusal has no error."""
+    """Yield a case for every method whose package is installed, all on the same data; a refusal has no error."""
 
     def error_or_refusal(numbers: Any) -> float | None:
         return None if numbers is None else error(numbers)
@@ -50,7 +50,7 @@ def relative_error(right: Floats) -> Callable[[Floats], float]:
 
 
 def quietly(run: Callable[[Any], Any], data: Any) -> Callable[[], Any]:
-    """Return a run on the data without its warnings: what a method warns of is measured as its error."""
+    """Return a run on the data with warnings suppressed: what a method warns of is measured as its error."""
 
     def silent() -> Any:
         with warnings.catch_warnings(record=True):

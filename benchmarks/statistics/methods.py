@@ -1,4 +1,4 @@
-"""The implementations that are measured side by side, and how to read the numbers out of each one's result."""
+"""The implementations that are compared, and functions that read the numbers from their results."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from palpate.analysis.statistics.exact import ExactEffect, exact_within
 from palpate.analysis.statistics.refusals import StatisticsError
 
 Numbers: TypeAlias = dict[tuple[str, str], float]
-"""What a method answers, by (effect, kind of number); empty where it refuses by name."""
+"""A method's numbers by (effect, kind of number); empty for a refusal."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """One implementation: `run` is what is timed, `read` turns its result into numbers and is not."""
+    """One implementation: `run` is timed, `read` turns its result into numbers and is not timed."""
 
     name: str
     run: Callable[[Input], Any]
@@ -31,7 +31,7 @@ class Method:
 
     @property
     def installed(self) -> bool:
-        """Whether its package can be imported; the ones we are compared with are optional."""
+        """Whether its package can be imported; the packages compared with Palpate are optional."""
         return find_spec(self.package) is not None
 
 
@@ -46,7 +46,7 @@ def _run_ours(table: Input) -> pd.DataFrame | None:
 
 
 def _read_ours(table: pd.DataFrame | None) -> Numbers:
-    """Return an empty answer for a refusal, or for F without a value in every row (each with a note why)."""
+    """Return Palpate's numbers; none for a refusal, or if every row has a note instead of F."""
     if table is None or table["F"].isna().all():
         return {}
     kinds = {"F": "F", "p": "p_unc", "p_GG": "p_GG_corr", "eps": "eps", "np2": "np2", "ng2": "ng2"}
@@ -84,7 +84,7 @@ def _read_exact(effects: list[ExactEffect]) -> Numbers:
 
 
 def _read_ours_reported(table: pd.DataFrame | None) -> Numbers:
-    """Return the p that our sentences show: always corrected."""
+    """Return the p that Palpate's sentences show: always corrected."""
     return {key: value for key, value in _read_ours(table).items() if key[1] == "p_GG"}
 
 
@@ -96,7 +96,7 @@ def _run_pingouin_auto(table: Input) -> pd.DataFrame:
 
 
 def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
-    """Return the p that pingouin leaves its user with: corrected only where its test of sphericity fails."""
+    """Return the p that pingouin's user sees: corrected only where its test of sphericity fails."""
     corrected = "p_GG_corr" in table and not table["sphericity"].iloc[0]
     return {(str(table["Source"].iloc[0]), "p_GG"): float(table["p_GG_corr" if corrected else "p_unc"].iloc[0])}
 

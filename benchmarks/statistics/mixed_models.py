@@ -1,4 +1,4 @@
-"""Figures of the mixed models: error of the variances and fixed effects beside the time, ours and statsmodels'."""
+"""Figures of the mixed models: errors of variances and fixed effects beside the time, of Palpate and statsmodels."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _worst(numbers: Numbers | None, data: Input, place: int) -> float | None:
 
 
 def _shipped() -> Iterator[Input]:
-    """Yield the reference sets with R's values (lme4 by bobyqa, good to about 1e-8 in the variances)."""
+    """Yield the reference sets with R's values (lme4 with bobyqa, accurate to about 1e-8 in the variances)."""
     values = reference_values("r_reference")
     for name, (effect, slope, numeric) in SHIPPED.items():
         r = values[name]
@@ -116,7 +116,7 @@ def _numbers(fixed: list[float], variances: list[float]) -> Numbers:
 
 
 def _balanced() -> Iterator[Input]:
-    """Yield 12 x 4 with participants 1, 1e3 and 1e6 residuals apart: the closed form of the analysis of variance."""
+    """Yield tables of 12 x 4, participants 1, 1e3 and 1e6 residual SDs apart, with the ANOVA's closed form."""
     for size in (1.0, 1e3, 1e6):
         rng = np.random.default_rng(5)
         cells = size * rng.normal(size=(12, 1)) + rng.normal(size=(12, 4)) + np.arange(4)
@@ -138,7 +138,7 @@ def _one_way(cells: np.ndarray[Any, Any]) -> Numbers:
 
 
 def _crossed(shape: tuple[int, int]) -> Input:
-    """Return participants crossed with stimuli, complete: the closed form again."""
+    """Return a complete table of participants crossed with stimuli, again with the closed form."""
     n, k = shape
     rng = np.random.default_rng(n)
     cells = 50 + 10 * rng.normal(size=(n, 1)) + 5 * rng.normal(size=(1, k)) + 7 * rng.normal(size=(n, k))

@@ -29,7 +29,7 @@ from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.protocols.bench import Case
 
 Numbers: TypeAlias = Mapping[str, float]
-"""A method's answer by name; no number at all is a refusal."""
+"""A method's numbers by name; empty for a refusal."""
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -55,7 +55,7 @@ def _cases(title: str, name: str, data: Any, n: int, methods: tuple[Way, ...], t
 
 
 def _worst(truth: Numbers) -> Callable[[Numbers], float | None]:
-    """Return a function for the largest relative error: infinite where there is no number, None for a refusal."""
+    """Return a function for the largest relative error: infinite for a missing number, None for a refusal."""
 
     def error(numbers: Numbers) -> float | None:
         known = [name for name in truth if name in numbers]

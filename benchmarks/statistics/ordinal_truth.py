@@ -1,4 +1,4 @@
-"""The tables that ordinal statistics are measured on, and their exact answers: decimals as written, whole numbers."""
+"""The tables that ordinal statistics are measured on, with exact answers from decimals as written and integers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _cells(name: str, factor: str) -> Floats:
 
 
 def _with_rounded_ties() -> Floats:
-    """Return twelve people whose first two answers are 0.3, written once as 0.1 + 0.2."""
+    """Return the answers of twelve people whose first two are 0.3, once written as 0.1 + 0.2."""
     third = [0.1, 0.5, 0.6, 0.7, 0.2, 0.9, 0.8, 0.4, 0.6, 0.5, 0.7, 0.9]
     return np.array([[0.1 + 0.2, 0.3, value] for value in third])
 
@@ -83,7 +83,7 @@ def wine_table() -> pd.DataFrame:
 
 
 def separated_table() -> pd.DataFrame:
-    """Return answers that the groups divide without overlap: no slope is finite."""
+    """Return answers that the groups separate without overlap, so that no slope is finite."""
     return pd.DataFrame({"group": ["a"] * 6 + ["b"] * 6, "y": [1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3]})
 
 
@@ -100,7 +100,7 @@ def _ranks(values: Sequence[Decimal]) -> list[Fraction]:
 
 
 def exact_friedman(cells: Floats) -> dict[str, float]:
-    """Return chi-squared corrected for ties in exact fractions of the decimals as written, and its p."""
+    """Return chi-squared corrected for ties, in exact fractions of the decimals as written, and its p."""
     n, k = cells.shape
     if cells.size > 10_000:
         return _whole_friedman(cells)
@@ -113,7 +113,7 @@ def exact_friedman(cells: Floats) -> dict[str, float]:
 
 
 def _whole_friedman(cells: Floats) -> dict[str, float]:
-    """Return the same for many whole numbers, by counting."""
+    """Return chi-squared corrected for ties, and its p, for many integers, by counting."""
     n, k = cells.shape
     doubled = np.stack([(row[:, None] > row).sum(1) * 2 + (row[:, None] == row).sum(1) + 1 for row in cells])
     between = sum((int(column) - n * (k + 1)) ** 2 for column in doubled.sum(axis=0))

@@ -17,7 +17,7 @@ STUDY = "door_ratings"
 
 @dataclass
 class _Lab:
-    """A lab of simulated sessions, made at the first run, and the files of that run."""
+    """A lab of simulated sessions, made in the first run, and the files of that run."""
 
     people: int
     runs: int = 0
@@ -40,7 +40,7 @@ class _Lab:
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield `palpate regenerate` of the door study from the shell: 40 simulated participants, 8 when quick."""
+    """Yield the cases of `palpate regenerate` of the door study from the shell: 40 participants, 8 if `quick`."""
     lab = _Lab(8 if quick else 40)
     input_name = f"{STUDY}, {lab.people} participants, statistics, figures and report"
     try:

@@ -31,7 +31,7 @@ R_KEYS = {"ICC": "ICC", "F": "F", "p": "p", "low": "lower", "high": "upper"}
 
 @dataclass(frozen=True)
 class Ratings:
-    """A long table (columns target, rater, y), the same as an array, and the numbers to hold a method against."""
+    """A long table (columns target, rater, y), its values as an array, and the right numbers."""
 
     name: str
     table: pd.DataFrame
@@ -41,7 +41,7 @@ class Ratings:
 
 @dataclass(frozen=True)
 class Way:
-    """One implementation: what is timed, and how its numbers are read from the result."""
+    """One implementation: the function to time, and the reader of its numbers."""
 
     name: str
     run: Callable[[Ratings], Any]
@@ -96,7 +96,7 @@ def _r_sets() -> Iterator[Ratings]:
 
 
 def _extremes(values: Floats) -> Iterator[Ratings]:
-    """Yield tables, made of one set, that cost a textbook formula its digits."""
+    """Yield tables, made of one set, on which a textbook formula loses its digits."""
     yield _exact("offset 1e12", values + 1e12)
     yield _exact("1 + 1e-12 x", 1 + 1e-12 * values)
     yield _exact("raters 1e9 apart", values + 1e9 * np.arange(values.shape[1]))
@@ -110,7 +110,7 @@ def _large(n: int) -> Ratings:
 
 
 def _exact(name: str, values: Floats) -> Ratings:
-    """Return the six values and alpha in exact fractions."""
+    """Return the table with the six ICCs and alpha in exact fractions."""
     x = [[Fraction(value) for value in row] for row in values.tolist()]
     n, k = values.shape
     rows, columns = [sum(row) for row in x], [sum(column) for column in zip(*x, strict=True)]
@@ -133,7 +133,7 @@ def _alpha_of(ratings: Ratings) -> Ratings:
 
 
 def _w_sets() -> Iterator[Ratings]:
-    """Yield R's friedman.test: W is chi squared over m (n - 1)."""
+    """Yield the sets of R's friedman.test: W is chi squared over m (n - 1)."""
     for ratings in _r_sets():
         entry = reference_values("r_reference")[ratings.name]
         if test := entry.get("friedman"):

@@ -1,4 +1,4 @@
-"""Figures to reach for streams: nothing lost, memory flat, readers not held up by the writer; a clock's rate."""
+"""Figures to reach for streams: nothing lost, constant memory, readers not held up by the writer; a clock's rate."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from palpate.protocols.events import NS
 STREAM_S, STREAM_QUICK_S = 600.0, 20.0
 DELAY_S, DELAY_QUICK_S = 240.0, 20.0
 FAST = 20.0
-"""How many times as fast as real sensors the streams run: rates, bytes and blocks a second are multiplied by it."""
+"""The factor by which streams run faster than real sensors: rates, bytes and blocks a second are multiplied by it."""
 PPM, BLOCKS_HZ, CLOCKS = 50.0, 100.0, 20
 Arrivals = list[tuple[int, float]]
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield streams recorded through a real session and ledger, each run in its own process; then clocks."""
+    """Yield the cases of streams through a real session and ledger, each in its own process; then of clocks."""
     whole, part = (STREAM_QUICK_S, DELAY_QUICK_S) if quick else (STREAM_S, DELAY_S)
     yield _recorded("to the disk", "palpate", whole, "samples lost", _lost)
     yield _recorded("memory above start", "palpate", whole, "MB", lambda recorded: _known(recorded["growth_MB"]))
@@ -43,7 +43,7 @@ def cases(quick: bool) -> Iterator[Case]:
 def _recorded(
     case: str, writer: str, stream_s: float, kind: str, error: Callable[[dict[str, Any]], float | None]
 ) -> Case:
-    """Return the `error` of a recording, while its ledger exists."""
+    """Return the case of a recording, with its `error` computed while its ledger exists."""
     writers = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
     input_name = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
     return Case("streams", case, writers.get(writer, writer), input_name, round(stream_s * 14_120), kind,
@@ -51,7 +51,7 @@ def _recorded(
 
 
 def run_apart(stream_s: float, fast: float, writer: str) -> dict[str, Any]:
-    """Record in a process of its own; return its results, and `in_place`: how many samples of each stream are right."""
+    """Record in a process of its own; return its results with `in_place`: how many samples of each stream are right."""
     with TemporaryDirectory() as lab:
         command = [sys.executable, "-m", "benchmarks.streams.run", lab, str(stream_s), str(fast), writer]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
@@ -81,7 +81,7 @@ def _lost(recorded: dict[str, Any]) -> float:
 
 
 def _known(growth_MB: float) -> float | None:
-    """Return the growth; None where the process cannot see its memory."""
+    """Return the growth; None where the process cannot read its memory."""
     return growth_MB or None
 
 
@@ -90,7 +90,7 @@ def _p999(what: str) -> Callable[[dict[str, Any]], float]:
 
 
 def _priority() -> str:
-    """Describe the scheduling of the recording process, tried in a thread that then ends."""
+    """Describe the scheduling of the recording process, as tried in a thread that then ends."""
     from benchmarks.streams.run import in_real_time
 
     allowed: list[bool] = []
@@ -101,7 +101,7 @@ def _priority() -> str:
 
 
 def _clocks(seconds: float) -> Iterator[Case]:
-    """Yield a device's rate from its blocks' arrivals, by four methods; the error is the RMS over many."""
+    """Yield the cases of a device's rate from its blocks' arrivals, by four methods; the error is the RMS over many."""
     laws: dict[str, Callable[[random.Random], float]] = {
         "exponential": lambda chance: chance.expovariate(500.0),
         "lognormal": lambda chance: 0.002 * chance.lognormvariate(0.0, 1.0),
@@ -125,7 +125,7 @@ def _all_rates_ppm(method: Callable[[Arrivals], float], recorded: Sequence[Arriv
 
 
 def _arrivals(seconds: float, delay: Callable[[random.Random], float], seed: int) -> Arrivals:
-    """Return (number of a block's last sample, arrival): blocks of 100 samples come late, and none overtakes."""
+    """Return (number of a block's last sample, arrival): blocks of 100 samples are late, and none overtakes another."""
     chance, arrivals, last_s = random.Random(seed), [], 0.0
     for block in range(1, round(seconds * BLOCKS_HZ) + 1):
         last_s = max(last_s, block / BLOCKS_HZ / (1 + PPM * 1e-6) + delay(chance))

@@ -1,4 +1,4 @@
-"""Made-up sensors that note for every read when it was due and when it ran, for the figures for streams."""
+"""Synthetic sensors that note when every read was due and when it ran, for the figures for streams."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ KINDS = (
     ("door", ("angle", "velocity", "torque", "brake", "state"), 1000.0),
 )
 BLOCK_S = 0.005
-"""A reader is woken 200 times a second, whatever the rate."""
+"""Seconds of a block: a reader is woken 200 times a second, whatever the rate."""
 RAMP = 1 << 16
-"""A channel counts so far and begins again: float32 holds every number exactly."""
+"""The number at which a channel starts again from 0: float32 holds every number below exactly."""
 
 
 @dataclass
 class SyntheticSensor:
-    """A sensor that gives the samples that are due, `fast` times as many as its rate says; every value is its number.
+    """A sensor that gives the due samples, `fast` times as many as its rate says; every value is the sample's number.
 
-    `late_ns` holds for every read when it was due and when the thread ran; `handed_ns` how long it took to pass on
-    the samples of the read before.
+    `late_ns` has for every read when it was due and when the thread ran; `handed_ns` how long passing on the samples of
+    the previous read took.
     """
 
     name: str
@@ -51,39 +51,39 @@ class SyntheticSensor:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """One, at the rate it is sped up to."""
+        """The sensor's one signal, at the accelerated rate."""
         units = ("1",) * len(self.channels)
         return (Signal("samples", self.channels, units, self.rate_hz * self.fast, self.name),)
 
     def open(self) -> None:
-        """Do nothing: nothing is to be opened."""
+        """Do nothing: there is no device to open."""
 
     def safe(self) -> None:
         """Do nothing: nothing moves."""
 
     def close(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing: there is no device to close."""
 
     def describe(self) -> Mapping[str, Any]:
         """Return a description."""
         return {"kind": "made up"}
 
     def health(self, seconds: float) -> Health:
-        """Return that it is well."""
+        """Return that the sensor is well."""
         return Health(True, f"made up, {seconds} s")
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: it gives numbers for any scene."""
+        """Do nothing: it gives the same numbers for any scene."""
 
     def start(self, now_ns: NowNs) -> None:
-        """Count from 0."""
+        """Start counting at 0."""
         self.now_ns, self.start_ns = now_ns, now_ns()
 
     def stop(self) -> None:
         """Do nothing: nothing runs."""
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Sleep until the next block is due, and return all that are due then."""
+        """Sleep until the next block is due, and return all blocks that are due then."""
         if self.left_ns:
             self.handed_ns.append(time.perf_counter_ns() - self.left_ns)
         self._sleep(timeout_s)

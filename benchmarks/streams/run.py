@@ -1,4 +1,4 @@
-"""A process that records made-up sensors into a real ledger, and prints the results as JSON.
+"""A process that records synthetic sensors into a real ledger, and prints the results as JSON.
 
 python -m benchmarks.streams.run LEDGER STREAM_SECONDS TIMES_AS_FAST WRITER
 """
@@ -32,7 +32,7 @@ from palpate.studies.sessions.rig import Rig, RigPlan
 from palpate.studies.sessions.session import start
 
 TURN_S = 0.01
-"""The writer looks as often whether there is anything to write; a window does at every frame."""
+"""The interval at which the writer checks for samples, as a window does at every frame."""
 
 
 @dataclass
@@ -68,20 +68,20 @@ def memory_MB() -> float:
 
 @dataclass
 class Watching(Windowless):
-    """A window that shows nothing and notes when the writer begins and, by `kept`, when it is done."""
+    """A presenter without a window that notes when the writer begins and, by `kept`, when it is done."""
 
     busy_ns: list[tuple[int, int]] = field(default_factory=list)
     writing_from_ns: int = 0
     now_ns: NowNs = time.perf_counter_ns
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Wait as it does; from then on the main thread takes and writes."""
+        """Wait as without measuring; then note when the main thread begins to take and write samples."""
         aside = super().wait_for(key, desk, ready)
         self.writing_from_ns = self.now_ns()
         return aside
 
     def kept(self, event: Event) -> None:
-        """Note that the samples are on the disk."""
+        """Note that the samples of an event are on the disk."""
         if event.samples:
             self.busy_ns.append((self.writing_from_ns, self.now_ns()))
 
@@ -96,18 +96,18 @@ class HandedOver:
 
 
 def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
-    """Return a function that tells whether the time is past."""
+    """Return a function that returns whether the time is past."""
     return lambda: now_ns() >= until_ns
 
 
 @dataclass
 class Discarded:
-    """A recorder with Capture's threads and rings that throws all samples away, to measure the readers alone."""
+    """A recorder with Capture's threads and rings that discards all samples, to measure the readers alone."""
 
     sensors: Mapping[str, SyntheticSensor]
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Present for the request's seconds."""
+        """Record for the request's seconds."""
         recording = Recording(self.sensors, now_ns)
         recording.start()
         while now_ns() < recording.started_ns + request.seconds * NS:
@@ -120,7 +120,7 @@ class Discarded:
 
 @dataclass
 class OneThread:
-    """A recorder as in a script: one loop reads sensor after sensor, and returns what it has twice a second."""
+    """A recorder as in a simple script: one loop reads all sensors in turn, and returns the samples twice a second."""
 
     sensors: Mapping[str, SyntheticSensor]
     start_ns: int | None = None
@@ -160,9 +160,9 @@ def plan_of(seconds: float) -> Plan:
 
 
 def recorder(writer: str, sensors: Mapping[str, SyntheticSensor], fast: float) -> Records:
-    """Return the recorder: `palpate`; `none`, which throws samples away; `one thread`, which also writes at times.
+    """Return the recorder by name: `palpate`; `none`, which discards samples; `one thread`, which also writes.
 
-    The room for what waits to be written is what it would be at the sensors' own pace.
+    The buffer for samples that wait to be written lasts as long as at the sensors' real pace.
     """
     if writer == "palpate":
         return Capture(sensors, room_s=ROOM_S / fast)
@@ -197,7 +197,7 @@ def run(lab: Path, stream_s: float, fast: float, writer: str) -> dict[str, Any]:
 
 
 def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) -> list[int]:
-    """Return, for every read, how long it was overdue while the writer was busy: the writer's possible part."""
+    """Return how long every read was overdue while the writer was busy: the writer's possible share."""
     starts = [start for start, _ in busy]
     overdue = []
     for due, woken in late:
@@ -207,7 +207,7 @@ def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) ->
 
 
 def spread(times_ns: Sequence[int]) -> dict[str, float]:
-    """Return the median, the 99th and 99.9th percentile, and the largest, in milliseconds."""
+    """Return the median, the 99th and 99.9th percentiles and the maximum, in milliseconds."""
     if not times_ns:
         return {}
     p50, p99, p999, most = np.percentile(np.asarray(times_ns) / 1e6, [50, 99, 99.9, 100])
@@ -215,7 +215,7 @@ def spread(times_ns: Sequence[int]) -> dict[str, float]:
 
 
 def in_real_time() -> bool:
-    """Put this thread, and those it will start, before all others; False where that is not allowed or not known."""
+    """Give this thread and those that it starts real-time priority; return whether that is possible."""
     if sys.platform != "linux":
         return False
     try:

@@ -1,1 +1,1 @@
-"""A texture model's step in each runtime, its training, and how it runs free."""
+"""A texture model's step in each runtime, its training, and its free running."""

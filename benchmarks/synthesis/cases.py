@@ -1,4 +1,4 @@
-"""A texture model's step by runtime, its training in two ways, and the shipped models running free."""
+"""A texture model's step by runtime, its training in two ways, and the shipped models running freely."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from palpate.studies.simulation.texture_simulator import SimulatedTextures
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield the cases of a step, other programs' runtimes beside, and of training."""
+    """Yield the cases of a step, beside other programs' runtimes, and of training."""
     yield from steps.cases(quick, other_runtimes)
     yield from training.cases(quick, SimulatedTextures())
 
 
 def free_running(quick: bool) -> Iterator[Case]:
-    """Yield the cases of the shipped texture models under hands of their own."""
+    """Yield the cases of the shipped texture models under hands that they were not trained with."""
     yield from hands.cases(quick, SimulatedTextures(), available(SHIPPED))

@@ -1,4 +1,4 @@
-"""Figures of the shipped texture models on their own output, under hands that neither training nor choosing saw."""
+"""Figures of the shipped texture models on their own output, under hands used in neither training nor selection."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from palpate.signals.textures.voice import play
 
 AREA = "free running"
 AGAIN, METHODS = "another realisation", ("foten_generative", "ar")
-"""What perfect would be, the default, and what it has to be nearer than."""
+"""The best possible result, the default, and the method that it must beat."""
 HANDS, QUICK_HANDS = range(301, 309), range(301, 302)
-"""Seeds of explorations; 0, 101 to 106 and 201 to 208 were looked at while models were chosen."""
+"""Seeds of explorations; 0, 101 to 106 and 201 to 208 were used while models were selected."""
 SECONDS, QUICK_SECONDS = 60.0, 10.0
 Cards = Mapping[str, Mapping[str, Path]]
 Summary = Callable[[Sequence[float]], float]
@@ -45,7 +45,7 @@ LOOKS: tuple[tuple[str, str, Summary], ...] = (
 
 @dataclass
 class Hands:
-    """One texture under all hands, evaluated once at the first use. `models` are cards by method."""
+    """One texture under all hands, evaluated on first use. `models` are cards by method."""
 
     simulator: TextureSimulator
     texture: str
@@ -57,7 +57,7 @@ class Hands:
     took: dict[str, list[float]] = field(default_factory=dict)
 
     def of(self, method: str) -> tuple[list[Numbers], list[float]]:
-        """Return the figures of each hand's run, and the seconds that the run took."""
+        """Return the figures of each hand's run, and the seconds of each run."""
         if not self.numbers:
             for seed in self.seeds:
                 self._play(seed)
@@ -77,7 +77,7 @@ class Hands:
 
 
 def cases(quick: bool, simulator: TextureSimulator, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
-    """Yield each texture under each view, the default method beside autoregression and the truth made again."""
+    """Yield the cases of each texture: the default method, autoregression, and the texture simulated again."""
     seeds, seconds = (QUICK_HANDS, QUICK_SECONDS) if quick else (HANDS, SECONDS)
     for texture, models in cards.items():
         chosen = {method: models[method] for method in METHODS if method in models}

@@ -1,7 +1,7 @@
-"""A card's steps translated for another runtime, operation by operation: one model runs in every runtime of the bench.
+"""A card's steps translated for other runtimes, operation by operation, so that one model runs in every runtime.
 
-Values lie length first, (length, channels), and lists as (1, size), which is how dense layers of all runtimes want
-them. Only the steps of FoTEN and its variants are known.
+Values have the length first, (length, channels), and lists are (1, size), as dense layers of all runtimes need them.
+Only the steps of FoTEN and its variants are supported.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Graph(Protocol[T]):
 
 @dataclass(frozen=True)
 class Value(Generic[T]):
-    """A tensor of the runtime, and the shape that the card means; (length, channels), or (1, size)."""
+    """A tensor of the runtime, and its shape in the card: (length, channels), or (size,)."""
 
     x: T
     shape: tuple[int, ...]
@@ -55,7 +55,7 @@ class Value(Generic[T]):
 
 
 class Tracer(Generic[T]):
-    """Translates the steps in one pass; values that a later step uses are kept by name."""
+    """A translator of the steps in one pass; values that a later step uses are stored by name."""
 
     def __init__(self, graph: Graph[T], tensors: Tensors) -> None:
         self.graph, self.tensors = graph, tensors
@@ -70,7 +70,7 @@ class Tracer(Generic[T]):
         return value
 
     def _next(self, steps: Sequence[Step], value: Value[T]) -> tuple[Value[T], int]:
-        """Return the value after one step, or after two where a relu follows a product."""
+        """Return the value after one step, or after two where a relu follows a product, and the number of steps."""
         step, relu = steps[0], len(steps) > 1 and _is_relu(steps[1])
         if isinstance(step, steps_of.Dense):
             return self._dense(step, value, relu), 1 + relu
@@ -103,7 +103,7 @@ class Tracer(Generic[T]):
         return Value(linear, (len(weight), value.shape[1]))
 
     def _reshape(self, step: steps_of.Reshape, value: Value[T]) -> Value[T]:
-        """Reshape in C order of the card's shape: between a list and two sides, numbers move unless one side is 1."""
+        """Reshape in C order of the card's shape; values are transposed unless one side is 1 or a shape is a list."""
         graph, shape = self.graph, step.shape
         if len(value.shape) == 2:
             turned = value.x if 1 in value.shape else graph.permute(value.x, (1, 0))
@@ -153,7 +153,7 @@ class Tracer(Generic[T]):
         return Value(normed, value.shape)
 
     def _attention(self, step: signals_of.Attention, value: Value[T]) -> Value[T]:
-        """Add attention with 1 / sqrt(depth) in the queries' weights, as a converter would put it."""
+        """Add attention with 1 / sqrt(depth) within the queries' weights, as a converter would."""
         graph, (width, length) = self.graph, value.shape
         depth = width // step.heads
         weight, bias = self._reals(step.weight).copy(), self._reals(step.bias).copy()

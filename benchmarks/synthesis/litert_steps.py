@@ -1,4 +1,4 @@
-"""A card as a .tflite for LiteRT, the runtime of the thesis: built by its schema, for the bench alone."""
+"""A card as a .tflite for LiteRT, the runtime of the thesis: built by its schema, for the bench only."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ def litert(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
 
 
 class _TfLite:
-    """Tensors are numbers of the file's list; shapes are followed, since the schema wants them."""
+    """A writer of .tflite files.
+
+    Tensors are numbers in the file's list; shapes are tracked, since the schema needs them.
+    """
 
     def __init__(self) -> None:
         self.schema = import_module("ai_edge_litert.schema_py_generated")
@@ -54,7 +57,7 @@ class _TfLite:
         return len(self.tensors) - 1
 
     def constant(self, numbers: Numbers | np.ndarray[Any, np.dtype[np.int32]]) -> int:
-        """Add a constant tensor and return its number; whole numbers are places and shapes."""
+        """Add a constant tensor and return its number; integers are indices and shapes."""
         buffer = self.schema.BufferT()
         buffer.data = np.frombuffer(np.ascontiguousarray(numbers).tobytes(), dtype=np.uint8)
         self.buffers.append(buffer)
@@ -142,7 +145,7 @@ class _TfLite:
         return self.op("ATAN2", (imaginary, real), self.shape(real))
 
     def file_bytes(self, inputs: int, answer: int) -> bytes:
-        """Return the file."""
+        """Return the bytes of the file."""
         flatbuffers = import_module("flatbuffers")
         schema = self.schema
         subgraph, model = schema.SubGraphT(), schema.ModelT()

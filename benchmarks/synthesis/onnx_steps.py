@@ -1,4 +1,4 @@
-"""A card as an ONNX graph, for ONNX Runtime and OpenVINO: built by hand, for the bench alone."""
+"""A card as an ONNX graph, for ONNX Runtime and OpenVINO: built by hand, for the bench only."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ UNARY = {"relu": "Relu", "sqrt": "Sqrt", "cos": "Cos", "sin": "Sin", "exp": "Exp
 
 
 def onnx_runtime(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
-    """Return one step by ONNX Runtime, one thread, in- and output bound once. Raise ImportError where it is missing."""
+    """Return one step by ONNX Runtime, one thread, with input and output bound once.
+
+    Raise ImportError if it is missing.
+    """
     onnxruntime = import_module("onnxruntime")
 
     options = onnxruntime.SessionOptions()
@@ -39,7 +42,10 @@ def onnx_runtime(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
 
 
 def open_vino(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
-    """Return one step by OpenVINO in float32 (by default it rounds to bfloat16), one thread. Raise ImportError."""
+    """Return one step by OpenVINO in float32 (its default is bfloat16), one thread.
+
+    Raise ImportError if it is missing.
+    """
     openvino = import_module("openvino")
 
     core = openvino.Core()
@@ -74,7 +80,7 @@ def _model(card: Card, tensors: Tensors) -> bytes:
 
 
 class _Onnx:
-    """Values are names."""
+    """A builder of ONNX graphs, whose values are names."""
 
     def __init__(self) -> None:
         self.nodes: list[Any] = []
@@ -131,7 +137,7 @@ class _Onnx:
         return self.op("LayerNormalization", [x, self.constant(weight), self.constant(bias)], axis=-1, epsilon=tiny)
 
     def angle(self, imaginary: str, real: str) -> str:
-        """Add an angle without atan2: an arc tangent, and half a turn where the real part is negative."""
+        """Add an angle without atan2: an arc tangent, plus half a turn where the real part is negative."""
         zero, turn = self.constant(np.zeros(1, np.float32)), self.constant(np.array([np.pi], np.float32))
         back, none = self.constant(np.array([-np.pi], np.float32)), self.constant(np.zeros(1, np.float32))
         near = self.op("Atan", [self.op("Div", [imaginary, real])])

@@ -1,4 +1,4 @@
-"""The least time that a program could take here: its products and its numbers, by what this processor does at best."""
+"""The least time that a program could take on this machine, from its products, its numbers and the best rates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDS, READS, TRIES = 20_000, 20, 30
 
 @dataclass(frozen=True)
 class Work:
-    """The work of one step: floating-point operations (a product added is two), and bytes of weights to read."""
+    """The work of one step: floating-point operations (a multiply-add is two), and bytes of weights to read."""
 
     flop: int
     bytes: int
@@ -26,18 +26,18 @@ class Work:
 
 @dataclass(frozen=True)
 class Rates:
-    """The best rates of one core: FLOP a second in registers, and bytes a second from a buffer of that size."""
+    """The best rates of one core: FLOP/s in registers, and bytes/s from a buffer of that size."""
 
     flop_s: float
     bytes_s: float
 
     def seconds(self, work: Work) -> tuple[float, float]:
-        """Return the least time for the products, and for the numbers."""
+        """Return the least time for the products, and for reading the numbers."""
         return work.flop / self.flop_s, work.bytes / self.bytes_s
 
 
 def work_of(native: Native) -> Work:
-    """Return the work of the program: products of matrices and attention, which make up the cost."""
+    """Return the work of the program: products of matrices and attention, which dominate the cost."""
     flop = 0
     for row in native.ops:
         kind, fields = KINDS[row[0]], [int(field) for field in row[1:]]
@@ -55,7 +55,7 @@ def work_of(native: Native) -> Work:
 
 
 def rates(library: Library, instructions: InstructionSet, size: int, clock: Clock) -> Rates:
-    """Return the best rates of a few tries, so that other work counts little; size: bytes of the buffer."""
+    """Return the best rates of a few tries, so that other work counts little; `size`: bytes of the buffer."""
     calls, number = library.calls, instructions.number
     calls.palpate_set_products.restype = ctypes.c_int64
     calls.palpate_most_products.argtypes = (ctypes.c_int64, ctypes.c_int64)

@@ -1,4 +1,4 @@
-"""Other runtimes that can run a model's card on this machine, each one step at a time: what ours is measured against.
+"""Other runtimes that can run a model's card on this machine, one step at a time, for comparison with Palpate's.
 
 None of them is needed by the product: a runtime that is not installed is left out, and named.
 """
@@ -15,11 +15,11 @@ from palpate.signals.arrays import Array
 from palpate.signals.models.card import Card
 
 Step = Callable[[Array], Array]
-"""A window (3 window) in units to the answer (1 or 2), in float64."""
+"""A function from a window (3 window) in units to the answer (1 or 2), in float64."""
 
 
 def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tuple[str, ...]]:
-    """Return the installed runtimes, and the names of the missing ones; set torch to one thread."""
+    """Return the installed runtimes and the names of the missing ones; set torch to one thread."""
     installed, missing = {}, []
     for name, make in MAKERS.items():
         try:
@@ -30,7 +30,7 @@ def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tu
 
 
 def read_plainly(card: Path) -> tuple[Card, Tensors]:
-    """Return a card and its tensors, all in float32; the checks are the rig's (palpate.signals.models.file)."""
+    """Return a card and its tensors, all in float32, without the checks of palpate.signals.models.file."""
     from safetensors.numpy import load_file
 
     parsed = Card.model_validate_json(card.read_bytes())

@@ -1,4 +1,4 @@
-"""A model of FoTEN's shape (thesis 4.4) with random weights from a seed: what runtimes are measured and tried on."""
+"""A model of FoTEN's shape (thesis 4.4) with random weights from a seed, for measuring and testing runtimes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from palpate.signals.models.runtime import Model
 WINDOW, WIDTH, HEADS, HIDDEN, SPECTRAL = 20, 64, 4, 128, 16
 UNITS = (256, 64)
 TYPICAL, SPREAD = np.array([0.0, 100.0, 1.0]), np.array([4.0, 40.0, 0.4])
-"""Acceleration in m/s^2, speed in mm/s, force in N: mean and SD of the model's inputs."""
+"""Mean and SD of the model's inputs: acceleration in m/s^2, speed in mm/s, force in N."""
 Numbers = NDArray[np.float32]
 
 
 @dataclass
 class _Maker:
-    """Names a tensor each time that numbers are drawn."""
+    """A generator of random tensors with names."""
 
     chance: np.random.Generator
     tensors: dict[str, Numbers] = field(default_factory=dict)
@@ -31,13 +31,13 @@ class _Maker:
         return name
 
     def draw(self, name: str, *shape: int) -> str:
-        """Draw weights as torch does: uniform within 1 / sqrt(number of inputs)."""
+        """Draw weights as torch does, uniformly within 1 / sqrt(number of inputs); return their name."""
         limit = int(np.prod(shape[1:])) ** -0.5 if len(shape) > 1 else 0.1
         return self.put(name, self.chance.uniform(-limit, limit, shape))
 
 
 def foten(seed: int = 1, window: int = WINDOW) -> Model:
-    """Return a model of 471 235 numbers at a window of 20, which gives one acceleration."""
+    """Return a model of 471 235 numbers at a window of 20, which predicts one acceleration."""
     maker = _Maker(np.random.Generator(np.random.PCG64(seed)))
     scale = [maker.put("gain", 1 / SPREAD[:, None]), maker.put("offset", (-TYPICAL / SPREAD)[:, None])]
     steps: list[Step] = [Reshape(shape=(3, window)), Affine(gain=scale[0], offset=scale[1]), Keep(kept="given")]
@@ -62,7 +62,7 @@ def windows(count: int, seed: int = 2, window: int = WINDOW) -> NDArray[np.float
 
 
 def positions(window: int) -> NDArray[np.float64]:
-    """Return the positions of equations 4.2 and 4.3: (width, window)."""
+    """Return the positional encoding of equations 4.2 and 4.3: (width, window)."""
     turns = np.arange(window) / 10000.0 ** (np.arange(0, WIDTH, 2)[:, None] / WIDTH)
     return np.stack([np.sin(turns), np.cos(turns)], axis=1).reshape(WIDTH, window)
 
@@ -80,7 +80,7 @@ def _dense(maker: _Maker, name: str, inputs: int, outputs: int) -> Dense:
 
 
 def _conv(maker: _Maker, name: str, inputs: int, outputs: int) -> Conv:
-    """Return a dense layer at every place."""
+    """Return a convolution of width 1: a dense layer at every place."""
     return Conv(weight=maker.draw(f"{name}.weight", outputs, inputs, 1), bias=maker.draw(f"{name}.bias", outputs))
 
 
@@ -132,7 +132,7 @@ def transforms(window: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def count_parameters(model: Model) -> int:
-    """Return the number of learned numbers: all but those of scaling, positions and transforms."""
+    """Return the number of learned parameters: all but those of scaling, positions and transforms."""
     fixed = ("gain", "offset", "positions", "spectrum")
     learned: Mapping[str, NDArray[np.generic]] = {
         name: numbers for name, numbers in model.tensors.items() if not name.startswith(fixed)

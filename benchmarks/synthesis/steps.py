@@ -1,6 +1,6 @@
 """Figures to reach for one step of a model: every runtime in one run, its time and its error in one row.
 
-The runtimes take turns in short blocks, so that what else the machine does falls on all of them alike.
+The runtimes alternate in short blocks, so that other work on the machine affects all of them equally.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from palpate.signals.models.runtime import Model
 
 Step = Callable[[Array], Array]
 Others = Callable[[Card, Mapping[str, NDArray[np.generic]]], tuple[Mapping[str, Step], tuple[str, ...]]]
-"""Runtimes that this room does not know (torch, LiteRT): a step for each that is installed, the names of the rest."""
+"""Returns runtimes of other programs (torch, LiteRT): a step for each that is installed, and the names of the rest."""
 
 AREA = "synthesis"
 STEPS, QUICK_STEPS, BLOCK = 20_000, 1000, 250
 WINDOWS = 1000
-"""Different windows that each runtime answers for, one after another."""
+"""Number of different windows that each runtime runs on, one after another."""
 ERROR = "largest |error| against float64, in SDs of the acceleration"
 
 
 @dataclass
 class Measured:
-    """All runtimes on one model, measured together when the seconds of the first are read."""
+    """All runtimes on one model, measured together when the first result is read."""
 
     model: Model
     runtimes: Mapping[str, Step]
@@ -64,7 +64,7 @@ class Measured:
 
 
 def cases(quick: bool, others: Others | None = None) -> Iterator[Case]:
-    """Yield FoTEN's shape on every runtime, then every shipped model on ours."""
+    """Yield the cases of FoTEN's shape on every runtime, then of every shipped model on Palpate's."""
     steps = QUICK_STEPS if quick else STEPS
     model = foten()
     installed, missing = others(model.card, model.tensors) if others is not None else ({}, ())
@@ -78,7 +78,7 @@ def cases(quick: bool, others: Others | None = None) -> Iterator[Case]:
 
 
 def time_by_turns(runtimes: Mapping[str, Step], inputs: Array, steps: int, clock: Clock) -> dict[str, Array]:
-    """Return the seconds of every step of every runtime, in blocks by turns, after one warm-up block each."""
+    """Return the seconds of every step of every runtime, in alternating blocks after one warm-up block each."""
     seconds = {name: np.empty(steps) for name in runtimes}
     for step in runtimes.values():
         _block(step, inputs, np.empty(min(BLOCK, steps)), clock)
@@ -102,13 +102,13 @@ def _block(step: Step, inputs: Array, into: Array, clock: Clock) -> None:
 
 
 def in_double_precision(model: Model) -> Model:
-    """Return the same numbers in double precision."""
+    """Return the model with the same numbers in double precision."""
     real = {name: tensor.astype(np.float64) for name, tensor in model.tensors.items() if tensor.dtype.kind == "f"}
     return Model(model.card, {**model.tensors, **real})
 
 
 def _ours(model: Model) -> dict[str, Step]:
-    """Return our runtimes: the default first, then the kernel's other instruction sets, NumPy and the reference."""
+    """Return Palpate's runtimes: the default, the kernel's other instruction sets, NumPy and the reference."""
     default = fastest(model)
     ours = {f"palpate, {default.runtime}": default.run}
     try:
@@ -134,7 +134,7 @@ def _percentile(measured: Measured, name: str, share: float, _error: float) -> f
 
 
 def _limits(model: Model, input_name: str, steps: int, clock: Clock) -> Iterator[Case]:
-    """Yield the time of a step with only its products, or only its numbers, by rates measured here."""
+    """Yield the cases of a step's least time for its products, and for its numbers, by rates measured here."""
     native = fastest(model)
     if not isinstance(native, Native):
         return

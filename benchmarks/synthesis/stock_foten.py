@@ -1,4 +1,4 @@
-"""FoTEN as it is written in an afternoon: stock modules, torch's FFT, a DataLoader. Only the bench trains it."""
+"""A straightforward FoTEN of stock modules, torch's FFT and a DataLoader, for comparison in the bench only."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class _Spectrum(nn.Module):
 
 
 class StockFoten(nn.Module):
-    """A network of as many weights as `Foten`, (batch, 3, window) to (batch, 1)."""
+    """A network with as many weights as `Foten`, from (batch, 3, window) to (batch, 1)."""
 
     place: Tensor
 
@@ -68,7 +68,7 @@ class StockFoten(nn.Module):
 
 @dataclass(frozen=True)
 class Course:
-    """Seconds up to the end of each epoch, and the validation MAE there."""
+    """Seconds up to the end of each epoch, and the validation MAE then."""
 
     seconds: tuple[float, ...]
     mae: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""A card in PyTorch, eager: as straight-line code of functions, or with torch's stock encoder layers."""
+"""A card in eager PyTorch: as straight-line code of functions, or with torch's stock encoder layers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ENCODER = (signals_of.Keep, signals_of.Attention, signals_of.Add, signals_of.Nor
 def torch_eager(card: Card, tensors: Tensors, stock: bool = False) -> Callable[[Array], Array]:
     """Return one step by PyTorch without gradients; the caller sets the threads.
 
-    `stock`: nn.TransformerEncoderLayer.
+    With `stock`, encoder layers are nn.TransformerEncoderLayer.
     """
     graph = _Torch()
     inputs = graph.graph.placeholder("given")
@@ -45,7 +45,7 @@ def torch_eager(card: Card, tensors: Tensors, stock: bool = False) -> Callable[[
 
 
 def _encoder(steps: Sequence[Step], tensors: Tensors, width: int) -> nn.Module:
-    """Return the stock layer with these steps' numbers."""
+    """Return the stock encoder layer with these steps' numbers."""
     _, mix, _, first, _, wide, _, narrow, _, second = steps
     if not isinstance(mix, signals_of.Attention) or not isinstance(wide, Conv) or not isinstance(narrow, Conv):
         raise TypeError("no encoder layer")
@@ -66,27 +66,27 @@ def _encoder(steps: Sequence[Step], tensors: Tensors, width: int) -> nn.Module:
 
 
 class _Torch:
-    """Values are nodes of a graph that becomes straight-line code."""
+    """A builder of a torch.fx graph of straight-line code, whose values are nodes."""
 
     def __init__(self) -> None:
         self.graph, self.root = fx.Graph(), nn.Module()
         self.count = 0
 
     def buffer(self, numbers: Numbers) -> fx.Node:
-        """Add a buffer."""
+        """Add a buffer and return its node."""
         self.count += 1
         self.root.register_buffer(f"b{self.count}", torch.tensor(numbers))
         return self.graph.get_attr(f"b{self.count}")
 
     def layer(self, module: nn.Module, x: fx.Node) -> fx.Node:
-        """Add a module's output for x, as a batch of one."""
+        """Add a module applied to x as a batch of one, and return its node."""
         self.count += 1
         self.root.add_module(f"m{self.count}", module)
         inner = self.graph.call_module(f"m{self.count}", (self.call(torch.unsqueeze, x, 0),))
         return self.call(torch.squeeze, inner, 0)
 
     def call(self, function: Callable[..., Any], *inputs: Any, **options: Any) -> fx.Node:
-        """Add a function's output."""
+        """Add a function call and return its node."""
         return self.graph.call_function(function, inputs, options)
 
     def constant(self, numbers: Numbers) -> fx.Node:
@@ -133,7 +133,7 @@ class _Torch:
 
 
 class _Own(Tracer[fx.Node]):
-    """Attention is torch's own function."""
+    """A tracer that uses torch's own attention function."""
 
     graph: _Torch
 
@@ -148,7 +148,7 @@ class _Own(Tracer[fx.Node]):
 
 
 class _Stock(Tracer[fx.Node]):
-    """Every encoder layer is one stock module."""
+    """A tracer that uses a stock module for every encoder layer."""
 
     graph: _Torch
 

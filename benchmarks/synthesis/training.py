@@ -1,7 +1,7 @@
-"""Figures of training FoTEN: the plain way against ours, each with one thread and by CPU time.
+"""Figures of training FoTEN: the straightforward way against Palpate's, each with one thread and by CPU time.
 
-Every way learns from the same windows of one simulated texture. Its row has the CPU seconds of an epoch beside the
-validation MAE (in SDs of the acceleration) after it, and the MAE after as much CPU time as the plain way's epochs took.
+All learn from the same windows of one simulated texture. A row has the CPU seconds of an epoch beside the validation
+MAE (in SDs of the acceleration) after it, and the MAE after the CPU time of the straightforward way's epochs.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ AREA = "training textures"
 TEXTURE = "textured_rubber"
 SECONDS, QUICK_SECONDS = 20.0, 3.0
 EPOCHS, QUICK_EPOCHS = 3, 1
-"""Epochs of the plain way: what they take is every way's time."""
+"""Epochs of the straightforward way; all get the time that these take."""
 ONE_EPOCH = "validation MAE after one epoch, SDs; CPU s of one epoch"
 EQUAL_TIME = "validation MAE after equal CPU time, SDs; CPU s of all epochs"
 
 
 @dataclass(frozen=True)
 class Way:
-    """A way of training: its batch, whether it draws on our layers, and the rate's course."""
+    """A way of training: its batch size, whether it uses Palpate's layers, and its learning rates."""
 
     name: str
     batch: int
@@ -61,7 +61,7 @@ WAYS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a way to train: epochs, CPU seconds of them all, and the validation MAE."""
+    """The outcome of a way of training: epochs, their total CPU seconds, and the validation MAE."""
 
     epochs: int
     seconds: float
@@ -71,7 +71,7 @@ class Outcome:
 def cases(
     quick: bool, simulator: TextureSimulator, recording: Recording | None = None, clock: Clock = time.process_time
 ) -> Iterator[Case]:
-    """Yield every figure of this area; `quick` learns from 3 s of texture, and compares after one plain epoch."""
+    """Yield every figure of this area; `quick` learns from 3 s of texture, and compares after one epoch."""
     recorded = recording or captured(simulator, TEXTURE, QUICK_SECONDS if quick else SECONDS)
     rows = rows_of(Learning(recorded, split(recorded)), WINDOW)
     input_name = f"{len(rows.train)} windows of {WINDOW}, one thread"
@@ -86,7 +86,7 @@ def cases(
 
 
 def train_one_way(way: Way, rows: TrainingWindows, epochs: int, clock: Clock, seed: int = 0) -> Outcome:
-    """Train one way for `epochs` epochs, validated after each."""
+    """Train in one way for `epochs` epochs, with validation after each."""
     if way.stock:
         with training_state(seed, 1):
             course = train_plainly(rows.train, rows.held, WINDOW, epochs, seed, clock)

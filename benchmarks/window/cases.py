@@ -29,11 +29,11 @@ window.flip()
 sys.stdout.write("shown"); sys.stdout.flush(); sys.stdin.read(1)
 window.close()
 """.format(*SIZE)
-"""A PsychoPy window and its first frame, and nothing else."""
+"""A program with a PsychoPy window, its first frame, and nothing else."""
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield every figure of the window: those that need no session first."""
+    """Yield every figure of the window, those without a session first."""
     yield from window_cases(quick)
     if missing():
         return
@@ -51,25 +51,25 @@ def _first_frame(method: str, run: Callable[[], float], error: Callable[[float],
 
 @dataclass(frozen=True)
 class Starts:
-    """Processes timed from their start to their first frame: a bare window's, and a session's first question."""
+    """Processes timed from their start to their first frame: a bare window, and a session's first question."""
 
     display: str
 
     def bare(self) -> float:
-        """Return the seconds of a bare window to its first frame."""
+        """Return the seconds until a bare window's first frame."""
         start = time.perf_counter()
         with _bare_process(self.display) as process:
             return _seconds_until_shown(process, start)
 
     def session(self) -> float:
-        """Return the seconds of a session of door_ratings, with a ledger of its own, to its first question."""
+        """Return the seconds until the first question of a session of door_ratings with its own ledger."""
         start = time.perf_counter()
         with session_on(self.display) as stage:
             stage.wait_for_message("shown")
             return time.perf_counter() - start
 
     def ratio(self, pairs: int) -> float:
-        """Return how many times a bare window's time a session takes: the median of `pairs` pairs."""
+        """Return the ratio of a session's time to a bare window's: the median of `pairs` pairs."""
         return statistics.median(self.session() / self.bare() for _ in range(pairs))
 
 
@@ -101,7 +101,7 @@ def session_on(display: str) -> Iterator[Stage]:
 
 
 def _on_disk(display: str, count: int) -> Case:
-    """Return the slowest hundredth of the answers as the case's error, in milliseconds."""
+    """Return the case of the 99th percentile of the time until an answer is on disk, as its error in milliseconds."""
     return Case("window", "Next released, answer on disk", "palpate, XTEST to commit",
                 f"{count} answers, the 99th percentile", count, "ms",
                 lambda: slow_ms(display, count), float, 1)  # fmt: skip
@@ -121,7 +121,7 @@ def slow_ms(display: str, count: int) -> float:
 
 
 def _one_session(stage: Stage, hand: Hand, most: int) -> list[float]:
-    """Answer every trial with taps; milliseconds of each. The press of Next is drawn before it is released."""
+    """Answer every trial with taps; return the milliseconds of each. The press of Next is drawn before its release."""
     took, chance = [], random.Random(1)
     trials = stage.wait_for_message("trials")[1]
     for _ in range(min(most, trials)):

@@ -1,4 +1,4 @@
-"""An X server without a screen, of any size, for measuring the real window."""
+"""An X server of any size without a screen, for measuring the real window."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ENDS_WITHIN_S = 10.0
 
 
 class NoVirtualDisplay(WindowError):
-    """There is nothing to measure a window on; the message names what is missing."""
+    """A virtual display is not available; the message names what is missing."""
 
 
 def missing() -> list[str]:
@@ -29,7 +29,7 @@ def missing() -> list[str]:
 
 @contextmanager
 def virtual_display(width: int, height: int) -> Iterator[str]:
-    """Start Xvfb on a display number of its own; yields the display's name. Raises NoVirtualDisplay."""
+    """Start Xvfb on a free display number; yield the display's name. Raises NoVirtualDisplay."""
     if absent := missing():
         raise NoVirtualDisplay(f"no virtual display: {', '.join(absent)} is not installed")
     server, name = _start(width, height)

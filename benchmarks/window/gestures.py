@@ -1,4 +1,4 @@
-"""Generated clicks, taps of one packet, drags across other lines, and keys; and what each must come to."""
+"""Generated clicks, taps in one packet, drags across other lines, and keys, with their expected results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FORM = Sliders(
 
 @dataclass
 class Expected:
-    """The expected answers of the form after every gesture: a model that shares no code with the screen."""
+    """The expected answers after every gesture, by a model that shares no code with the screen."""
 
     values: dict[int, int] = field(default_factory=dict)
     touches: dict[int, int] = field(default_factory=dict)
@@ -31,13 +31,13 @@ class Expected:
     keyed: int | None = None
 
     def put(self, row: int, value: int) -> None:
-        """Press on a line, wherever it was dragged before the release."""
+        """Expect this value after a press on a line, wherever it was dragged before the release."""
         self.values[row] = value
         self.touches[row] = self.touches.get(row, 0) + 1
         self.focus, self.keyed = row, None
 
     def key(self, name: str) -> None:
-        """Send a key for the line that has the focus; consecutive keys are one touch."""
+        """Expect a key press on the focused line; consecutive keys are one touch."""
         if (row := self.focus) is None:
             return
         ends = {"home": 0, "end": STEPS}
@@ -48,7 +48,7 @@ class Expected:
         self.keyed = row
 
     def lost(self, reply: Mapping[str, Any]) -> int:
-        """Return how many gestures did not count, and how many values are wrong."""
+        """Return how many gestures did not count, plus how many values are wrong."""
         names = FORM.items()
         counts = sum(abs(reply["touches"].get(names[row], 0) - count) for row, count in self.touches.items())
         wrong = sum(reply["answers"].get(names[row]) != value for row, value in self.values.items())
@@ -57,7 +57,7 @@ class Expected:
 
 @dataclass
 class Gestures:
-    """A hand that acts at random on a form of lines, and the model of what it did."""
+    """A hand that acts at random on a form of lines, with a model of the expected answers."""
 
     hand: Hand
     lines: Mapping[int, Box]
@@ -65,12 +65,12 @@ class Gestures:
     expected: Expected = field(default_factory=Expected)
 
     def all_rows(self) -> Iterator[str]:
-        """Touch every line once, in any order: the form can be answered."""
+        """Touch every line once in random order, so that the form can be answered; yield each gesture."""
         for row in self.chance.sample(range(ROWS), ROWS):
             yield self._on(row, self.chance.choice(("click", "tap", "drag")))
 
     def anything(self) -> str:
-        """Make one more gesture."""
+        """Make one more gesture, and return its kind."""
         if self.expected.focus is not None and self.chance.random() < 0.3:
             key = self.chance.choice([*KEYS, "home", "end"])
             self.hand.key(key)

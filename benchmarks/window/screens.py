@@ -1,4 +1,4 @@
-"""Figures to reach for the participant's window, on virtual displays: lengths, lost answers, idling, memory."""
+"""Figures to reach for the participant's window on virtual displays: lengths, lost answers, idling, memory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from palpate.protocols.forms import Sliders
 from palpate.protocols.study import Order, Scale, Stimulus, Study
 
 MONITORS = ((1280, 720, 3.6), (1920, 1080, 3.6), (2560, 1440, 4.3), (3840, 2160, 7.0))
-"""Width and height in pixels, pixels per millimetre."""
+"""Width and height in pixels, and pixels per millimetre."""
 SHARES = (0.0, 0.01, 0.13, 0.25, 0.4, 0.5, 0.62, 0.77, 0.9, 0.99, 1.0)
 GESTURES, GESTURES_PER_FORM = 2000, 25
 WARM_UP_TRIALS = 50
@@ -36,7 +36,7 @@ STUDY = Study(
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """Yield every figure without a session; without a virtual display none, and the reason is printed."""
+    """Yield every figure without a session; without a virtual display print the reason and yield none."""
     if absent := missing():
         click.echo(f"window: left out, for want of {', '.join(absent)}", err=True)
         return
@@ -50,13 +50,13 @@ def cases(quick: bool) -> Iterator[Case]:
 
 
 def _case(what: str, method: str, input_name: str, n: int, kind: str, run: Any) -> Case:
-    """Return a case whose run gives its own error."""
+    """Return a case whose run returns its error."""
     return Case("window", what, method, input_name, n, kind, run, float, 1)
 
 
 @contextmanager
 def _window(width: int, height: int, px_per_mm: float) -> Iterator[tuple[Stage, Hand]]:
-    """Open the real window, filling a virtual display of that size."""
+    """Open the real window, which fills a virtual display of that size; yield its process and a hand."""
     setting = Setting(STUDY, Calibration((width, height), px_per_mm, 0, "never: a virtual display"), fullscreen=True)
     with virtual_display(width, height) as display:
         hand = Hand(display)
@@ -85,7 +85,7 @@ def length_error_mm(stage: Stage, hand: Hand, px_per_mm: float) -> float:
 
 
 def drawn_length_px(hand: Hand, line: Placed) -> float:
-    """Return the length of a dark line in the display's pixels; a half dark one counts half."""
+    """Return the length of a dark line in the display's pixels; half-dark pixels count half."""
     box = line.box.grown(8)
     row = hand.picture(box.left, line.box.top + line.box.height // 2, box.width, 1).convert("L")
     greys = list(row.tobytes())
@@ -94,7 +94,7 @@ def drawn_length_px(hand: Hand, line: Placed) -> float:
 
 
 def drag_error_px(stage: Stage, hand: Hand) -> float:
-    """Return how far, in pixels, the worst answer lies from where a drag let go."""
+    """Return the largest distance, in pixels, of an answer from where a drag was released."""
     worst = 0.0
     for share in SHARES:
         stage.put_on(Ask(FINE))
@@ -173,7 +173,7 @@ def _answer(stage: Stage, hand: Hand) -> None:
 
 
 def _leave(stage: Stage) -> None:
-    """Take the form away unanswered, as an experimenter may."""
+    """Abandon the form unanswered, as an experimenter may."""
     stage.send_message("aside", {"do": "abort", "text": "bench"})
     stage.result()
 

@@ -1,6 +1,6 @@
 """A session in the real window, run for the bench: `python -m` this module, lab, width, height and pixels per mm.
 
-The stimulus is presented at once, so that one question follows another; the experimenter's side is the bench's pipe.
+Stimuli take no time, so that one question follows another; the bench acts as the experimenter through a pipe.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STUDY = "door_ratings"
 
 @dataclass
 class World:
-    """The real window, and stimuli that take no time."""
+    """A world with the real window, and stimuli that take no time."""
 
     presenter: Presenter
     desk: RemoteDesk
@@ -38,7 +38,7 @@ class World:
         return time.monotonic_ns()
 
     def perform(self, request: Request) -> WorldEvent:
-        """Ask in the window, present at once."""
+        """Ask in the window, or present at once."""
         if isinstance(request, Present | Sense):
             return Reply({"presented": True})
         return self.presenter.perform(request, self.desk, self.now)
@@ -61,7 +61,7 @@ def main(lab: str, width: str, height: str, px_per_mm: str) -> None:
 
 
 def _report_answer(out: IO[bytes], event: Event) -> None:
-    """Send the time at which an answer was on disk, on the clock of this and the bench's process."""
+    """Send the time at which an answer was on disk, on the clock that this process shares with the bench."""
     if event.kind == "reply" and "answers" in event.value:
         send(out, "on disk", time.monotonic_ns())
 

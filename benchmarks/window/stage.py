@@ -23,12 +23,12 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
 
 LOOKS_AFTER = 2
-"""Turns of the window between a request to look and the look: earlier inputs are painted by then."""
+"""Frames of the window between a request to look and the look, so that earlier inputs are painted by then."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """The settings of the window; with the plan all its forms are laid out first."""
+    """The settings of the window; if there is a plan, all its forms are laid out first."""
 
     study: Study
     calibration: Calibration
@@ -41,7 +41,7 @@ class Setting:
 
 @dataclass
 class RemoteDesk:
-    """The experimenter's side, driven from the other end of the pipe."""
+    """A desk that is driven from the other end of the pipe."""
 
     link: Link
     out: IO[bytes]
@@ -54,7 +54,7 @@ class RemoteDesk:
     sides_shown: list[str] = field(default_factory=list)
 
     def poll(self) -> Aside | None:
-        """Take in what was sent, and answer looks that are due."""
+        """Read the received messages, and answer the looks that are due."""
         while not self.link.inbox.empty():
             if (message := self.link.inbox.get()) is None:
                 raise SystemExit(0)
@@ -68,7 +68,7 @@ class RemoteDesk:
         return self.asides.popleft() if self.asides else None
 
     def take(self, message: Message) -> None:
-        """Handle one message of those that may come during a performance."""
+        """Handle one of the messages that may come during a performance."""
         match message:
             case ("aside", value):
                 self.asides.append(Aside(value))
@@ -82,7 +82,7 @@ class RemoteDesk:
                 raise ValueError(f"{message[0]!r} cannot be done while something is performed")
 
     def look(self, painted: bool) -> dict[str, Any]:
-        """Return what is before the participant now, with the painted picture if `painted`."""
+        """Return what is shown to the participant now, with the painted picture if `painted`."""
         on = None if self.presenter is None else self.presenter.on
         return {
             "on": None if on is None else on.name,
@@ -94,7 +94,7 @@ class RemoteDesk:
         }
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Let a demand stand; another one takes the earlier answer with it."""
+        """Set the demand; a new one discards the earlier answer."""
         if prompt != self.prompt:
             self.prompt, self.answered = prompt, None
 
@@ -108,7 +108,7 @@ class RemoteDesk:
 
 
 def serve(desk: RemoteDesk, presenter: Presenter, now_ns: Callable[[], int]) -> None:
-    """Handle one message after the other until the pipe is closed."""
+    """Handle one message after another until the pipe is closed."""
     request: Any = None
     while (message := desk.link.inbox.get()) is not None:
         match message:
@@ -129,7 +129,7 @@ def serve(desk: RemoteDesk, presenter: Presenter, now_ns: Callable[[], int]) -> 
 
 
 def main() -> None:
-    """Open the window that the first message describes and serve; errors are sent, and end the process."""
+    """Open the window that the first message describes and serve it; an error is sent and ends the process."""
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
     desk = RemoteDesk(Link.from_input(), out)

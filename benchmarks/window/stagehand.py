@@ -1,4 +1,4 @@
-"""The other end of a stage: start the process with the window, send it messages, and wait for its answers."""
+"""The other end of a stage: starts the process with the window, sends it messages, and waits for its answers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Stage:
         send(self.process.stdin, *message)
 
     def wait_for_message(self, *names: str, patience_s: float = PATIENCE_S) -> Message:
-        """Return the next message of one of these names; others of known names in between are skipped."""
+        """Return the next message with one of these names; skip others with known names."""
         while True:
             try:
                 message = self.link.inbox.get(timeout=patience_s)
@@ -52,16 +52,16 @@ class Stage:
                 raise StageError(message[1])
 
     def put_on(self, request: Any) -> None:
-        """Perform a request; return once it is before the participant."""
+        """Perform a request; return once it is shown to the participant."""
         self.send_message("perform", request)
         self.wait_for_message("shown")
 
     def result(self) -> Any:
-        """Return the performance's result: a Reply, an Aside, or None."""
+        """Return the result of the performance: a Reply, an Aside, or None."""
         return self.wait_for_message("done")[1]
 
     def look(self, painted: bool = False) -> Mapping[str, Any]:
-        """Return what is before the participant, after all inputs so far; `painted`: with its picture."""
+        """Return what is shown to the participant after all inputs so far; with its picture if `painted`."""
         self.send_message("look", painted)
         seen: Mapping[str, Any] = self.wait_for_message("seen")[1]
         return seen
@@ -83,7 +83,7 @@ class Stage:
 
 @contextmanager
 def process_on(display: str, arguments: Sequence[str], errors: IO[bytes] | None = None) -> Iterator[Stage]:
-    """Start a Python process on a display, connected by pipes, and end it when the block is left."""
+    """Start a Python process on a display, connected by pipes, and end it when the block ends."""
     scene = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         [sys.executable, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, env=scene
@@ -99,7 +99,7 @@ def process_on(display: str, arguments: Sequence[str], errors: IO[bytes] | None 
 
 @contextmanager
 def stage_on(display: str, setting: Setting, *options: str, errors: IO[bytes] | None = None) -> Iterator[Stage]:
-    """Open the window of a setting; `options` are Python's own, `errors` takes its error output."""
+    """Open the window with a setting; `options` are Python's own, `errors` takes its error output."""
     with process_on(display, [*options, "-m", "benchmarks.window.stage"], errors) as stage:
         stage.send_message("open", setting)
         stage.wait_for_message("open")
@@ -107,7 +107,7 @@ def stage_on(display: str, setting: Setting, *options: str, errors: IO[bytes] | 
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Close the pipe, which ends the process; what does not end is killed."""
+    """Close the pipe, which ends the process; kill a process that does not end."""
     if process.stdin is not None:
         with suppress(BrokenPipeError):
             process.stdin.close()
