@@ -1,4 +1,4 @@
-"""The answers of a lab's study, exactly those that its analysis plan is about, and their ratings."""
+"""The answers of a lab's study that its analysis plan includes, and their ratings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.sessions.tables import session_name_of
 
 COLLECTED = "lab.sqlite"
-"""Where `palpate collect` gathers a lab's sessions."""
+"""The database that `palpate collect` gathers a lab's sessions in."""
 
 
 def lab_answers(
@@ -29,7 +29,7 @@ def lab_answers(
 ) -> tuple[Material, Path]:
     """Return the material that `palpate regenerate` would analyse, and the folder of its stimuli's files.
 
-    That folder is the study's; for an imported data set it is LAB/studies/NAME, where its analysis plan lies too.
+    That folder is the study's; for an imported data set it is LAB/studies/NAME, which also has its analysis plan.
     Raises DataRefused on a lab that is no folder, and what reading the sessions and the plan raises.
     """
     if not lab.is_dir():
@@ -52,7 +52,7 @@ def lab_answers(
 
 
 def _plan(request: DataRequest, folder: Path) -> Plan | None:
-    """Return the lab's own plan for the study, else the study's, or None: a study without a plan excludes nothing."""
+    """Return the lab's own plan for the study, else the study's, or None, which excludes nothing."""
     for file in (request.lab / "studies" / request.name / PLAN_FILE, folder / PLAN_FILE):
         if file.is_file():
             plan = read_plan(file)
@@ -80,7 +80,7 @@ def has_answers(lab: Path, study: str) -> bool:
 
 
 def answer_files(lab: Path, study: str, simulated: bool | None) -> list[Path]:
-    """Return the files that ratings are read from: the sessions that a rating was taken from, or what was imported.
+    """Return the files that ratings are read from: the sessions with a rating that counts, or the imported files.
 
     A session that was interrupted, left out or withdrawn is not among them. Raises as `lab_answers` does.
     """
@@ -96,7 +96,7 @@ def answer_files(lab: Path, study: str, simulated: bool | None) -> list[Path]:
 
 
 def left_out_lines(answers: Material) -> tuple[str, ...]:
-    """Return a line for everybody and everything that was left out, but for practice trials."""
+    """Return a line for each person and item that was left out, except practice trials."""
     lines = [line for line in answers.exclusions if line.what not in ("practice", "nothing")]
     return tuple(f"{line.who}: {line.why}" for line in lines)
 

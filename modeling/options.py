@@ -1,4 +1,4 @@
-"""Options that the commands of several kinds of models share: how one is trained or evaluated, and where to."""
+"""Options that the commands of several kinds of models share, for training, evaluation and the place of the results."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""What regressions on columns share: standardisation, ridge for every penalty by one decomposition, trees as arrays.
+"""Parts of regressions on columns: standardisation, ridge for all penalties by one decomposition, trees as arrays.
 
-Scikit-learn grows the trees, NumPy reads them, and a file of them cannot execute code."""
+Scikit-learn fits the trees, NumPy evaluates them, and a file of them cannot execute code.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +15,20 @@ from numpy.typing import NDArray
 from palpate.signals.arrays import Array, Indices
 
 CONSTANT = 1e-9
-"""What has an SD below this share of its greatest value differs by rounding only."""
+"""A column with an SD below this share of its greatest value differs by rounding only."""
 PENALTIES: Array = np.logspace(5, -3, 33)
-"""What is tried, the greatest first: of equals, the greatest is taken."""
+"""The penalties that are tried, the greatest first: of equally good ones, the greatest is chosen."""
 
 
 @dataclass(frozen=True)
 class Standard:
-    """z = gain * x + offset: mean 0 and SD 1 on the training rows; a column that is constant there becomes 0."""
+    """A standardisation z = gain * x + offset to mean 0 and SD 1 of the training rows; constant columns become 0."""
 
     gain: Array
     offset: Array
 
     def __call__(self, x: Array) -> Array:
-        """(n, columns) to the same shape."""
+        """Return standardised rows of (n, columns)."""
         return x * self.gain + self.offset
 
 
@@ -53,24 +54,24 @@ class Path:
     along: Array
 
     def weights(self, penalty: float) -> Array:
-        """(in, out) weights, the penalty on the sum of their squares."""
+        """Return the weights (in, out) with the penalty on the sum of their squares."""
         shrunk = self.singular / (self.singular**2 + penalty)
         return self.right.T @ (shrunk[:, None] * self.along)
 
     def answers(self, x: Array, weights: Array) -> Array:
-        """(n, out) for these weights."""
+        """Return the predictions (n, out) of these weights."""
         return self.y_mean + (x - self.x_mean) @ weights
 
 
 def path_of(x: Array, y: Array) -> Path:
-    """Decompose once; then each penalty costs a product."""
+    """Return the decomposition of x and y, after which each penalty costs only a product."""
     x_mean, y_mean = x.mean(axis=0), y.mean(axis=0)
     left, singular, right = np.linalg.svd(x - x_mean, full_matrices=False)
     return Path(x_mean, y_mean, singular, right, left.T @ (y - y_mean))
 
 
 def inner_errors(x: Array, y: Array, folds: Iterable[tuple[Indices, Indices]]) -> Array:
-    """(penalties, out): the sum of squared errors of each penalty over the test rows of all folds."""
+    """Return the sum of squared errors of each penalty over the test rows of all folds, (penalties, out)."""
     total = np.zeros((len(PENALTIES), y.shape[1]))
     for train, test in folds:
         path = path_of(x[train], y[train])
@@ -92,7 +93,7 @@ class Trees:
     value: Array
 
     def leaves(self, x: Array) -> Indices:
-        """(n, trees): the leaf that each tree sends each row to."""
+        """Return the leaf of each row in each tree, (n, trees)."""
         at = np.tile(self.roots, (len(x), 1))
         rows = np.arange(len(x))[:, None]
         while np.any(inner := self.feature[at] >= 0):
@@ -102,7 +103,7 @@ class Trees:
 
 
 def trees_of(grown: Sequence[Any]) -> Trees:
-    """scikit-learn's trees (`tree_`) in one table. A leaf's children are itself: no index ever points outside."""
+    """Return scikit-learn's trees (`tree_`) in one table. A leaf's children are itself, so that no index is invalid."""
     roots = np.cumsum([0, *(tree.node_count for tree in grown)])
     parts = [_nodes(tree, int(root)) for tree, root in zip(grown, roots, strict=False)]
     columns: list[NDArray[Any]] = [np.concatenate(column) for column in zip(*parts, strict=True)]

@@ -54,7 +54,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class _Refused:
-    """A function from a fault of a file to its error."""
+    """A function that makes an error of a file from a description of its fault."""
 
     path: Path
 

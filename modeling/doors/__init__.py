@@ -1,1 +1,1 @@
-"""Car doors: from a force profile to a feeling, and from a wished-for feeling to a force profile (thesis chapter 5)."""
+"""Car doors: from a force profile to ratings, and from wished ratings to a force profile (thesis chapter 5)."""

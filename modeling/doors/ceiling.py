@@ -1,4 +1,4 @@
-"""How well the ratings of a stimulus could be predicted at best: the noise of means over few people."""
+"""The best possible prediction of ratings, which is limited by the noise of means over few people."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palpate.signals.arrays import Array, Indices
 
 SPLITS = 1000
 ROUNDING = 1e-12
-"""Mean squares of ratings on 0..100 that are no greater are rounding, not variance."""
+"""Mean squares of ratings on 0..100 up to this value are rounding, not variance."""
 Of = Literal["other_people", "same_people"]
 OF: tuple[Of, ...] = ("other_people", "same_people")
 
@@ -44,12 +44,12 @@ class Ceiling:
 def noise_ceiling(
     rated: Rated, scaling: Scaling | None = None, *, of: Of = "other_people", splits: int = SPLITS, seed: int = 0
 ) -> Ceiling:
-    """Return what a perfect predictor would reach, from random halves of the people within each group of raters.
+    """Return the errors of a perfect predictor, from random halves of the people within each group of raters.
 
-    The predictor of `other_people` knows the mean of everybody who could have been asked: the people's own bias and
-    taste are noise to it. That of the `same_people` also knows how far each of these people's answers lie above those
-    of the others on the whole: this is taken out first. A model trained on the same people's ratings of other stimuli
-    can learn that, and so come below the first figure.
+    The predictor of `other_people` knows the mean of the whole population: the raters' own bias and taste are noise to
+    it. That of the `same_people` also knows each rater's mean deviation from the others, which is removed first. A
+    model trained on the same people's ratings of other stimuli can learn these deviations, and so have less error than
+    the first predictor.
 
     With halves of a and b people, the difference of their means has the variance s^2 (1/a + 1/b), the mean of all
     a + b the variance s^2 / (a + b); so a perfect predictor's error is the halves' difference times
@@ -92,10 +92,10 @@ def noise_ceiling(
 
 
 def _levelled(value: Array) -> Array:
-    """Return the answers without each person's own level: how far theirs lie above those of all to the same stimuli.
+    """Return the answers without each person's mean deviation from all answers to the same stimuli.
 
-    A level that is estimated from n answers takes 1/n of their scatter with it; it is given back. Of one answer nothing
-    would be left: it is left out.
+    A deviation that is estimated from n answers takes 1/n of their variance with it, which is restored. A person with
+    one answer is left out, since nothing would remain.
     """
     count = (~np.isnan(value)).sum(axis=1, keepdims=True)
     value = np.where(count > 1, value, np.nan)
@@ -110,7 +110,7 @@ def _over_people(value: Array) -> Array:
 
 
 def _random_halves(individual: Individual, splits: int, seed: int) -> NDArray[np.bool_]:
-    """(splits, people) whether a person is in the first half; half of each group is, to within one."""
+    """Return whether each person is in the first half, (splits, people); half of each group is, within one."""
     draw = np.random.Generator(np.random.PCG64(keyed_bits("halves", seed)))
     order = np.argsort(np.array(individual.people))
     first = np.zeros((splits, len(order)), dtype=bool)
@@ -123,7 +123,7 @@ def _random_halves(individual: Individual, splits: int, seed: int) -> NDArray[np
 
 
 def _halves(value: Array, first: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """Return the means of both halves and the error that a perfect predictor of the whole mean would make."""
+    """Return the means of both halves, and the error of a perfect predictor of the mean of both."""
     a, b = ((~np.isnan(value[half])).sum(axis=0) for half in (first, ~first))
     one, two = (_mean(value[half], count) for half, count in ((first, a), (~first, b)))
     return one, two, (one - two) * np.sqrt(a * b) / np.maximum(a + b, 1)
@@ -148,7 +148,7 @@ def _one(rating: Array, first: Array, second: Array, error: Array) -> tuple[floa
 
 
 def _r(first: Array, second: Array) -> float:
-    """Pearson's r between two halves' means, within attributes where there are several; NaN where they do not vary."""
+    """Return Pearson's r between two halves' means, within attributes if there are several; NaN if they do not vary."""
     both = ~np.isnan(first) & ~np.isnan(second)
     count = np.maximum(both.sum(axis=0), 1)
     x, y = (np.where(both, half - np.where(both, half, 0.0).sum(axis=0) / count, 0.0) for half in (first, second))

@@ -1,4 +1,4 @@
-"""The data that door models are trained on: profiles, mean ratings, their scaling, and stimuli that are one door."""
+"""The data that door models are trained on: profiles, mean ratings, their scaling, and stimuli of equal profiles."""
 
 from __future__ import annotations
 
@@ -16,9 +16,12 @@ _NAMES = ("ids", "doors", "variants", "source", "groups")
 _ARRAYS = ("force_N", "rating", "sd", "raters")
 TOP = 100.0
 SAME_N = 0.1
-"""Profiles that differ by no more than this anywhere are one. It lies far above the rounding of a file (0.0001 N) and
-far below what a hand tells apart: some 7 % of a force (Pang, Tan and Durlach 1991), and the smallest difference between
-two profiles of the door study that are not meant to be equal is 1.9 N."""
+"""Profiles that differ by no more than this anywhere count as equal.
+
+It lies far above the rounding of a file (0.0001 N) and far below what people can distinguish: some 7 % of a force
+(Pang, Tan and Durlach 1991), and the smallest difference between two profiles of the door study that are not meant to
+be equal is 1.9 N.
+"""
 
 
 class ModelDataError(ValueError):
@@ -63,7 +66,7 @@ class DoorData:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over everything that a model can learn from."""
+        """The SHA-256 over everything that a model can learn from."""
         state = hashlib.sha256("\x1f".join((*self.attributes, *self.ids, *self.source)).encode())
         for array in (self.force_N, self.rating, np.asarray(self.scale, dtype=np.float64)):
             state.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
@@ -157,7 +160,7 @@ class _Links:
         self.parent = list(range(rows))
 
     def first(self, row: int) -> int:
-        """Return the least row of the set that this one is in."""
+        """Return the least row of the set that this row is in."""
         while self.parent[row] != row:
             self.parent[row] = self.parent[self.parent[row]]
             row = self.parent[row]

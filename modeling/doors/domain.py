@@ -129,12 +129,12 @@ class DoorDomain(Domain[FoldJob]):
     def checkpoint(self, job: FoldJob) -> Path | None:
         """Return the folder of a job's checkpoints; None where none are saved.
 
-        A quick training of an inverse method has none: nothing builds on it, and it is over sooner than it is written.
+        A quick training of an inverse method has none: nothing builds on it, and it takes less time than writing one.
         """
         return None if job.direction == "inverse" and self.settings.get("quick") else super().checkpoint(job)
 
     def spent(self, job: FoldJob, all_done: bool) -> Sequence[FoldJob]:
-        """Return the jobs whose checkpoints nothing needs: inverse methods build on those of forward networks."""
+        """Return the jobs whose checkpoints are not needed any more: inverse methods build on forward networks'."""
         if job.split == WHOLE:
             return ()
         if all_done:

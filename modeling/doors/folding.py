@@ -22,10 +22,13 @@ KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")
 WEIGHT = {"door": 4.0, "variant": 1.0, "row": 2.0}
 """The cost of an uneven spread by label: doors before fold sizes before variants."""
 LEAST_SOURCES = 2
-"""So many sources are left to train on in every split: with one, all ratings of an attribute are equal."""
+"""The least number of sources to train on in every split: with one, all ratings of an attribute are equal."""
 MOST_NODES = 40
-"""Where the search for a perfect balance stops and the best one found is taken. It is a count and no time, so that a
-slow machine finds what a fast one finds. The study's 90 profiles need none beyond the first."""
+"""The number of nodes at which the search for a perfect balance stops with the best one so far.
+
+It is a count, not a time, so that slow and fast machines give the same result. The study's 90 profiles need none beyond
+the first.
+"""
 ROUNDING = 1e-9
 Counts = NDArray[np.int64]
 
@@ -42,11 +45,11 @@ class Fold:
 def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) -> tuple[Fold, ...]:
     """Return the splits of the data.
 
-    `grouped`: k folds; no source, and no (nearly) identical profile, lies on both sides; every row is tested once;
-    each door and each variant is spread over the folds as evenly as whole sources can be. `leave_one_door_out`: a fold
-    for each door; what shares a source with it is left out of both sides. `leaky`: rows are dealt out whatever they
-    were made from, as in the thesis: with training variants, those of one stimulus lie on both sides.
-    Row order does not matter. Raises ModelDataError where a training side would keep fewer than two sources.
+    `grouped`: k folds; no source, and no (nearly) identical profile, lies on both sides; every row is tested once; each
+    door and each variant is spread over the folds as evenly as whole sources can be. `leave_one_door_out`: a fold for
+    each door; stimuli that share a source with it are left out of both sides. `leaky`: rows are assigned whatever their
+    source, as in the thesis: with training variants, those of one stimulus lie on both sides. Row order does not
+    matter. Raises ModelDataError where a training side would have fewer than two sources.
     """
     if kind not in KINDS:
         raise ModelDataError(f"no split is called {kind!r}; {nearest(kind, KINDS)}")
@@ -69,10 +72,10 @@ def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) ->
 
 
 def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Indices, Indices]:
-    """Return the rows to learn from and those held back to stop early, in the data's order: no source on both sides.
+    """Return the rows to learn from and those held out to stop early, in the data's order: no source on both sides.
 
-    About `share` of the rows is held, balanced over doors and variants, at least one source.
-    Raises ModelDataError on a share that is none, and on fewer than three sources.
+    About `share` of the rows is held, balanced over doors and variants, at least one source. Raises ModelDataError on
+    an invalid share, and on fewer than three sources.
     """
     if not 0 < share < 1:
         raise ModelDataError(f"a share of {share:g} cannot be held back: a number between 0 and 1 is expected")
@@ -130,8 +133,8 @@ def balanced(counts: Counts, weight: Sequence[float], shares: Sequence[float]) -
     """Return the part (0, 1, ...) of each group; `shares` are how much of everything each part should get, 1 in all.
 
     `counts` is (labels, groups): how many rows with each label a group holds. A label's rows are well spread where
-    every part gets its share of them, rounded down or up; minimised is the sum of what falls outside that, each label
-    by its `weight`. No part stays empty. It is an integer programme, solved by HiGHS (Huangfu and Hall 2018).
+    every part gets its share of them, rounded down or up; the sum of all deviations from that, each label's by its
+    `weight`, is minimised. No part stays empty. It is an integer programme, solved by HiGHS (Huangfu and Hall 2018).
     Raises ModelDataError where there are fewer groups than parts.
     """
     labels, groups = counts.shape

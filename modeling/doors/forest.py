@@ -12,37 +12,37 @@ from palpate.signals.arrays import Array
 from palpate.signals.models import card as model_card
 
 TREES = 100
-"""300 are no better here (docs/reference/door-models.md)."""
+"""The number of trees; 300 are no better here (docs/reference/door-models.md)."""
 LEAST_IN_LEAF = 3
-"""No worse than 1, and a third of the nodes."""
+"""The least number of rows in a leaf: no worse than 1, with a third of the nodes."""
 
 
 @dataclass(frozen=True)
 class Forest:
-    """The mean of the trees."""
+    """A fitted random forest, which predicts the mean of its trees."""
 
     front: Featured
     trees: Trees
 
     def predict(self, given: Array) -> Array:
-        """(n, 621) newtons to (n, attributes) on 0..100."""
+        """Return ratings (n, attributes) on 0..100 of profiles (n, 621) in newtons."""
         answers: Array = self.trees.value[self.trees.leaves(self.front(given))].mean(axis=1)
         return answers
 
     def deviation(self, given: Array) -> Array:
-        """(n, attributes): the SD between the trees' answers: it ranks by doubt and is no interval by itself."""
+        """Return the SD (n, attributes) between the trees' predictions, which ranks uncertainty but is no interval."""
         spread: Array = self.trees.value[self.trees.leaves(self.front(given))].std(axis=1)
         return spread
 
     def exported(self) -> Exported:
-        """Features, standardising, one forest step."""
+        """Return the steps: features, standardising, one forest step."""
         tensors = {name: getattr(self.trees, name) for name in Trees.__dataclass_fields__}
         step = model_card.Forest(**{name: name for name in tensors})
         return Exported((*self.front.steps, step), {**self.front.tensors, **tensors})
 
 
 def fit(learning: Learning) -> Forest:
-    """Breiman's random forest for all attributes together: every split is the best for the sum of their errors."""
+    """Fit Breiman's random forest to all attributes together: every split minimises the sum of their errors."""
     from sklearn.ensemble import RandomForestRegressor
 
     rows = rows_of(learning, "train", least=2)

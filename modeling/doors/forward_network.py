@@ -1,4 +1,4 @@
-"""Force to perception: the residual network of thesis 5.4, trained as it says, and a small dense network beside it."""
+"""Prediction of ratings from force: the residual network of thesis 5.4, trained as there, and a small dense one."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS
 
 DELTA = 2.0
-"""Where equation 5.4 turns from square to straight, on 0..100."""
+"""The error at which equation 5.4 changes from quadratic to linear, on 0..100."""
 SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-3, least_rate=1e-6, plateau_patience=4, stop_patience=12, every_epochs=5
 )
-"""Thesis 5.4.1.4; the learning rate is that of Adam in Keras, the patiences are ours, and so is stopping early."""
+"""Settings of thesis 5.4.1.4; the learning rate is Keras' for Adam; patiences and early stopping are our choice."""
 LITERAL_SETTINGS = replace(SETTINGS, stop_patience=None, keep_last=True)
-"""The thesis to the letter: all 200 epochs, and the weights after the last. Held-out rows lower the rate alone."""
+"""The thesis to the letter: all 200 epochs, and the weights after the last. Held-out rows only lower the rate."""
 DENSE_HIDDEN = (64, 32)
 DENSE_DROPOUT = 0.1
 DENSE_SETTINGS = Settings(
@@ -44,13 +44,16 @@ DENSE_SETTINGS = Settings(
 
 @dataclass(frozen=True)
 class FittedForward:
-    """A trained network from forces in newtons to ratings on 0..100, and how its training went."""
+    """A trained network from forces in newtons to ratings on 0..100, and its training."""
 
     network: nn.Sequential
     trained: Trained
 
     def predict(self, given: Array) -> Array:
-        """(n, 621) newtons to (n, attributes) on 0..100. Raises ModelDataError for profiles that are none."""
+        """Return ratings (n, attributes) on 0..100 of profiles (n, 621) in newtons.
+
+        Raises ModelDataError on invalid profiles.
+        """
         return answers(self.network, checked_forces(given))
 
     def exported(self) -> Exported:
@@ -61,9 +64,9 @@ class FittedForward:
 def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings: Settings) -> FittedForward:
     """Train a network (batch, 621) to (batch, attributes), both centred, by the Huber loss of equation 5.4.
 
-    The first layer centres newtons, the last one brings its answers to 0..100, where the loss is taken. The thesis'
-    scaling of the forces to 0..100 is a gain and an offset, as centring is: the two are one layer.
-    Raises ModelDataError for data that cannot be learned from, TrainingError for a training that does not converge.
+    The first layer centres newtons, the last one scales its answers to 0..100, where the loss is computed. The thesis'
+    scaling of the forces to 0..100 is a gain and an offset, like centring: the two are one layer. Raises ModelDataError
+    for data that cannot be learned from, TrainingError for a training that does not converge.
     """
     rows, held = training_rows(learning)
     chosen = learning.training_settings(settings, QUICK_EPOCHS)
@@ -77,7 +80,7 @@ def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings:
 
 
 def huber(answer: Tensor, target: Tensor) -> Tensor:
-    """Equation 5.4 with a delta of 2 on 0..100, the mean over rows and attributes."""
+    """Return the loss of equation 5.4 with a delta of 2 on 0..100, the mean over rows and attributes."""
     return functional.huber_loss(answer, target, delta=DELTA)
 
 
@@ -102,7 +105,7 @@ NETWORK_THESIS = Method(
 
 
 def dense(attributes: int) -> nn.Sequential:
-    """(batch, 621) to (batch, attributes) through hidden layers of 64 and 32."""
+    """Return a network from (batch, 621) to (batch, attributes) with hidden layers of 64 and 32."""
     first, second = DENSE_HIDDEN
     return nn.Sequential(
         nn.Linear(POINTS, first), nn.ReLU(), nn.Dropout(DENSE_DROPOUT),

@@ -16,14 +16,17 @@ from palpate.signals.arrays import Array
 from palpate.signals.models.card import Affine, Kernel
 
 LENGTHS: Array = np.logspace(-1, 2, 31)
-"""Lengths that are tried, in multiples of the square root of the number of features."""
+"""Lengths that are tried, as multiples of the square root of the number of features."""
 NOISES: Array = np.logspace(-6, 3, 73)
 """Shares of noise that are tried: noise variance over kernel variance."""
 
 
 @dataclass(frozen=True)
 class Process:
-    """z -> k(z, points) weights, on standardised ratings; k = variance * exp(-|z - p|^2 / (2 length^2))."""
+    """A Gaussian process.
+
+    It maps z to k(z, points) weights on standardised ratings; k = variance * exp(-|z - p|^2 / (2 length^2)).
+    """
 
     points: Array
     weights: Array
@@ -37,7 +40,7 @@ class Process:
 
 @dataclass(frozen=True)
 class GaussianProcess:
-    """The posterior mean, and the SD of a new answer (Rasmussen and Williams 2006, equations 2.25 and 2.26)."""
+    """A fitted model: posterior mean, and SD of a new answer (Rasmussen and Williams 2006, eq. 2.25, 2.26)."""
 
     front: Featured
     process: Process
@@ -85,7 +88,7 @@ def fit(learning: Learning) -> GaussianProcess:
 
 
 def fit_process(z: Array, y: Array) -> Process:
-    """Fit length, variance and noise of greatest likelihood to z (n, features) and y (n, outputs) of mean 0.
+    """Fit length, variance and noise by maximum likelihood to z (n, features) and y (n, outputs) of mean 0.
 
     For a given length, one eigendecomposition gives the likelihood for every share of noise, and the best variance
     follows from both (Rasmussen and Williams 2006, equation 5.8). The maximum is sought on a grid, then by a bounded
@@ -134,7 +137,7 @@ def _minimise(badness: Callable[[float], float], grid: Array) -> float:
 
 
 def _squares(a: Array, b: Array) -> Array:
-    """Return |a_i - b_j|^2 (n, m), with differences taken before squaring, which loses no digits."""
+    """Return |a_i - b_j|^2 (n, m), with differences taken before squaring, so that no digits are lost."""
     return np.array([np.sum((row - b) ** 2, axis=1) for row in a])
 
 

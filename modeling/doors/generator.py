@@ -1,4 +1,4 @@
-"""The inverse that is trained in the loop: from wished ratings to a profile that is felt so, or to the nearest one.
+"""The inverse method that is trained in the loop: from wished ratings to a profile with these or the nearest ratings.
 
 A forward model on engineered features has no usable gradient, and searching through it takes seconds, so the search is
 done in training. Plausible profiles are varied from the measured ones and rated by the forward model (the teacher). A
@@ -33,32 +33,32 @@ from palpate.signals.doors.model_features import features
 from palpate.signals.models.card import Activation, Affine, Clip, Dense
 
 MIXED = 3
-"""At most so many measured profiles are mixed."""
+"""The most measured profiles that are mixed."""
 KNOTS = 6
-"""Angles at which a mixture's features are moved, the two ends of the motion among them."""
+"""The number of angles at which a mixture's features are moved, including both ends of the motion."""
 MOVED_DEG = 3.5
-"""How far they are moved at most."""
+"""The most degrees that they are moved by."""
 SCALES = 5
-"""Angles at which a mixture's force is scaled."""
+"""The number of angles at which a mixture's force is scaled."""
 SCALED = 0.4
-"""By how much at most, as a share."""
+"""The greatest change of scale, as a share."""
 SHRINK = 0.1
 """Added to the variance of every standardised feature, as 72 doors do not determine the covariance of forty."""
 MOST_FOREIGN = 6.0
 """The upper bound of the distance, so that single odd profiles do not dominate a student's training."""
 STRAY = 0.3
-"""SD by which half of the generator's own codes are moved before they are rated, to cover their neighbourhood."""
+"""The SD of random changes to half of the generator's codes before they are rated, to cover their neighbourhood."""
 
 
 @dataclass(frozen=True)
 class Code:
-    """force = mean + code @ basis: mean (621,), basis (components, 621), both in newtons; a code has SD 1."""
+    """A linear code, force = mean + code @ basis: mean (621,), basis (components, 621) in newtons; a code has SD 1."""
 
     mean: Array
     basis: Array
 
     def decoded(self, code: Array) -> Array:
-        """Return the profiles (n, 621) in newtons of codes (n, components), not bounded yet."""
+        """Return the profiles (n, 621) in newtons of codes (n, components), not yet bounded."""
         force: Array = self.mean + code @ self.basis
         return force
 
@@ -69,7 +69,7 @@ class Code:
 
 
 def open_fully(force_N: Array) -> Array:
-    """Return profiles (n, 621) as doors that open all the way, within the limits: the last force lasts to the end.
+    """Return profiles (n, 621) as doors that open completely, within the limits: the last force continues to the end.
 
     Zeros behind the end of a motion are padding; mixed with other doors they would become a step in the force.
     """
@@ -129,7 +129,7 @@ class Foreign:
 
 
 def foreign_to(measured_N: Array) -> Foreign:
-    """Return the measure for these measured profiles (n, 621)."""
+    """Return the distance to these measured profiles (n, 621)."""
     raw = features(measured_N)
     standard = standard_of(raw)
     z = standard(raw)
@@ -167,8 +167,8 @@ class Recipe:
     """The sizes of a generator's training; docs/explanation/making-a-door.md says how they were chosen.
 
     A code has `components` numbers, each within `span` SD of the plausible profiles. `profiles` are varied from the
-    measured ones, and in each of `rounds` rounds `own` of the generator's own join them. The prices of a code far from
-    the mean and of a foreign profile are in points of 100 (see `train_generator`).
+    measured ones, and in each of `rounds` rounds `own` of the generator's own join them. The penalties of a code far
+    from the mean and of a foreign profile are in points of 100 (see `train_generator`).
     """
 
     components: int = 12
@@ -190,7 +190,7 @@ QUICK = Recipe(
 
 @dataclass(frozen=True)
 class Generated:
-    """A fitted generator: its layers, and the code that they answer in."""
+    """A fitted generator: its layers, and the code that they output."""
 
     layers: Layers
     code: Code
@@ -215,7 +215,7 @@ class Generated:
 
 @on_one_thread
 def fit(learning: Learning) -> Generated:
-    """Train a generator by the full recipe. Settings: `quick` takes a small one; `threads`, `checkpoint`.
+    """Train a generator by the full recipe. Settings: `quick` uses a small one; `threads`, `checkpoint`.
 
     Raises ModelDataError without a forward model, or with fewer than two stimuli.
     """
@@ -223,7 +223,7 @@ def fit(learning: Learning) -> Generated:
 
 
 def fit_by(recipe: Recipe, learning: Learning) -> Generated:
-    """Train a generator by this recipe. Raises as `fit`."""
+    """Train a generator by this recipe. Raises as `fit` does."""
     if learning.forward is None:
         raise ModelDataError("the generator learns from a forward model; none was given (needs_forward).")
     rows = rows_of(learning, least=2)
@@ -238,7 +238,7 @@ def fit_by(recipe: Recipe, learning: Learning) -> Generated:
 
 
 def _train(recipe: Recipe, teacher: Teacher, codes: Array, attained: Array, options: TrainingOptions) -> Layers:
-    """Train the student, then the generator, in each round, and add rated profiles of the generator's own."""
+    """Train the student, then the generator, in each round, and add the generator's own profiles with their ratings."""
     size, (components, attributes) = recipe.size, (codes.shape[1], attained.shape[1])
     student = seeded(
         lambda: networks.student_network(components, attributes, size.student), options.stage_seed("student", 99)

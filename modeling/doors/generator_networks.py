@@ -18,11 +18,11 @@ from palpate.modeling.training.sources import GeneratedRows, Given, digest_of, p
 from palpate.signals.arrays import Array
 
 MIDDLE, SPREAD = TOP / 2, TOP / 5
-"""The student answers ratings in units of SPREAD around MIDDLE: about mean 0 and SD 1."""
+"""Scaling of the student's ratings, in units of SPREAD around MIDDLE: about mean 0 and SD 1."""
 STUDENT_HUBER = 3.0
 """Points of 100 beyond which the student's errors count linearly, so that single odd doors do not dominate."""
 WISH_HUBER = 5.0
-"""The same for the generator's errors: most wishes of the whole range are not attainable."""
+"""The same for the generator's errors, since most wishes of the whole range are not attainable."""
 JITTER = 6.0
 """SD of the noise on ratings of measured profiles, in points of 100."""
 Felt = tuple[Tensor, Tensor, Tensor]
@@ -30,7 +30,7 @@ Felt = tuple[Tensor, Tensor, Tensor]
 
 @dataclass(frozen=True)
 class Size:
-    """TrainingOptions large the networks are, and how long they train."""
+    """The sizes of the networks, and the lengths of their trainings."""
 
     student: int = 128
     generator: int = 64
@@ -51,7 +51,7 @@ class TrainingOptions:
     report: Callable[[str], None] = lambda _line: None
 
     def settings(self, stage: str, number: int, epochs: int, size: Size) -> Settings:
-        """Return the settings of one stage of a round, with a seed and a checkpoint of its own."""
+        """Return the settings of one stage of a round, with its own seed and checkpoint."""
         folder = None if self.checkpoint is None else self.checkpoint / f"{stage}-{number}"
         return Settings(
             epochs=epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=3, plateau_factor=0.5,
@@ -65,13 +65,13 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Layers:
-    """A trained generator as numbers: (weight, bias) of each layer, each followed by tanh; the code is `span` of it."""
+    """A generator as arrays: (weight, bias) of each layer, each followed by tanh; the code is `span` times that."""
 
     numbers: tuple[tuple[Array, Array], ...]
     span: float
 
     def code(self, wish: Array) -> Array:
-        """(n, attributes) on 0..100 to (n, components); a wish beyond 0..100 counts as its end."""
+        """Return codes (n, components) of wishes (n, attributes), which are clipped to 0..100."""
         x = np.clip(wish, 0, TOP) / MIDDLE - 1
         for weight, bias in self.numbers:
             x = np.tanh(x @ weight.T + bias)
@@ -79,7 +79,7 @@ class Layers:
 
 
 class Generator(nn.Module):
-    """A wish (n, attributes) on 0..100 to a code (n, components) within `span` either way, smooth in every wish."""
+    """A smooth network from wishes (n, attributes) on 0..100 to codes (n, components) within +-`span`."""
 
     def __init__(self, attributes: int, components: int, width: int, span: float) -> None:
         super().__init__()
@@ -88,20 +88,20 @@ class Generator(nn.Module):
         self.span = span
 
     def forward(self, wish: Tensor) -> Tensor:
-        """(n, attributes) to (n, components)."""
+        """Return codes (n, components) of wishes (n, attributes)."""
         x = wish / MIDDLE - 1
         for layer in self.layers:
             x = torch.tanh(layer(x))
         return self.span * x
 
     def numbers(self) -> Layers:
-        """Return the generator without torch."""
+        """Return the generator as arrays, without torch."""
         weights = [array.detach().double().numpy().copy() for array in self.parameters()]
         return Layers(tuple(zip(weights[::2], weights[1::2], strict=True)), self.span)
 
 
 class InLoop(nn.Module):
-    """A generator before a student that is not trained."""
+    """A generator followed by a student whose weights are fixed."""
 
     def __init__(self, generator: Generator, student: nn.Sequential) -> None:
         super().__init__()
@@ -109,14 +109,14 @@ class InLoop(nn.Module):
         self.student = student
 
     def forward(self, wish: Tensor) -> Felt:
-        """(n, attributes) to ratings of that shape, how foreign the profiles are (n,), codes (n, components)."""
+        """Return ratings (n, attributes), the profiles' foreignness (n,), and codes (n, components) for wishes."""
         code = self.generator(wish)
         ratings = self.student(code)
         return ratings[:, :-1] * SPREAD + MIDDLE, ratings[:, -1], code
 
 
 def student_network(components: int, attributes: int, width: int) -> nn.Sequential:
-    """Return a network from codes to ratings and foreignness, which stands in for a teacher without gradient."""
+    """Return a network from codes to ratings and foreignness, which replaces a teacher without gradient."""
     sizes = (components, width, width)
     hidden = [part for a, b in pairwise(sizes) for part in (nn.Linear(a, b), nn.SiLU())]
     return nn.Sequential(*hidden, nn.Linear(width, attributes + 1))
@@ -135,8 +135,8 @@ def train_generator(
 ) -> float:  # fmt: skip
     """Train the generator so that the student rates its codes as wished; return the loss of its best epoch.
 
-    `attained` (n, attributes) are ratings of measured profiles. `weights` are the prices, in points of 100, of a code
-    one SD from the mean of the plausible ones (squared), and of a profile that is 1 more foreign than usual.
+    `attained` (n, attributes) are ratings of measured profiles. `weights` are the penalties, in points of 100, of a
+    code one SD from the mean of the plausible ones (squared), and of a profile that is 1 more foreign than usual.
     """
     student.requires_grad_(False)
     known = _known(attained)

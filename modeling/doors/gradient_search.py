@@ -1,10 +1,10 @@
-"""A profile by search: down the gradient of the forward network until it predicts the wished ratings.
+"""Search for a profile by gradient descent until the forward network predicts the wished ratings.
 
-The search runs over principal components of the measured profiles, scaled to an SD of 1. What it looks for is the most
-probable profile if codes were normally distributed and ratings scattered by `RATING_SD` around what the network
-predicts (Tarantola 2005, 1.2): half the squared error over that SD, plus half the squared Mahalanobis distance from the
-mean profile. A wish that cannot be met would pull any penalty away, so no code goes farther from the mean profile than
-that of the farthest measured one (projected gradient).
+The search runs over principal components of the measured profiles, scaled to an SD of 1. It seeks the most probable
+profile for normally distributed codes, and ratings with an SD of `RATING_SD` around the network's predictions
+(Tarantola 2005, 1.2): half the squared error over that SD, plus half the squared Mahalanobis distance from the mean
+profile. An unattainable wish would outweigh any penalty, so no code is farther from the mean profile than that of the
+farthest measured profile (projected gradient).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from palpate.signals.arrays import Array
 from palpate.signals.doors.limits import bounded_profiles
 
 RATING_SD = 3.0
-"""On 0..100: about what the mean of twenty raters scatters by."""
+"""The SD of the mean of twenty raters on 0..100, approximately."""
 COMPONENTS = 15
 NEAREST = 2
-"""A search begins at so many of the nearest rated profiles, at the mean profile, and at one drawn by the seed."""
+"""A search starts at this number of the nearest rated profiles, at the mean profile, and at a random one."""
 FIRST, MORE, QUICK = 10, 20, (4, 8)
-"""Steps from every start, and then from the best of them."""
+"""Steps from every start, and further steps from the best of them."""
 RATE = 0.15
 AT_ONCE = 16
-"""Wishes that are searched for together: enough for speed, little enough for memory."""
+"""Wishes that are searched for together, as a compromise between speed and memory."""
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,16 @@ class Codes:
     sd: Array
 
     def of(self, force_N: Array) -> Array:
-        """(n, 621) to (n, k)."""
+        """Return codes (n, k) of profiles (n, 621)."""
         return self.components.codes(force_N) / self.sd
 
     def decoded(self, code: Array) -> Array:
-        """(n, k) to (n, 621)."""
+        """Return profiles (n, 621) of codes (n, k)."""
         return self.components.mean + (code * self.sd) @ self.components.directions
 
 
 def codes_of(force_N: Array) -> Codes:
-    """From the training profiles (n, 621). Raises ModelDataError where all are equal: nothing could be searched."""
+    """Return the codes' scaling by the training profiles (n, 621). Raises ModelDataError where all are equal."""
     components = components_of(force_N, COMPONENTS)
     if not len(components.directions):
         raise ModelDataError("all training profiles are equal: there are no directions to search in.")
@@ -64,7 +64,7 @@ def codes_of(force_N: Array) -> Codes:
 
 @dataclass(frozen=True)
 class Searching:
-    """A forward network, the codes to search in, and the rated profiles to begin at."""
+    """A fitted search: a forward network, the codes to search in, and the rated profiles to start from."""
 
     network: nn.Module
     codes: Codes
@@ -75,16 +75,16 @@ class Searching:
     steps: tuple[int, int]
 
     def predict(self, given: Array) -> Array:
-        """(n, attributes) on 0..100 to (n, 621) newtons within what may be played.
+        """Return profiles (n, 621) in newtons, within the limits, for wishes (n, attributes) on 0..100.
 
-        Raises ModelDataError for what is far off that scale.
+        Raises ModelDataError for wishes far off that scale.
         """
         wish = checked_wishes(given, self.rating.shape[1])
         parts = [self._search(wish[at : at + AT_ONCE]) for at in range(0, len(wish), AT_ONCE)]
         return bounded_profiles(self.codes.decoded(np.concatenate(parts)))
 
     def exported(self) -> Exported:
-        """Raises ModelDataError: a search needs gradients, and the runtime of model files has none."""
+        """Raise ModelDataError: a search needs gradients, which the runtime of model files does not have."""
         raise ModelDataError(
             "search: needs torch whenever it makes a profile and cannot be written as a model file; "
             "export the generator or the network instead."
@@ -106,7 +106,7 @@ class Searching:
             return self._descended(code, wish, self.steps[1])[0]
 
     def _descended(self, start: Array, wish: Array, steps: int) -> tuple[Array, Array]:
-        """Return the best codes on the way from these, and their costs, after so many steps of Adam."""
+        """Return the best codes and their costs on the path from these starts, in this number of steps of Adam."""
         code = torch.tensor(start, dtype=torch.float32, requires_grad=True)
         self._pull_back(code)
         adam = torch.optim.Adam([code], lr=RATE)
@@ -128,7 +128,7 @@ class Searching:
             code *= self.reach / code.norm(dim=1, keepdim=True).clamp(min=self.reach)
 
     def _cost(self, code: Tensor, wish: Tensor) -> Tensor:
-        """(n,): half of the squared error in SDs, and half of the squared distance from the mean profile."""
+        """Return the cost (n,): half the squared error in SDs, plus half the squared distance from the mean profile."""
         components = self.codes.components
         mean, directions, sd = (
             torch.as_tensor(part, dtype=torch.float32)
@@ -141,7 +141,7 @@ class Searching:
 
 @on_one_thread
 def fit(learning: Learning) -> Searching:
-    """Nothing is trained: the codes are found, and the forward network is kept.
+    """Return a search with the forward network and the training profiles' codes; nothing is trained.
 
     Raises ModelDataError for data that cannot be learned from or without a forward network.
     """

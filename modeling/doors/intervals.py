@@ -1,4 +1,4 @@
-"""Intervals around predictions that hold a stated share of new answers, and whether they do.
+"""Intervals around predictions that hold a nominal share of new answers, and their actual coverage.
 
 Conformal: the half width is a quantile of the absolute residuals of stimuli that the model had not seen (Vovk,
 Gammerman and Shafer 2005; Lei et al. 2018). It needs no distribution, only that new stimuli are drawn like the old.
@@ -19,14 +19,14 @@ from palpate.signals.models.card import Interval
 
 COVERAGE = 0.9
 LEAST_SD = 0.1
-"""An SD below this share of the attribute's median SD counts as that share: no interval shrinks to nothing."""
+"""An SD below this share of the attribute's median SD counts as that share, so that no interval becomes empty."""
 ROUNDING = 1e-9
-"""A rank that is whole but for so much is whole: 10 * 0.9 is 9."""
+"""A rank within this distance of an integer counts as that integer, such as 10 * 0.9 = 9."""
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """How many answers of stimuli that did not calibrate their interval lay within it.
+    """The share of answers within their intervals, for stimuli that the intervals were not calibrated on.
 
     `share` and `error` (its binomial standard error) are by attribute; `overall` over all answers, with the binomial
     error as if they were independent, and `overall_error_by_stimulus` that of the mean over stimuli, whose attributes
@@ -43,14 +43,14 @@ class Coverage:
 
 
 def needed(coverage: float) -> int:
-    """Return the least number of residuals that such an interval can be calibrated on: 9 for 90 %, 19 for 95 %."""
+    """Return the least number of residuals for an interval of this coverage: 9 for 90 %, 19 for 95 %."""
     if not 0 < coverage < 1:
         raise ModelDataError(f"a coverage is a share between 0 and 1, such as 0.9; found {coverage:g}.")
     return max(1, math.ceil((coverage - ROUNDING) / (1 - coverage)))
 
 
 def half_widths(residual: Array, coverage: float = COVERAGE) -> Array:
-    """The k-th smallest absolute residual of each attribute, k = ceil((n + 1) coverage): half widths (attributes,).
+    """Return half widths (attributes,): the k-th smallest absolute residuals, k = ceil((n + 1) coverage).
 
     `residual` is (n, attributes), each from a model that had not seen the stimulus. Raises ModelDataError where n is
     too small for the coverage, or a residual is not finite.
@@ -67,12 +67,12 @@ def half_widths(residual: Array, coverage: float = COVERAGE) -> Array:
 
 
 def scaled_half_widths(residual: Array, sd: Array, new_sd: Array, coverage: float = COVERAGE) -> Array:
-    """Half widths (m, attributes) for new answers with the model's own SD `new_sd` (m, attributes).
+    """Return half widths (m, attributes) for new answers with the model's own SD `new_sd` (m, attributes).
 
-    The residuals over the SD (n, attributes) that the model gave them take the place of the residuals, so that an
-    answer with more doubt gets a wider interval (normalised conformal, Lei et al. 2018, section 5.2). An SD below a
-    tenth of the calibration's median counts as that tenth. Raises ModelDataError as `half_widths` does, or where an SD
-    is negative or not finite, or half of them are 0.
+    Each residual is divided by the model's SD for it, `sd` (n, attributes), so that a more uncertain answer gets a
+    wider interval (normalised conformal, Lei et al. 2018, section 5.2). An SD below a tenth of the calibration's median
+    counts as that tenth. Raises ModelDataError as `half_widths` does, or where an SD is negative or not finite, or half
+    of them are 0.
     """
     residual = _residuals(residual)
     known = _deviations(sd, residual.shape, "calibration")
@@ -88,7 +88,7 @@ def scaled_half_widths(residual: Array, sd: Array, new_sd: Array, coverage: floa
 def nested_coverage(
     residual: Array, fold: Sequence[int], coverage: float = COVERAGE, sd: Array | None = None
 ) -> Coverage:
-    """For each fold: calibrate on the residuals of all others, and see how many of its own answers are held.
+    """Return the coverage of each fold's answers by intervals that are calibrated on the residuals of all other folds.
 
     `residual` (n, attributes) and `fold` (n,) come from one cross-validation, `sd` from the same models for intervals
     scaled by it. Raises ModelDataError as `half_widths`, or for a single fold.
@@ -119,7 +119,7 @@ def nested_coverage(
 
 
 def interval(residual: Array, coverage: float = COVERAGE, splitting: str = "grouped folds") -> Interval:
-    """Return the interval as a model's card holds it."""
+    """Return the interval for a model's card."""
     method = f"conformal, from out-of-fold residuals of {len(residual)} stimuli ({splitting})"
     return Interval(method=method, coverage=coverage, half_width=tuple(half_widths(residual, coverage).tolist()))
 

@@ -1,4 +1,4 @@
-"""Perception to force by the network of thesis 5.6: an encoder of its own, the forward network's decoder, frozen."""
+"""Ratings to force by the network of thesis 5.6: an encoder of its own, and the forward network's decoder, frozen."""
 
 from __future__ import annotations
 
@@ -35,37 +35,36 @@ from palpate.signals.models.card import Affine
 SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10
 )
-"""Thesis 5.6.1.1; the patience is ours. A checkpoint of it holds 670 MB, hence only every tenth epoch."""
+"""Settings of thesis 5.6.1.1; the patience is our choice. A checkpoint has 670 MB, hence only every tenth epoch."""
 QUICK_EPOCHS = 2
 
 
 @dataclass(frozen=True)
 class FittedInverse:
-    """A trained network from ratings on 0..100 to forces on 0..100, the way to newtons, and how its training went."""
+    """A trained network from ratings on 0..100 to forces on 0..100, the scaling to newtons, and its training."""
 
     network: nn.Sequential
     scaling: Scaling
     trained: Trained
 
     def predict(self, given: Array) -> Array:
-        """(n, 7) on 0..100 to (n, 621) newtons within what may be played. Raises ModelDataError for other ratings."""
+        """Return profiles (n, 621) in newtons, within the limits, of ratings (n, 7) on 0..100."""
         scaled = answers(self.network, checked_wishes(given, ATTRIBUTES))
         return bounded_profiles(self.scaling.force_down(scaled))
 
     def exported(self) -> Exported:
-        """Return the network as steps and float32 tensors, then to newtons and within what may be played."""
+        """Return the network as steps and float32 tensors, followed by the scaling to newtons and the limits."""
         low, high = self.scaling.force_N
         newtons = Affine(gain=(high - low) / TOP, offset=low)
         return exported_network(self.network, newtons, PLAYABLE)
 
 
 def fit(learning: Learning, settings: Settings = SETTINGS) -> FittedInverse:
-    """Train the encoder and the last dense layer; the decoder is the trained forward network's and stays as it is.
+    """Train the encoder and the last dense layer; the decoder is the trained forward network's, unchanged.
 
-    Ratings are centred by the first layer, the last one brings forces to 0..100, where the squared error is taken. The
-    decoder is at first handed what it knows: see `_hand_over`.
-    Raises ModelDataError for data that cannot be learned from or without the forward network, TrainingError for a
-    training that does not converge.
+    The first layer centres ratings, the last one scales forces to 0..100, where the squared error is computed. The
+    decoder starts with latents of the usual size: see `_hand_over`. Raises ModelDataError for data that cannot be
+    learned from or without the forward network, TrainingError for a training that does not converge.
     """
     forward = learning.forward
     if not (isinstance(forward, FittedForward) and isinstance(forward.network[1], ForceToPerception)):
@@ -88,10 +87,10 @@ def _inner(forward: FittedForward) -> ForceToPerception:
 
 
 def _hand_over(network: nn.Sequential, forward: FittedForward, rows: TrainingRows) -> None:
-    """Start with latents of the mean and the SD that the forward network's encoder gives for the training profiles.
+    """Give the encoder's latents the mean and SD of the forward network's latents of the training profiles.
 
-    The frozen decoder was trained on these. With torch's own start the latents vary twenty times less, and the network
-    answers every wish with one profile for the first epochs. After Mishkin and Matas 2016 (LSUV).
+    The frozen decoder was trained on these. With torch's initialisation the latents vary twenty times less, and the
+    network makes the same profile for every wish in the first epochs. After Mishkin and Matas 2016 (LSUV).
     """
     inner = cast(PerceptionToForce, network[1])
     with training_state(0, 1), torch.no_grad():

@@ -35,18 +35,18 @@ INVERSE_COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 
 @dataclass(frozen=True)
 class Components:
-    """`directions` (k, points), orthonormal, the one of greatest variance first, around `mean` (points,)."""
+    """Principal components: `directions` (k, points), orthonormal, in order of variance, around `mean` (points,)."""
 
     mean: Array
     directions: Array
 
     def codes(self, x: Array) -> Array:
-        """(n, points) to (n, k)."""
+        """Return codes (n, k) of rows (n, points)."""
         return (x - self.mean) @ self.directions.T
 
 
 def components_of(x: Array, most: int) -> Components:
-    """The first components of the rows (n, points), at most `most`; fewer where there are fewer, none of equal rows.
+    """Return the first components of rows (n, points): at most `most`, fewer if there are fewer, none for equal rows.
 
     Source: Jolliffe 2002, by singular value decomposition.
     """
@@ -58,14 +58,14 @@ def components_of(x: Array, most: int) -> Components:
 
 @dataclass(frozen=True)
 class Linear:
-    """y = weight x + bias; `check` refuses what the model does not answer to."""
+    """A linear model y = weight x + bias; `check` refuses invalid inputs."""
 
     weight: Array
     bias: Array
     check: Callable[[Array], Array]
 
     def predict(self, given: Array) -> Array:
-        """(n, in) to (n, out); see `palpate.modeling.doors.methods.Fitted`."""
+        """Return the outputs (n, out) of inputs (n, in); see `palpate.modeling.doors.methods.Fitted`."""
         return self.check(given) @ self.weight.T + self.bias
 
     def exported(self) -> Exported:
@@ -74,7 +74,7 @@ class Linear:
 
 
 def best_penalty(x: Array, y: Array, group: Indices) -> float:
-    """Return the penalty of least squared error, all outputs together, over inner folds that keep groups together."""
+    """Return the penalty with the least squared error over all outputs and inner folds, which keep groups together."""
     total = inner_errors(x, y, inner_folds(group)).sum(axis=1)
     return float(PENALTIES[np.argmin(total)])
 
@@ -90,7 +90,7 @@ MEAN = Method("mean", "Mean of the training set", fit_mean, source="the referenc
 
 @dataclass(frozen=True)
 class Ridge:
-    """y = weight z + bias over the standardised features z; `penalty` is the one that was chosen."""
+    """A ridge regression y = weight z + bias on standardised features z; `penalty` is the chosen one."""
 
     front: Featured
     weight: Array
@@ -98,18 +98,18 @@ class Ridge:
     penalty: float
 
     def predict(self, given: Array) -> Array:
-        """(n, 621) newtons to (n, attributes) on 0..100, not clipped."""
+        """Return ratings (n, attributes) on 0..100, not clipped, of profiles (n, 621) in newtons."""
         return self.front(given) @ self.weight.T + self.bias
 
     def exported(self) -> Exported:
-        """Features, standardising, one dense step."""
+        """Return the steps: features, standardising, one dense step."""
         steps = (*self.front.steps, Dense(weight="weight", bias="bias"))
         return Exported(steps, {**self.front.tensors, "weight": self.weight, "bias": self.bias})
 
 
 @on_one_thread
 def fit_ridge(learning: Learning) -> Ridge:
-    """Fit ridge regression; the penalty is that of least squared error over inner folds grouped by source."""
+    """Fit a ridge regression with the penalty of least squared error over inner folds grouped by source."""
     rows = rows_of(learning, least=2)
     front, z = featured(rows)
     penalty = best_penalty(z, rows.rating, rows.group)
@@ -126,7 +126,7 @@ RIDGE = Method(
 
 @on_one_thread
 def fit_pca_ridge(learning: Learning) -> Linear:
-    """The number of components and the penalty are those of least squared error over inner folds grouped by source."""
+    """Fit a ridge regression on principal components; number and penalty have the least error over inner folds."""
     rows = rows_of(learning, "train", least=2)
     total = np.sum([_rating_errors(rows, train, test) for train, test in inner_folds(rows.group)], axis=0)
     least = np.unravel_index(int(np.argmin(total)), total.shape)
@@ -140,10 +140,10 @@ def fit_pca_ridge(learning: Learning) -> Linear:
 
 
 def _rating_errors(rows: TrainingRows, train: Indices, test: Indices) -> Array:
-    """(components, penalties) sums of squared errors in one inner fold.
+    """Return the sums of squared errors of one inner fold, (components, penalties).
 
-    The codes of different components do not correlate, so a component's weight is the same whichever others are there:
-    the answers of k components are a running sum.
+    The codes of different components do not correlate, so a component's weight does not depend on the others, and the
+    predictions of k components are a running sum.
     """
     components = components_of(rows.force_N[train], max(FORWARD_COMPONENTS))
     codes, tested = components.codes(rows.force_N[train]), components.codes(rows.force_N[test])
@@ -158,7 +158,7 @@ def _rating_errors(rows: TrainingRows, train: Indices, test: Indices) -> Array:
 
 
 def _size(codes: Array) -> float:
-    """The SD of the first component: in its multiples a penalty means the same whatever forces are measured in."""
+    """Return the SD of the first component: penalties are multiples of it, whatever the unit of force."""
     return float(codes[:, 0].std()) if codes.shape[1] else 1.0
 
 
@@ -169,12 +169,12 @@ PCA_RIDGE = Method(
 
 @dataclass(frozen=True)
 class Regressed:
-    """A linear model from ratings to newtons, within the limits of what may be played."""
+    """A linear model from ratings to newtons, within the limits."""
 
     linear: Linear
 
     def predict(self, given: Array) -> Array:
-        """(n, attributes) on 0..100 to (n, 621) newtons within the limits."""
+        """Return profiles (n, 621) in newtons, within the limits, of ratings (n, attributes) on 0..100."""
         return bounded_profiles(self.linear.predict(given))
 
     def exported(self) -> Exported:
@@ -185,7 +185,7 @@ class Regressed:
 
 @on_one_thread
 def fit_pca_regression(learning: Learning) -> Regressed:
-    """The number of components and the penalty are those of least squared waveform error over inner grouped folds."""
+    """Fit components of profiles to ratings; number and penalty have the least waveform error over inner folds."""
     rows = rows_of(learning, least=2)
     standard = standard_of(rows.rating)
     z = standard(rows.rating)
@@ -201,9 +201,9 @@ def fit_pca_regression(learning: Learning) -> Regressed:
 
 
 def _waveform_errors(z: Array, force_N: Array, train: Indices, test: Indices) -> Array:
-    """(components, penalties) sums of squared errors of the waveform in one inner fold, less one constant.
+    """Return the sums of squared waveform errors of one inner fold, (components, penalties), up to a constant.
 
-    Directions are orthonormal, so the error of k components is that of the mean less what each of the k gains.
+    Directions are orthonormal, so the error of k components is that of the mean minus the reduction by each of the k.
     """
     components = components_of(force_N[train], max(INVERSE_COMPONENTS))
     path = path_of(z[train], components.codes(force_N[train]))

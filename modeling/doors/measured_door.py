@@ -1,4 +1,4 @@
-"""Predicted ratings of the measured door and its four edits, and the profiles that the inverse makes of them."""
+"""Predicted ratings of the measured door and its four edits, and the profiles that the inverse method makes of them."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ FILES = {
     "actual": Path("profiles", "BC3_g0.csv"),
     **{f"edited_v{number}": Path("measured", "normalised", f"haptune_edited_v{number}.csv") for number in range(1, 5)},
 }
-"""The names of the source (HapTune), and each one's 621 points; `actual` is the door BC3_g0 of the study."""
+"""File names of the source (HapTune), each with 621 points; `actual` is the door BC3_g0 of the study."""
 SPLIT = "without the measured door"
 
 
 def measured_doors() -> dict[str, Array]:
-    """Return the forces (621,), in newtons, of the measured door (`actual`) and its four edits, which are not measured.
+    """Return the forces (621,), in newtons, of the measured door (`actual`) and its four edits.
 
     They are read from files of studies/door_ratings, which `palpate doors normalise` made. Raises ModelDataError on a
     damaged file.

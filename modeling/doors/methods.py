@@ -1,4 +1,4 @@
-"""What all ways of predicting a feeling or making a profile have in common: to be fitted, to answer, to be exported."""
+"""The interface of all methods that predict ratings or make a profile: fitting, prediction, export."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ class Fitted(Protocol):
     """A fitted model of either direction."""
 
     def predict(self, given: Array) -> Array:
-        """Forward: (n, 621) newtons to (n, attributes) on 0..100. Inverse: (n, attributes) on 0..100 to (n, 621) N."""
+        """Return ratings (n, attributes) on 0..100 of profiles (n, 621) in newtons; an inverse method the reverse."""
 
     def exported(self) -> Exported:
-        """Return the model as a file holds it. Its input and output are those of `predict`."""
+        """Return the model as steps and tensors. Its input and output are those of `predict`."""
 
 
 @dataclass(frozen=True)
 class Learning(FitOptions):
-    """What a method may learn from in one fit.
+    """The data and options of one fit.
 
-    `measured` are the stimuli of the training side; `train` the same with their training variants (each row's source
-    is that of its stimulus); `held` is what a network watches to stop early, a grouped share of the training side with
-    no source in common with `train`'s sources, and is empty where a method does not ask for it. `forward` is the fitted
-    forward model that an inverse method may use.
+    `measured` are the stimuli of the training side; `train` the same with their training variants (each row's source is
+    that of its stimulus); `held` are stimuli that a network watches to stop early, a grouped share of the training side
+    that shares no source with `train`; it is empty for a method without `holds_out`. `forward` is the fitted forward
+    model that an inverse method may use.
     """
 
     train: DoorData
@@ -42,15 +42,15 @@ class Learning(FitOptions):
 
 @dataclass(frozen=True)
 class Method(MethodOf[Learning, Fitted]):
-    """A way to learn one direction. `holds_out` is whether it wants `held`."""
+    """A method that learns one direction. `holds_out` is whether it uses `held`."""
 
     holds_out: bool = False
     needs_forward: str | None = None
-    """The forward method that an inverse one builds on, or None."""
+    """The forward method that an inverse method builds on, or None."""
 
 
 def as_rows(given: Array, size: int, what: str) -> Array:
-    """(n, size) of finite float64, also from one row or from float16. Raises ModelDataError otherwise."""
+    """Return rows (n, size) as finite float64, also of one row or float16. Raises ModelDataError otherwise."""
     rows = np.atleast_2d(np.asarray(given, dtype=np.float64))
     if rows.ndim != 2 or rows.shape[1] != size or not len(rows):
         raise ModelDataError(

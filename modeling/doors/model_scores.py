@@ -1,4 +1,4 @@
-"""A fitted model as the file that a rig gets: how large, how fast, and how far from the trained one it is."""
+"""Scores of a model file: its size, its speed, and its difference from the fitted model."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from palpate.signals.models.runtime import Model
 
 ENOUGH_S, LEAST, MOST = 0.3, 5, 400
-"""Single answers are timed until this much has been timed, at least and at most so many."""
+"""Seconds to time single answers for, and the least and greatest number of answers."""
 
 
 @dataclass(frozen=True)
 class Timed:
-    """How long single answers took, in milliseconds."""
+    """The times of single answers, in milliseconds."""
 
     median_ms: float
     p99_ms: float
 
 
 def ports(data: DoorData, scaling: Scaling, direction: Direction) -> tuple[Port, Port]:
-    """Return what a model of this direction takes and gives; its file refuses the same inputs as its `predict`."""
+    """Return the input and output ports of a direction; its file refuses the same inputs as its `predict`."""
     force = Port(kind="force_profile", size=POINTS, unit="N")
     ratings = Port(
         kind="ratings", size=len(data.attributes), unit="0..100", names=data.attributes, antonyms=data.antonyms,
@@ -46,7 +46,7 @@ def ports(data: DoorData, scaling: Scaling, direction: Direction) -> tuple[Port,
 
 
 def timed(runs: Model, given: Array, clock: Clock) -> Timed:
-    """Return the times of single answers, over the rows in turn, after one that does not count."""
+    """Return the times of single answers, over the rows in turn, after a first one that does not count."""
     runs.run(given[0])
     times: list[float] = []
     while len(times) < LEAST or (sum(times) < ENOUGH_S and len(times) < MOST):
@@ -63,7 +63,7 @@ def model_scores(
 ) -> dict[str, float]:  # fmt: skip
     """Write the model, read it with the rig's runtime, and compare: bytes, milliseconds, the largest difference.
 
-    The difference is in percent of the range, over `given`. The files stay in the folder, where there is one.
+    The difference is in percent of the range, over `given`. The files stay in `folder`, if it is given.
     """
     from palpate.modeling.files.model_files import write_model
     from palpate.signals.models.file import read_model

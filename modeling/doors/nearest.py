@@ -1,4 +1,4 @@
-"""The profile that people rated most like the wish."""
+"""The inverse method that returns the profile whose ratings are nearest to the wish."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from palpate.signals.models import card as model_card
 
 @dataclass(frozen=True)
 class Nearest:
-    """`force_N` (n, 621) beside the ratings (n, attributes) on 0..100 that they got."""
+    """Profiles `force_N` (n, 621) with their ratings (n, attributes) on 0..100."""
 
     rating: Array
     force_N: Array
 
     def predict(self, given: Array) -> Array:
-        """(n, attributes) on 0..100 to (n, 621) newtons: the profile at the least Euclidean distance."""
+        """Return the nearest rated profiles (n, 621) in newtons to wishes (n, attributes) on 0..100 (Euclidean)."""
         wish = checked_wishes(given, self.rating.shape[1])
         return self.force_N[[int(np.argmin(np.sum((self.rating - row) ** 2, axis=1))) for row in wish]]
 
@@ -32,7 +32,7 @@ class Nearest:
 
 
 def fit(learning: Learning) -> Nearest:
-    """Return the look-up of the measured stimuli of the training side."""
+    """Return the look-up table of the measured stimuli of the training side."""
     rows = rows_of(learning)
     return Nearest(rows.rating, rows.force_N)
 

@@ -1,6 +1,7 @@
-"""The two networks of thesis 5.4 and 5.6 with its shapes, the rows of their trainings, and their export.
+"""The two networks of thesis 5.4 and 5.6 with their published shapes, their training rows, and their export.
 
-An exported network is a list of steps with float32 tensors, which the rig's own runtime computes."""
+An exported network is a list of steps with float32 tensors for the rig's runtime.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +26,18 @@ from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool
 
 ATTRIBUTES = 7
 LATENT = (128, 155)
-"""Channels and length of what the encoder hands over (thesis 5.4.1.1: 155 x 128)."""
+"""Channels and length of the encoder's output (thesis 5.4.1.1: 155 x 128)."""
 RESTORED = (64, 620)
 HIDDEN = 128
 DROPOUT = 0.1
 AT_ONCE = 64
-"""Rows that a network answers at a time: enough for speed, little enough for memory."""
+"""Rows per batch, as a compromise between speed and memory."""
 QUICK_EPOCHS = 4
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 
 
 class ResidualBlock(nn.Module):
-    """relu(x + conv(relu(conv(x)))), both of width 3, the length kept (thesis equation 5.2)."""
+    """A residual block: relu(x + conv(relu(conv(x)))), both of width 3 with padding (thesis equation 5.2)."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -44,7 +45,7 @@ class ResidualBlock(nn.Module):
         self.second = nn.Conv1d(channels, channels, 3, padding=1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, channels, length) to the same shape."""
+        """Return the output for (batch, channels, length), in the same shape."""
         inner: Tensor = self.second(torch.relu(self.first(x)))
         return torch.relu(x + inner)
 
@@ -55,7 +56,10 @@ def conv_relu(inputs: int, outputs: int, width: int = 3, pad: int = 1) -> nn.Seq
 
 
 def encoder() -> nn.Sequential:
-    """(batch, 1, 621) to (batch, 128, 155): 64 filters, 128 filters, each with a residual block and a halving."""
+    """Return the encoder, from (batch, 1, 621) to (batch, 128, 155).
+
+    It has 64, then 128 filters, each with a residual block and a halving.
+    """
     return nn.Sequential(
         *conv_relu(1, 64), ResidualBlock(64), nn.MaxPool1d(2),
         *conv_relu(64, 128), ResidualBlock(128), nn.MaxPool1d(2),
@@ -63,7 +67,10 @@ def encoder() -> nn.Sequential:
 
 
 def decoder() -> nn.Sequential:
-    """(batch, 128, 155) to (batch, 64, 620): 128 filters, 64 filters, each with a residual block and a doubling."""
+    """Return the decoder, from (batch, 128, 155) to (batch, 64, 620).
+
+    It has 128, then 64 filters, each with a residual block and a doubling.
+    """
     return nn.Sequential(
         *conv_relu(128, 128), ResidualBlock(128), nn.Upsample(scale_factor=2),
         *conv_relu(128, 64), ResidualBlock(64), nn.Upsample(scale_factor=2),
@@ -71,7 +78,7 @@ def decoder() -> nn.Sequential:
 
 
 class ForceToPerception(nn.Module):
-    """Thesis 5.4: encoder, decoder, a dense layer of 128 with dropout, and one value for each attribute."""
+    """The network of thesis 5.4: encoder, decoder, a dense layer of 128 with dropout, and one value per attribute."""
 
     def __init__(self, attributes: int = ATTRIBUTES) -> None:
         super().__init__()
@@ -83,13 +90,13 @@ class ForceToPerception(nn.Module):
         )
 
     def forward(self, force: Tensor) -> Tensor:
-        """(batch, 621) scaled forces to (batch, attributes) scaled ratings."""
+        """Return scaled ratings (batch, attributes) of scaled forces (batch, 621)."""
         ratings: Tensor = self.head(self.decoder(self.encoder(force.unsqueeze(1))))
         return ratings
 
 
 class PerceptionToForce(nn.Module):
-    """Thesis 5.6: four convolutions over the ratings, a dense layer to the latent shape, a frozen decoder, 621 values.
+    """The network of thesis 5.6: four convolutions over the ratings, a dense layer, a frozen decoder, 621 values.
 
     The decoder's weights are those of a trained `ForceToPerception` and are not trained further.
     """
@@ -108,14 +115,14 @@ class PerceptionToForce(nn.Module):
         self.out = nn.Sequential(nn.Flatten(), nn.Linear(RESTORED[0] * RESTORED[1], POINTS))
 
     def forward(self, ratings: Tensor) -> Tensor:
-        """(batch, attributes) scaled ratings to (batch, 621) scaled forces."""
+        """Return scaled forces (batch, 621) of scaled ratings (batch, attributes)."""
         latent = self.project(self.encoder(ratings.unsqueeze(1))).view(-1, *LATENT)
         force: Tensor = self.out(self.decoder(latent))
         return force
 
 
 class Rescale(nn.Module):
-    """y = gain * x + offset, by element; fixed, never trained."""
+    """A fixed elementwise scaling y = gain * x + offset."""
 
     gain: Tensor
     offset: Tensor
@@ -126,21 +133,21 @@ class Rescale(nn.Module):
         self.register_buffer("offset", torch.as_tensor(np.asarray(offset, dtype=np.float32)))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, size) to the same shape."""
+        """Return scaled rows of (batch, size)."""
         return self.gain * x + self.offset
 
     @classmethod
     def up(cls, rows: Array) -> Self:
-        """From centred values to such rows (n, size): their mean row, and one SD for all that is left.
+        """Return the scaling from centred values to rows (n, size): their mean row, and one SD for all places.
 
-        One SD for all places keeps a profile's shape: a place that hardly differs between doors is not blown up. Where
-        all rows are equal it is 1.
+        One SD for all places preserves a profile's shape: a place that hardly differs between doors is not magnified.
+        Where all rows are equal it is 1.
         """
         return cls(*reversed(_centre_and_spread(rows)))
 
     @classmethod
     def down(cls, rows: Array) -> Self:
-        """From such rows (n, size) to centred values: the way back of `up`."""
+        """Return the scaling from rows (n, size) to centred values, the inverse of `up`."""
         centre, spread = _centre_and_spread(rows)
         return cls(1.0 / spread, -centre / spread)
 
@@ -152,10 +159,10 @@ def _centre_and_spread(rows: Array) -> tuple[Array, float]:
 
 
 def training_rows(learning: Learning) -> tuple[TrainingRows, TrainingRows | None]:
-    """Return the rows to train on, and those to watch or None where none are held out.
+    """Return the rows to train on, and those to watch, or None where none are held out.
 
-    Trained on are the stimuli with their training variants; with the setting `quick` the stimuli as they were rated.
-    The setting `learn_from` goes before either. Raises ModelDataError as `rows_of` does, and for less than two rows.
+    The rows are the stimuli with their training variants, or with the setting `quick` the stimuli alone. The setting
+    `learn_from` overrides both. Raises ModelDataError as `rows_of` does, and for fewer than two rows.
     """
     rows = rows_of(learning, "measured" if learning.settings.get("quick") else "train", least=2)
     if not len(learning.held):
@@ -165,9 +172,9 @@ def training_rows(learning: Learning) -> tuple[TrainingRows, TrainingRows | None
 
 
 def answers(network: nn.Module, given: Array) -> Array:
-    """Return a network's answers (n, out) to rows (n, in) as float64, without dropout, on one thread.
+    """Return a network's outputs (n, out) for rows (n, in) as float64, without dropout, on one thread.
 
-    Raises ModelDataError where an answer is not finite, as for values that 32 bits cannot hold.
+    Raises ModelDataError where an output is not finite, as for values that 32 bits cannot hold.
     """
     result = answers_of(network, given, AT_ONCE)
     if not np.isfinite(result).all():
@@ -176,7 +183,7 @@ def answers(network: nn.Module, given: Array) -> Array:
 
 
 def exported_network(network: nn.Module, *after: Step) -> Exported:
-    """Return a network as it answers, not as it trains (dropout is left out), and these steps after it.
+    """Return a network in evaluation mode (without dropout) as steps and tensors, followed by the steps `after`.
 
     Tensors are float32, named after the network's own layers. A flattening has no step: a dense step reads its input in
     C order, as torch does. Raises ModelDataError for a layer that model cards have no step for, and for weights that

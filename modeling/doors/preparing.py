@@ -1,4 +1,4 @@
-"""What every fit begins with: checked rows in an order of their own, standardised features, groups for inner folds."""
+"""The common beginning of every fit: checked rows in a fixed order, standardised features, groups for inner folds."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from palpate.signals.models.card import Affine, DoorFeatures, Playable, Step
 
 INNER_FOLDS = 5
 FURTHEST_N = 10.0 * LIMIT_N
-"""A profile with a force beyond ten times what may be made, either way, is refused: it was never felt."""
+"""The greatest force of a profile, ten times the limit of made profiles: beyond it, the profile is refused."""
 PLAYABLE = Playable(force_N=LIMIT_N, slope_N_deg=STEEPEST_N_DEG)
-"""The last step of a model that makes profiles: the limits of what may be made."""
+"""The last step of a model that makes profiles: the limits of made profiles."""
 WISH = (-100.0, 200.0)
 """Ratings beyond these are refused: the scale is 0..100."""
 STIMULI = ("measured", "train")
@@ -31,9 +31,10 @@ Model = TypeVar("Model")
 
 
 def on_one_thread(fit: Callable[[Learning], Model]) -> Callable[[Learning], Model]:
-    """The fit with one thread of linear algebra: several sum in another order, so they give other bits, and are slower.
+    """Return the fit with linear algebra limited to one thread.
 
-    Matrices here are small; on two threads `pca_ridge` takes up to thirty times the processor time.
+    Several threads change the order of sums, and so the result. They are also slower, since matrices here are small: on
+    two threads `pca_ridge` takes up to thirty times the processor time.
     """
 
     @wraps(fit)
@@ -46,7 +47,7 @@ def on_one_thread(fit: Callable[[Learning], Model]) -> Callable[[Learning], Mode
 
 @dataclass(frozen=True)
 class TrainingRows:
-    """What a fit learns from: forces (n, 621) in newtons, ratings (n, attributes) on 0..100, groups (n,) by source."""
+    """The data of a fit: forces (n, 621) in newtons, ratings (n, attributes) on 0..100, groups (n,) by source."""
 
     force_N: Array
     rating: Array
@@ -54,11 +55,11 @@ class TrainingRows:
 
 
 def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> TrainingRows:
-    """Return the rows to learn from, in an order that does not depend on the order they came in.
+    """Return the rows to learn from, in an order that does not depend on the order of the data.
 
-    `default` is whether the stimuli as they were rated ("measured") or with their training variants ("train"); the
-    setting `learn_from` goes before it. Raises ModelDataError for fewer than `least` rows, ratings or forces that are
-    not finite, a force that no hand would open a door with, or another word in `learn_from`.
+    `default` selects the stimuli alone ("measured") or with their training variants ("train"); the setting `learn_from`
+    overrides it. Raises ModelDataError for fewer than `least` rows, ratings or forces that are not finite, a force that
+    no hand would open a door with, or another word in `learn_from`.
     """
     which = learning.settings.get("learn_from", default)
     if which not in STIMULI:
@@ -74,7 +75,10 @@ def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Tr
 
 
 def checked_forces(force_N: Array) -> Array:
-    """(n, 621) finite newtons as float64. Raises ModelDataError that names the row otherwise or beyond FURTHEST_N."""
+    """Return forces (n, 621) as float64.
+
+    Raises ModelDataError naming a row that is not finite or exceeds FURTHEST_N.
+    """
     force = as_rows(force_N, POINTS, "force profiles")
     if (bad := np.argwhere(np.abs(force) > FURTHEST_N)).size:
         row, place = bad[0]
@@ -86,7 +90,7 @@ def checked_forces(force_N: Array) -> Array:
 
 
 def checked_wishes(rating: Array, attributes: int) -> Array:
-    """(n, attributes) ratings on 0..100 as float64. Raises ModelDataError for what is far off that scale."""
+    """Return ratings (n, attributes) as float64. Raises ModelDataError for ratings far off the scale 0..100."""
     wish = as_rows(rating, attributes, "ratings")
     if (bad := np.argwhere((wish < WISH[0]) | (wish > WISH[1]))).size:
         row, place = bad[0]
@@ -97,7 +101,7 @@ def checked_wishes(rating: Array, attributes: int) -> Array:
 
 
 def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
-    """Training and test rows of folds with no group on both sides. Raises ModelDataError where there is one group."""
+    """Yield training and test rows of folds with no group on both sides. Raises ModelDataError for a single group."""
     from sklearn.model_selection import GroupKFold
 
     count = len(np.unique(group))
@@ -110,30 +114,30 @@ def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indi
 
 @dataclass(frozen=True)
 class Featured:
-    """Profiles (n, 621) in newtons to standardised features (n, features) (thesis 5.3.4.1, figure 5.6).
+    """A function from profiles (n, 621) in newtons to standardised features (n, features) (thesis 5.3.4.1, figure 5.6).
 
-    A feature that was constant in training becomes 0: nothing is known of its effect.
+    A feature that was constant in training becomes 0, since its effect is unknown.
     """
 
     standard: Standard
 
     def __call__(self, force_N: Array) -> Array:
-        """Raises ModelDataError for profiles that are none."""
+        """Return the features of profiles. Raises ModelDataError for invalid profiles."""
         return self.standard(features(checked_forces(force_N)))
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The same as steps of a card."""
+        """The steps of a card that compute the features."""
         return DoorFeatures(names=FEATURES), Affine(gain="feature_gain", offset="feature_offset")
 
     @property
     def tensors(self) -> Mapping[str, Array]:
-        """What the steps name."""
+        """The tensors that the steps name."""
         return {"feature_gain": self.standard.gain, "feature_offset": self.standard.offset}
 
 
 def featured(rows: TrainingRows) -> tuple[Featured, Array]:
-    """Return the way to the features, fitted to these rows, and their standardised features (n, features)."""
+    """Return the feature function fitted to these rows, and their standardised features (n, features)."""
     raw = features(rows.force_N)
     standard = standard_of(raw)
     return Featured(standard), standard(raw)

@@ -33,13 +33,13 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def door_ratings() -> Study:
-    """Return the shipped rating study, whose simulated people these are (thesis 5.3.4.2)."""
+    """Return the shipped rating study, whose simulated people rate here (thesis 5.3.4.2)."""
     return read_study(SHIPPED / "door_ratings" / "study.yaml").study
 
 
 @dataclass(frozen=True)
 class Perceivers:
-    """`people` simulated raters of a study, each with a gain and a bias of their own, and noise for every answer.
+    """`people` simulated raters of a study, each with their own gain and bias, and noise for every answer.
 
     Features are z-scored against the study's own stimulus table, so a profile is rated as it would be among the stimuli
     of the study. The draws are keyed by person and by the profile's forces: neither the order of the rows nor the other

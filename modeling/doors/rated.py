@@ -1,4 +1,4 @@
-"""Ratings of door profiles person by person, and the means that models are trained on."""
+"""Ratings of door profiles by person, and the means that models are trained on."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _individual_ratings(ratings: pd.DataFrame, stimuli: Sequence[str], attribute
 
 
 def demand_learnable(data: DoorData) -> None:
-    """Raise ModelDataError unless two profiles differ by more than a hand can tell, and there are two sources."""
+    """Raise ModelDataError unless two profiles differ perceptibly, and there are at least two sources."""
     if len(set(near_groups(data.force_N).tolist())) < 2:
         what = f"{len(data)} stimuli, of one force profile" if len(data) > 1 else f"{len(data)} stimulus"
         raise ModelDataError(f"{what}: nothing can be learned from that; at least two different profiles are needed")

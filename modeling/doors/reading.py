@@ -33,16 +33,16 @@ PROFILE = profile_file.ProfileFormat(
 )
 FILE, VARIANT = "file", "variant"
 DOOR = ("door", "car")
-"""The columns of a stimulus table that name its door, the first that is there."""
+"""The columns of a stimulus table that may name its door; the first one present counts."""
 LEAST_PEOPLE = 2
-"""A study of two groups shows everybody only its group's doors."""
+"""The least number of people: in a study of two groups everybody rates only the group's doors."""
 
 
 def read_profile(path: Path, sha256: str | None = None) -> Array:
     """Return the 621 forces, in newtons over 0 to 62 degrees, of a file with the columns angle_deg and force_N.
 
-    Raises ModelDataError, naming file and line, on a file that is missing or no text, on another header, angle or
-    number of points, on a value that is no finite number, and where the file is not the one with this `sha256`.
+    Raises ModelDataError, naming file and line, on a file that is missing or not a text, on another header, angle or
+    number of points, on a value that is no finite number, and where the file does not have this `sha256`.
     """
     return np.array(profile_file.read_profile(path, PROFILE, sha256), dtype=np.float64)
 
@@ -51,14 +51,14 @@ def read_lab(
     lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
     url: str | None = None, rated_only: bool = False,
 ) -> DoorData:  # fmt: skip
-    """Return the mean ratings of a lab's study, or imported data set, and the profiles that they are of.
+    """Return the mean ratings of a lab's study, or imported data set, with their profiles.
 
     It reads the sessions that `palpate regenerate` analyses: of one version of the study (`digest`), all real or all
-    `simulated`, complete, of nobody who withdrew, without what the study's analysis plan excludes. They come from the
-    lab's session files, else from its collected database, or from `url`. A profile is the file in the column `file`
-    and must be the very file that people felt. `rated_only` leaves out stimuli that lack ratings, which are else
-    refused. Raises ModelDataError on profiles and ratings that no model can learn from, and what reading raises
-    (DataRefused, StudyError, PlanError: all ValueErrors).
+    `simulated`, complete, of people who did not withdraw, without the exclusions of the study's analysis plan. They
+    come from the lab's session files, else from its collected database, or from `url`. A profile is the file in the
+    column `file` and must be the very file that people felt. `rated_only` leaves out stimuli without ratings, which are
+    otherwise refused. Raises ModelDataError on profiles and ratings that no model can learn from, and the errors of
+    reading (DataRefused, StudyError, PlanError: all ValueErrors).
     """
     return rated_in_lab(lab, study, simulated, digest=digest, url=url, rated_only=rated_only).data
 
@@ -67,7 +67,7 @@ def rated_in_lab(
     lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
     url: str | None = None, rated_only: bool = False,
 ) -> Rated:  # fmt: skip
-    """Return what `read_lab` returns, with each person's own ratings beside the means."""
+    """Return the data of `read_lab`, with each person's own ratings beside the means."""
     from palpate.modeling.lab_answers import lab_answers
 
     material, folder = lab_answers(lab, study, digest=digest, url=url, simulated=simulated)
@@ -141,7 +141,7 @@ def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -
 
 
 def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None) -> Rated:
-    """Return what `simulated_data` returns, with each person's own ratings beside the means."""
+    """Return the data of `simulated_data`, with each person's own ratings beside the means."""
     from palpate.analysis.power.simulated_studies import people as pseudonyms
     from palpate.analysis.power.simulated_studies import simulated_material
     from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study

@@ -23,7 +23,9 @@ OPTIONAL = ("source", "group", "raters")
 SD = ".sd"
 MOST_RATERS = 10**9
 ORIGINS = ("measured", "simulated")
-"""What the column `source` of a stimulus table says: where a profile comes from, not what was made of what."""
+"""The values of a stimulus table's column `source` that state where a profile comes from, not which stimuli are
+related.
+"""
 
 
 RATED = TableFormat(
@@ -38,14 +40,14 @@ def read_table(
     table: Path, *, attributes: Mapping[str, str] | None = None, scale: tuple[float, float] = (-10.0, 10.0),
     simulated: bool = False,
 ) -> DoorData:  # fmt: skip
-    """The stimuli of a CSV table with the columns id, door, variant, file and one for each attribute by its low word.
+    """Return the stimuli of a CSV table with columns id, door, variant, file and one for each attribute's low word.
 
-    An attribute's column holds the mean rating on `scale`; LOW.sd, where it is there, the SD between raters (else
-    NaN: not known). `source` groups stimuli that were made from one another; `group` names who rated and `raters` says
-    how many did (0: not known). A file's place is relative to the table. `attributes` maps low words to antonyms; the
-    seven of door_ratings (thesis Table 5.2) where it is not given. `simulated` is for ratings that nobody gave.
-    Raises ModelDataError, with the line, on an unknown or missing column, a name that stands twice, a number that is
-    none or lies off the scale, a profile that cannot be read, and on fewer than two different profiles or sources.
+    An attribute's column holds the mean rating on `scale`; LOW.sd, where it is there, the SD between raters (else NaN:
+    not known). `source` groups stimuli that were made from one another; `group` names who rated and `raters` says how
+    many did (0: not known). A file's path is relative to the table. `attributes` maps low words to antonyms, by default
+    the seven of door_ratings (thesis Table 5.2). `simulated` is for ratings of simulated people. Raises ModelDataError,
+    with the line, on an unknown or missing column, a duplicate name, a cell that is not a number or off the scale, a
+    profile that cannot be read, and on fewer than two different profiles or sources.
     """
     attributes = attributes or shipped_attributes()
     rows = _rows(table, attributes)
@@ -137,7 +139,7 @@ def _raters(row: Row) -> int:
 
 
 def _source(row: Row, alike: str) -> str:
-    """What the stimulus was made from; by itself it is a source, together with those that have its very profile."""
+    """Return the name of the stimulus' source: by default itself, shared by all stimuli with the same profile."""
     given = row.cells.get("source", "")
     return alike if given in ("", *ORIGINS) else given
 

@@ -1,4 +1,4 @@
-"""Every way of predicting a feeling and of making a profile, by name; a method's libraries come with its first use."""
+"""All methods that predict ratings or make profiles, by name; a method's libraries are imported with its first use."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ INVERSE: Mapping[str, Method] = Registry(
 THESIS = "network"
 """The method of either direction that the thesis proposes (5.4, 5.6)."""
 DEFAULT: Mapping[Direction, str] = {"forward": "gaussian_process", "inverse": "generator"}
-"""What is trained where nothing was evaluated on the lab's own data: the best of the evaluation that
-docs/reference/door-evaluation.md reports. The forward one also judges made profiles."""
+"""The methods to train without an evaluation of the lab's own data: the best in docs/reference/door-evaluation.md. The
+forward one also rates made profiles.
+"""
 ON_REQUEST = frozenset({("forward", "network_thesis")})
-"""What is evaluated only where it is named: beside `network` it costs several times as much."""
+"""Methods that are evaluated only by request: beside `network` they cost several times as much."""
 SLOW = frozenset(
     {
         ("forward", "network"),
@@ -49,9 +50,9 @@ SLOW = frozenset(
         ("inverse", "generator"),
     }
 )
-"""Methods that take half a minute a fold or more: only the requested split is worth their time."""
+"""Methods that take half a minute or more per fold, which are evaluated on the requested split only."""
 NO_FILE = frozenset({("inverse", "search")})
-"""Methods whose every answer is a search with torch: a rig cannot be given one, so none is trained or a default."""
+"""Methods that search with torch for every answer, so that no file of them can be written for a rig."""
 
 
 def methods_of(direction: Direction) -> Mapping[str, Method]:
@@ -70,7 +71,7 @@ def method_named(direction: Direction, name: str) -> Method:
 
 
 def demand_file(direction: Direction, name: str) -> None:
-    """Raises ModelDataError where there is no method of this name, or where it cannot be a file for a rig."""
+    """Raise ModelDataError where there is no method of this name, or where it cannot be written as a file for a rig."""
     method_named(direction, name)
     if (direction, name) in NO_FILE:
         others = ", ".join(method for method in methods_of(direction) if (direction, method) not in NO_FILE)

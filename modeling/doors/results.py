@@ -33,8 +33,8 @@ DIRECTIONS: tuple[Direction, ...] = ("forward", "inverse")
 class DoorOptions(EvaluateOptions):
     """The options of an evaluation: methods by direction (None: all), the split that counts, settings.
 
-    With `beside` the methods that take seconds are evaluated on the other splits too, so that they can be compared.
-    `work` is the folder of finished jobs, None to keep nothing; `files` one where exported models stay.
+    With `beside` the methods that take seconds are evaluated on the other splits too, so that the splits can be
+    compared. `work` is the folder of finished jobs, None to save nothing; `files` a folder for the exported models.
     """
 
     methods: Mapping[Direction, tuple[str, ...]] | None = None

@@ -27,7 +27,7 @@ def rmse(actual: Array, predicted: Array) -> float:
 
 
 def r2(actual: Array, predicted: Array) -> float | None:
-    """1 - residual over total sum of squares around each column's mean (equation 5.7); None where nothing varies."""
+    """Return R2 (equation 5.7): 1 - residual over total sum of squares, by column means; None if nothing varies."""
     total = float(np.sum((actual - actual.mean(axis=0)) ** 2))
     if total <= 1e-12 * actual.size:
         return None

@@ -1,4 +1,4 @@
-"""Training a lab's models on all its stimuli, with what cross-validation says of them in their cards."""
+"""Training of a lab's models on all its stimuli, with the results of cross-validation in their cards."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _interval(folds: MethodResults) -> Any:
 def _run_card(
     results: DoorResults, folds: MethodResults, metrics: Mapping[str, float], seconds: float
 ) -> dict[str, Any]:
-    """`seconds` are those of this process; where a worker trained ahead of it, the worker's count."""
+    """Return the run card; `seconds` are those of this process, or of the worker that trained ahead of it, if any."""
     from palpate.modeling.training.run_card import run_card
 
     domain = results.domain

@@ -1,11 +1,12 @@
 """Five training variants of each stimulus, with ratings that are adjusted a little (thesis 5.5.1).
 
 The thesis names the five changes and says that each variant got "an adjusted perceptual rating to reflect the expected
-perceptual shifts"; it gives neither sizes nor shifts. Both are ours: `KINDS` holds them all, reasoned from the words of
-the attributes. Nobody rated a variant, so no evaluation counts one.
+perceptual shifts"; it gives neither sizes nor shifts. Both are our choice, derived from the words of the attributes:
+see `KINDS`. Nobody rated a variant, so no evaluation counts variants.
 
-All changes but the amplitude keep the force at 0 degrees, and all keep the zeros behind the motion of a door that opens
-less far. `amount` is in the unit of the entry of the change in `KINDS`."""
+All changes but the amplitude preserve the force at 0 degrees, and all preserve the zeros after the motion of a door
+that opens less far. `amount` is in the unit of the entry of the change in `KINDS`.
+"""
 
 from __future__ import annotations
 
@@ -22,13 +23,13 @@ from palpate.signals.doors.grid import POINTS_PER_DEG
 Change = Callable[[Array, float, np.random.Generator], Array]
 
 RAMP_DEG = 5.0
-"""Over the first and last so many degrees of the motion, a shift grows from nothing and goes back to nothing."""
+"""The first and last degrees of the motion, over which a shift grows from zero and returns to zero."""
 SMOOTHED_DEG = 20.0
-"""How long a stretch is smoothed; at its ends, over a quarter of it each, the smoothed turns into the original."""
+"""The length of the smoothed stretch; over a quarter of it at each end, the smoothed values merge into the original."""
 SPIKE_DEG = 1.0
 """Width of a spike at its foot."""
 MARK = "~"
-"""Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
+"""The separator between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
 
 
 def noise(force_N: Array, amount: float, draw: np.random.Generator) -> Array:
@@ -94,7 +95,7 @@ def motion_end(force_N: Array) -> int:
 
 @dataclass(frozen=True)
 class Kind:
-    """A change: how much of it is drawn, evenly between `least` and `most`, and what one unit of it is taken to do.
+    """A change, whose amount is drawn uniformly between `least` and `most`, and the assumed effect of a unit of it.
 
     `effect` is in percent of the scale's length, toward an attribute's second word where it is above 0; attributes
     that it does not name keep their ratings. The adjustment is the amount times the effect.
@@ -126,8 +127,8 @@ def with_variants(data: DoorData, seed: int = 0) -> DoorData:
     """Return the data, and after it the five training variants of every stimulus: 90 rows become 540.
 
     A variant has its stimulus' source, door, variant, raters and SD; its name is the stimulus', `~` and the change's.
-    What is drawn depends on the seed, the stimulus' name and the change alone. Ratings stay on the study's scale.
-    Raises ModelDataError on data that holds training variants already.
+    The amounts depend on the seed, the stimulus' name and the change only. Ratings stay on the study's scale. Raises
+    ModelDataError on data that holds training variants already.
     """
     if variant := next((name for name in data.ids if is_variant(name)), None):
         raise ModelDataError(f"{variant} is a training variant already: give the stimuli as they were rated")

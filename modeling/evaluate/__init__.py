@@ -1,1 +1,1 @@
-"""Evaluating methods side by side: the jobs of an evaluation, computed once and saved on disk."""
+"""Comparative evaluation of methods: the jobs of an evaluation, computed once and saved on disk."""

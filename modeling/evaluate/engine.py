@@ -29,7 +29,7 @@ class Job(Protocol):
 
     @property
     def name(self) -> str:
-        """As progress and errors name it."""
+        """The name in progress reports and errors."""
 
 
 JobT = TypeVar("JobT", bound=Job)
@@ -37,7 +37,7 @@ JobT = TypeVar("JobT", bound=Job)
 
 @dataclass(frozen=True)
 class Result(Generic[JobT]):
-    """What came of a job, or why it was refused.
+    """The result of a job, or the reason why it was refused.
 
     `numbers` are measurements by name, None where undefined; `arrays` predictions and the like; `files` what the job
     wrote beside them, below the domain's `work`.
@@ -57,13 +57,13 @@ class Result(Generic[JobT]):
 
     @property
     def predicted(self) -> Array:
-        """What the method predicted for what it was tested on."""
+        """The method's predictions for its test data."""
         return self.array("predicted")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluateOptions:
-    """The options of every evaluation: `workers` and `cluster` as `run_jobs` takes them; `quick` to try it out."""
+    """The options of every evaluation: `workers` and `cluster` as for `run_jobs`; `quick` for a trial run."""
 
     seed: int = 0
     quick: bool = False
@@ -73,13 +73,13 @@ class EvaluateOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Domain(ABC, Generic[JobT]):
-    """What all jobs of an evaluation share: data, folds, methods. It travels to worker processes.
+    """The common inputs of all jobs of an evaluation: data, folds, methods. It pickles.
 
-    `settings` go to the methods as they are; `work` is the folder of finished jobs, None to keep nothing.
+    `settings` are passed to the methods; `work` is the folder of finished jobs, None to save nothing.
     """
 
     refusals_raise: ClassVar[bool] = False
-    """Whether a ValueError of a job ends the evaluation; else it becomes a result, and the other jobs go on."""
+    """Whether a ValueError of a job ends the evaluation; otherwise it becomes a result, and the other jobs continue."""
     seed: int = 0
     settings: Mapping[str, Any] = field(default_factory=dict)
     work: Path | None = None
@@ -91,14 +91,14 @@ class Domain(ABC, Generic[JobT]):
 
     @abstractmethod
     def decides(self, job: JobT) -> Mapping[str, Any]:
-        """Return all that the job's result depends on, as JSON holds it: data, fold, method, settings, code."""
+        """Return all values that determine the job's result, as JSON holds them: data, fold, method, settings, code."""
 
     def spent(self, job: JobT, all_done: bool) -> Sequence[JobT]:
-        """Return the jobs whose checkpoints nothing needs once this job, or all jobs, are done."""
+        """Return the jobs whose checkpoints are no longer needed once this job, or all jobs, are done."""
         return () if all_done else (job,)
 
     def key(self, job: JobT) -> str:
-        """Return the key of the job's result: the digest of all that decides it."""
+        """Return the key of the job's result: the digest of `decides`."""
         return content_key(versions=_installed(), **self.decides(job))
 
     def plain_settings(self) -> dict[str, str]:
@@ -115,7 +115,7 @@ class Domain(ABC, Generic[JobT]):
             shutil.rmtree(folder, ignore_errors=True)
 
     def load(self, job: JobT) -> Result[JobT] | None:
-        """Return the saved result of an equal job (same data, settings and code); None where none is whole."""
+        """Return the saved result of an equal job (same data, settings and code); None if there is no complete one."""
         if self.work is None or (stored := ResultStore(self.work).load(self.key(job))) is None:
             return None
         metadata, files = stored.metadata, tuple(self.work / name for name in stored.metadata["files"])
@@ -173,8 +173,8 @@ def evaluate(
 ) -> Results[JobT]:
     """Run all jobs and return their results; a job may build on those of earlier waves.
 
-    What an earlier, equal evaluation finished is loaded from `domain.work`. Raises JobBroken for a job that fails
-    otherwise than by refusing, and JobError for a refusal where the domain raises these.
+    Finished results of an earlier, equal evaluation are loaded from `domain.work`. Raises JobBroken for a job that
+    fails other than by a refusal, and JobError for a refusal if the domain raises refusals.
     """
     from palpate.modeling.training.jobs import run_jobs
 
@@ -212,5 +212,5 @@ def _sha256s(files: Sequence[Path], folder: Path) -> dict[str, str]:
 
 @cache
 def _installed() -> Mapping[str, str | None]:
-    """Return the versions of packages, found once: it takes a hundred times as long as the rest of a key."""
+    """Return the versions of packages, read once: that takes a hundred times as long as the rest of a key."""
     return versions()

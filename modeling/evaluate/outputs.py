@@ -1,4 +1,4 @@
-"""An evaluation on disk: tables, figures, the report, and one JSON with every number; and the choice of a default."""
+"""The files of an evaluation (tables, figures, report, a JSON file with every number), and the default's choice."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Tables = Mapping[str, Sequence[Row]]
 
 @dataclass(frozen=True)
 class Choice:
-    """The default method, why it is, and how the proposed one stands against the others, in sentences."""
+    """The default method, the reason, and sentences that compare the proposed method with the others."""
 
     method: str
     why: str
     of_ours: tuple[str, ...] = ()
 
     def as_json(self, rule: str) -> dict[str, Any]:
-        """Return the decision with the rule that it was made by."""
+        """Return the decision, with its rule, as JSON holds it."""
         return {"method": self.method, "why": self.why, "of_ours": list(self.of_ours), "rule": rule}
 
     def section(self, rule: str, points: Iterable[tuple[str, str]]) -> Section:
@@ -42,12 +42,12 @@ class Choice:
 
 
 def evaluation_folder(lab: Path, name: str) -> Path:
-    """Return where a lab's evaluation lies."""
+    """Return the folder of a lab's evaluation."""
     return lab / "evaluated" / name
 
 
 def jobs_folder(lab: Path, name: str) -> Path:
-    """Return where a lab keeps the finished jobs of an evaluation."""
+    """Return the folder of the finished jobs of a lab's evaluation."""
     return evaluation_folder(lab, name) / ".jobs"
 
 
@@ -61,7 +61,7 @@ def write_evaluation(
 ) -> list[Path]:
     """Write everything and return the paths, the report last.
 
-    What an earlier evaluation wrote here and this one does not is removed, nothing else is touched. `figures` writes
+    Files that an earlier evaluation wrote and this one does not are removed; no others are touched. `figures` writes
     them (SVG, PNG) into the folder that it is given; None: no figures.
     """
     texts = {f"tables/{name}.csv": csv_text([json_row(row) for row in rows]) for name, rows in tables.items()}
@@ -83,7 +83,7 @@ def write_evaluation(
 
 
 def read_results(folder: Path) -> dict[str, Any]:
-    """Return the JSON of the evaluation in the folder; empty where there is none, or none that can be read."""
+    """Return the JSON data of the evaluation in the folder; empty where it is missing or unreadable."""
     try:
         results = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -92,19 +92,19 @@ def read_results(folder: Path) -> dict[str, Any]:
 
 
 def tables_as_json(tables: Tables, long: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
-    """Return the rows of the tables, but of the long ones, which stand in their CSV alone."""
+    """Return the rows of the tables without the long ones, which are written as CSV only."""
     return {name: [json_row(row) for row in rows] for name, rows in tables.items() if name not in long}
 
 
 def software_table() -> TableBlock:
-    """Return the table of the packages that decide a result, with their versions."""
+    """Return the table of the packages that determine a result, with their versions."""
     rows = [{"package": name, "version": version or "not installed"} for name, version in versions().items()]
     return table("Software", rows, [Column("package", "package"), Column("version", "version")])
 
 
 @cache
 def printed_numbers(file: Path) -> Mapping[str, Any]:
-    """Return the whole file, read once."""
+    """Return the numbers in the file, which is read once."""
     import yaml
 
     content: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))

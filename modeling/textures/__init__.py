@@ -1,1 +1,1 @@
-"""Textures that can be felt: models that continue an acceleration for a hand's speed and force (thesis 4)."""
+"""Textures to be felt: models that continue an acceleration for a hand's speed and force (thesis 4)."""

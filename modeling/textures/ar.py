@@ -42,7 +42,7 @@ AT_ONCE = 4096
 STEP = 25
 """Samples between the places where a border may lie."""
 SHORTEST, LONGEST = 4, 80
-"""Steps of a stretch: 0.1 s to 2 s."""
+"""Least and greatest number of steps of a stretch: 0.1 s to 2 s."""
 HIGHEST = 20
 """The highest order that the cost of a stretch is computed for."""
 LEAST = 1e-20
@@ -53,7 +53,7 @@ NEWTON_STEPS, SMALLEST_STEP = 50, 1e-9
 LARGEST_STEP = 1.0
 """The most that a Newton step changes a log SD."""
 PER = (100.0, 1.0)
-"""The units of distance: so many mm/s count as much as so many N."""
+"""The units of distance: this many mm/s count as much as this many N."""
 NARROW = 1e-6
 """Points that differ less than this share of the wider side, or of `PER`, lie on a line."""
 EDGE = -1e-9
@@ -63,7 +63,7 @@ RowIndices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Samples [start, stop) whose spectrum hardly changes."""
+    """A stretch of samples [start, stop) whose spectrum hardly changes."""
 
     start: int
     stop: int
@@ -74,7 +74,7 @@ class FittedAr:
     """Predictors at points over speed and force.
 
     `frequencies` (k, order): of the filters whose poles are those of the predictors divided by `RADIUS`; `log_sd` (k,)
-    of the innovations in m/s^2; `stretches`: what the recording was cut into.
+    of the innovations in m/s^2; `stretches`: the segments of the recording.
     """
 
     window: int
@@ -106,10 +106,10 @@ class FittedAr:
         return expanded(filters_of(self.mesh.shares(hand) @ self.frequencies), 1 / RADIUS)
 
     def exported(self) -> Exported:
-        """Return the window, its past acceleration k samples back times RADIUS**k, and the predictors without that.
+        """Return the steps: the window with acceleration k samples ago times RADIUS**k, then predictors without that.
 
-        Line spectral frequencies that rise make a filter whose poles lie within 1, and a mixture of rising ones rises;
-        so whatever speed and force are, the poles of what runs lie within RADIUS.
+        Rising line spectral frequencies give a filter whose poles lie within 1, and a mixture of rising ones rises; so
+        the poles of the exported filters lie within RADIUS at every speed and force.
         """
         damping = np.ones((CHANNELS, self.window))
         damping[0] = RADIUS ** np.arange(self.window, 0, -1)
@@ -124,11 +124,11 @@ class FittedAr:
 
 
 def fit(learning: Learning) -> FittedAr:
-    """Fit predictors to groups of stretches of the training part that are alike in speed and force.
+    """Fit predictors to groups of stretches of the training part with similar speed and force.
 
-    The training part is cut where its spectrum or level changes. Every group's predictor is Burg's, at the group's mean
-    speed and force. The order is `Learning.window`, else 30, or less where the training part has fewer than 20 samples
-    a coefficient. Raises TextureDataError where the acceleration is silent or constant, or too short.
+    The training part is divided where its spectrum or level changes. Each group gets Burg's predictor, at the group's
+    mean speed and force. The order is `Learning.window`, else 30, or less where the training part has fewer than 20
+    samples a coefficient. Raises TextureDataError where the acceleration is silent or constant, or too short.
     """
     window = learning.window or WINDOW
     samples = learning.recording.acceleration_m_s2
@@ -174,7 +174,7 @@ def _order(learning: Learning, window: int) -> int:
 
 
 def _groups(learning: Learning, pieces: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Group pieces that are alike in speed and force (Ward 1963), with about `SAMPLES` samples or more in each."""
+    """Group pieces of similar speed and force (Ward 1963), with about `SAMPLES` samples or more in each."""
     hand = learning.recording.signals[1:].T / PER
     places = np.array([hand[a:b].mean(axis=0) for a, b in pieces])
     total = sum(b - a for a, b in pieces)
@@ -220,7 +220,7 @@ def segmented(acceleration: Array, parts: Sequence[tuple[int, int]]) -> tuple[St
 
     The cost of a cut is that of AutoPARM (Davis et al. 2006): the code length of the borders, of each stretch's order
     and coefficients, and of the samples that they leave unexplained. AutoPARM searches with a genetic algorithm; here
-    borders lie on a grid, so the best cut of all is found by dynamic programming.
+    borders lie on a grid, so the best segmentation is found by dynamic programming.
     """
     floor = LEAST * float(np.mean([np.mean(acceleration[a:b] ** 2) for a, b in parts])) + np.finfo(float).tiny
     result: list[Stretch] = []
@@ -264,7 +264,7 @@ def _lags(samples: Array) -> Array:
 
 
 def _costs(lags: Array, floor: float, total: int) -> Array:
-    """Return the description length in nats of so many steps from each one on, (LONGEST + 1, steps)."""
+    """Return description lengths in nats by a stretch's number of steps and first step, (LONGEST + 1, steps)."""
     count = len(lags)
     sums = np.concatenate([np.zeros((1, lags.shape[1])), np.cumsum(lags, axis=0)])
     costs = np.full((LONGEST + 1, count), np.inf)
@@ -303,7 +303,7 @@ AR = Method(
 class Mesh:
     """Points (k, 2), speed and force divided by `PER`; triangles (t, 3) of them; the outer edges (s, 2).
 
-    Points on a line, two or one have triangles without area: [i, j, j], [i, i, i]. What plays the model has
+    Points on a line, two or one have triangles without area: [i, j, j], [i, i, i]. The player uses
     `signals.models.triangles.Triangles`, whose shares differ in the last digits.
     """
 
@@ -314,7 +314,7 @@ class Mesh:
     def shares(self, hand: Array) -> Array:
         """Return the share (n, k) of each point, 1 in sum, for speeds in mm/s and forces in N (n, 2).
 
-        Outside the triangles it is that of the nearest place on the rim.
+        Outside the triangles it is that of the nearest point on the border.
         """
         places = np.asarray(hand, dtype=np.float64) / PER
         result = np.zeros((len(places), len(self.points)))

@@ -1,4 +1,4 @@
-"""The jobs of an evaluation of textures: explore a surface once more, fit a method, let a model run free."""
+"""The jobs of an evaluation of textures: another exploration of a surface, a fit of a method, a free run of a model."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from palpate.protocols.code_digest import code_digest, module_of
 from palpate.signals.textures.voice import play
 
 MODELS = "models"
-"""The folder of models below that of finished jobs."""
+"""The folder of models, below that of finished jobs."""
 PLAYER = "palpate.signals.textures.voice"
 """The module that plays a model in a free run, and for the start of a touch."""
 DRIVING = ("speed", "force", "truth", "again")
-"""The arrays of another exploration."""
+"""The names of the arrays of another exploration."""
 SECONDS, QUICK_SECONDS = 60.0, 10.0
-"""The seconds of a free run."""
+"""The duration of a free run in seconds."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Fit:
 
     @property
     def of_the_grid(self) -> bool:
-        """Whether it only compares a window and a loss: such a fit writes no file and does not run free."""
+        """Whether it only compares a window and a loss; such a fit writes no file and does not run freely."""
         return self.loss is not None
 
 
@@ -102,7 +102,7 @@ class TextureDomain(Domain[Job]):
     methods: Mapping[str, Method] = field(default_factory=lambda: METHODS)
 
     def compute(self, job: Job) -> TextureResult:
-        """Return the job's result. Raises TextureDataError, or what the method or the simulator raises."""
+        """Return the job's result. Raises TextureDataError, or the errors of the method or the simulator."""
         if isinstance(job, Explore):
             drive = explored(self.simulator, job.texture, self.seconds, self.seed)
             return Result(job, {"cycle": drive.cycle}, {name: getattr(drive, name) for name in DRIVING})
@@ -128,7 +128,7 @@ class TextureDomain(Domain[Job]):
         return Result(job, numbers, arrays, files=files)
 
     def decides(self, job: Job) -> dict[str, Any]:
-        """Return everything that the job's result depends on, the jobs that it builds on included."""
+        """Return all values that determine the job's result, including those of the jobs that it builds on."""
         if isinstance(job, Explore):
             kind = type(self.simulator)
             return {
@@ -162,7 +162,7 @@ def _player_digest() -> str:
 
 
 def drive_for(texture: str, domain: TextureDomain) -> Drive:
-    """Return the hand that drives the models of a texture. Raises TextureDataError, or what the simulator raises."""
+    """Return the drive of the models of a texture. Raises TextureDataError, or the simulator's errors."""
     if not domain.explore:
         return from_recording(domain.recordings[texture], domain.parts[texture], domain.seconds)
     exploration = result_of(Explore(texture), domain)

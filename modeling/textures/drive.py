@@ -15,9 +15,9 @@ from palpate.signals.arrays import Array
 from palpate.signals.textures.gate import FAINTEST_N, SLOWEST_MM_S, sounds
 
 LEAST_S = 2.0
-"""A shorter test part does not determine level and spectrum: the whole recording's hand is taken then."""
+"""A shorter test part does not determine level and spectrum, so the whole recording's hand is used."""
 MOVES = 0.1
-"""The share of the time that the hand has to move and press, or the renderer is silent nearly always."""
+"""The share of the time that the hand must move and press; otherwise the renderer is silent nearly always."""
 Origin = Literal["another exploration", "test part", "whole recording"]
 
 
@@ -26,9 +26,9 @@ class Drive:
     """A hand's speed (mm/s) and force (N), both (n,), and the true acceleration (n,) in m/s^2 for it.
 
     `again` is another realisation of the truth: (n,) for the same hand elsewhere on the surface (`same_hand`), else of
-    any length; None where there is none. `cycle` is the truth's autocorrelation (metrics_running.cycle), taken where
-    samples follow one another, within windows of `cycle_window` samples. `seen`: the models were trained on this hand's
-    movement, for want of another.
+    any length; None where there is none. `cycle` is the truth's autocorrelation (metrics.cycle) over consecutive
+    samples, within windows of `cycle_window` samples. `seen`: the models were trained on this hand's movement, since
+    there is no other.
     """
 
     texture: str
@@ -44,7 +44,7 @@ class Drive:
 
     @property
     def described(self) -> str:
-        """The origin in words, for cards and reports; it says where the models were trained on it."""
+        """A description of the origin for cards and reports, which says whether the models were trained on it."""
         if self.seen:
             return (
                 f"the whole recording, the training part included, as the test part is shorter than {LEAST_S:g} s: no "
@@ -54,14 +54,14 @@ class Drive:
 
     @property
     def seconds(self) -> float:
-        """The seconds of the free run."""
+        """The duration of the free run in seconds."""
         return float(len(self.truth) / RATE_HZ)
 
 
 def explored(simulator: TextureSimulator, texture: str, seconds: float, seed: int) -> Drive:
     """Return another free exploration of a simulated surface, and that of the same hand elsewhere on it.
 
-    Raises what the simulator raises, and TextureDataError for signals of another shape or that are not finite.
+    Raises the simulator's errors, and TextureDataError for signals of another shape or that are not finite.
     """
     truth, speed, force = _checked_exploration(texture, simulator.scene(texture, seconds, seed))
     again = _checked_exploration(texture, simulator.again(texture, seconds, seed))[0]
@@ -69,12 +69,11 @@ def explored(simulator: TextureSimulator, texture: str, seconds: float, seed: in
 
 
 def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
-    """Return the test part's own hand, there and back until `seconds` are over.
+    """Return the test part's own hand, forward and backward until `seconds` have passed.
 
-    Where the test part is shorter than 2 s it is the whole recording's hand, which its models have seen. The ceiling is
-    the validation part, or one half against the other.
-
-    Raises TextureDataError where the hand hardly moves: the renderer would be silent.
+    Where the test part is shorter than 2 s, it is the whole recording's hand, which its models have seen. The other
+    realisation is the validation part, or one half beside the other. Raises TextureDataError where the hand hardly
+    moves, since the renderer would be silent.
     """
     signals = samples_of(recording, parts.test)
     seen = signals.shape[1] < LEAST_S * RATE_HZ
@@ -99,9 +98,9 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
 
 
 def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
-    """Return the truth's autocorrelation in the longest stretch that holds one, and the window of it.
+    """Return the truth's autocorrelation in the longest stretch that allows it, and its window in samples.
 
-    Stretches of the test part go before those of the whole recording.
+    Stretches of the test part are preferred to those of the whole recording.
     """
     for stretches in (test, pieces_of(recording)):
         start, stop = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))

@@ -1,9 +1,9 @@
 """The deep spatio-temporal network of Joolee and Jeon 2021: convolutions and a BiLSTM, both with attention.
 
-From the paper's abstract: one-dimensional convolutions with attention for what is local, then an encoder and decoder
-with attention for what changes over time; from the thesis: the recurrent layer is a BiLSTM, the window 40 (table 4.3).
-Ours, since the thesis is silent: two convolutions of 32 channels and width 3, 32 hidden units in each direction, scaled
-dot-product attention with one head, gradients clipped to a length of 1, mean square error.
+From the paper's abstract: one-dimensional convolutions with attention for local features, then an encoder and decoder
+with attention for changes over time; from the thesis: the recurrent layer is a BiLSTM, the window 40 (table 4.3). Our
+choice, since the thesis does not say: two convolutions of 32 channels and width 3, 32 hidden units in each direction,
+scaled dot-product attention with one head, gradients clipped to a length of 1, mean square error.
 """
 
 from __future__ import annotations
@@ -30,15 +30,14 @@ CLIP = 1.0
 LOSS = "mse"
 SETTINGS = Settings(epochs=40, batch=64, learning_rate=1e-3, plateau_patience=2, stop_patience=6, every_epochs=2)
 WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
-"""What torch calls them."""
+"""torch's names of the weights."""
 
 
 class Dstn(nn.Module):
-    """(batch, 3, window) normalised to (batch, 1).
+    """The network, from normalised windows (batch, 3, window) to (batch, 1).
 
     Convolutions: (32, window). Attention over the places, added to them, and a norm: (window, 32). BiLSTM: (window,
-    64). Decoder: the newest place asks all of them what matters (64), and with it (128) goes through layers of 64 and
-    1.
+    64). Decoder: the newest place attends to all places (64), and both together (128) go through layers of 64 and 1.
     """
 
     def __init__(self, window: int = WINDOW) -> None:
@@ -52,7 +51,7 @@ class Dstn(nn.Module):
         self.decoder, self.last = nn.Linear(4 * HIDDEN, UNITS), nn.Linear(UNITS, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 3, window) to (batch, 1): by what is local, what changes, and what of it matters now."""
+        """Return the prediction (batch, 1) for windows (batch, 3, window)."""
         seen = torch.relu(self.second(torch.relu(self.first(shaped(x, 3, self.window))))).transpose(1, 2)
         seen = self.norm(seen + self.local(seen))
         encoded = shaped(self.encoder(shaped(seen, self.window, CHANNELS))[0], self.window, 2 * HIDDEN)
@@ -87,7 +86,7 @@ def _(layer: Dstn, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: nn.LSTM, name: str) -> Pieces:
-    """Yield the steps of one layer in both directions, the forward one above the other."""
+    """Yield the steps of one layer in both directions, the forward one before the backward one in the channels."""
     if not layer.bidirectional or layer.num_layers != 1 or layer.proj_size:
         raise TextureDataError(f"{name}: one layer in both directions is expected, found {layer}.")
     given, after = f"{name}given", f"{name}after"
@@ -100,7 +99,7 @@ def _(layer: nn.LSTM, name: str) -> Pieces:
 
 
 def _one_way(layer: nn.LSTM, name: str, way: str) -> tuple[Lstm, Mapping[str, Tensor]]:
-    """torch has two biases, which are added to the same gates."""
+    """Return the step of one direction; torch's two biases are added, since they belong to the same gates."""
     weight, state, ours, theirs = (getattr(layer, f"{weight_name}_{way}") for weight_name in WEIGHTS)
     named = {f"{name}weight": weight, f"{name}state": state, f"{name}bias": ours + theirs}
     weight_name, state_name, bias_name = named

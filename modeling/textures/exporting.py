@@ -1,8 +1,9 @@
-"""The export of texture networks as steps and float32 tensors for the rig's own runtimes.
+"""The export of texture networks as steps and float32 tensors for the rig's runtimes.
 
 `pieces` knows the layers of FoTEN and of the Informer, and plain ones. A network with layers of its own registers them
 in its own file: `@pieces.register`, then `def _(layer: Mine, name: str) -> Pieces`. A value is (channels, length),
-where torch's encoders have (batch, length, channels)."""
+where torch's encoders have (batch, length, channels).
+"""
 
 from __future__ import annotations
 
@@ -179,7 +180,7 @@ def _(layer: WaveletBlock, name: str) -> Pieces:
 
 
 def fixed(matrix: Tensor, offset: Tensor, name: str) -> Pieces:
-    """Yield the product with a matrix that is never trained."""
+    """Yield the product with a fixed matrix."""
     yield Dense(weight=f"{name}weight", bias=f"{name}bias"), {f"{name}weight": matrix, f"{name}bias": offset}
 
 
@@ -232,7 +233,7 @@ def _(layer: Matched, name: str) -> Pieces:
 
 
 def _head_steps(layer: Foten, name: str) -> Pieces:
-    """Yield the head: its first dense layer reads place after place in torch, channel after channel in a step."""
+    """Yield the head: its first dense layer reads place by place in torch, channel by channel in a step."""
     for place, inner in layer.head.named_children():
         if place == "0" and isinstance(inner, nn.Linear):
             turned = inner.weight.view(len(inner.weight), layer.window, -1).transpose(1, 2).flatten(1)
@@ -289,7 +290,7 @@ def _(layer: Embedded, name: str) -> Pieces:
 
 @pieces.register
 def _(layer: Distilled, name: str) -> Pieces:
-    """Yield the convolution, with the normalisation in its weights."""
+    """Yield the convolution, with the normalisation folded into its weights."""
     norm: Any = layer.norm
     gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
     bias = norm.bias - norm.running_mean * gain

@@ -1,7 +1,7 @@
-"""Networks that look at a window and answer the next acceleration: their rows, their training, their answers.
+"""Networks that predict the next acceleration from a window: their rows, their training, their predictions.
 
-A network takes (batch, 3, window) normalised by the training part and answers (batch, 1): the mean; or (batch, 2): mean
-and log SD.
+A network's input is (batch, 3, window), normalised by the training part; its output is the mean, (batch, 1), or mean
+and log SD, (batch, 2).
 """
 
 from __future__ import annotations
@@ -29,18 +29,21 @@ from palpate.modeling.training.steps import Loss, answers_of
 from palpate.signals.arrays import Array
 
 AT_ONCE = 512
-"""Windows that a network answers at a time."""
+"""Windows per batch of a prediction."""
 QUICK_EPOCHS, QUICK_BATCH = 2, 128
 SAMPLES = 14_000
 """The length of the training part of 20 s (thesis 4.3.3), for which a method's epochs are set."""
 MOST_TIMES = 10.0
 """The most that epochs are multiplied by for a short recording."""
 LEVEL = 0.006
-"""The SD of what follows at rest, in SDs of the acceleration: -44 dB. Less would outweigh all other rows."""
+"""The SD of the acceleration after rest, in SDs of the acceleration: -44 dB.
+
+A smaller one would outweigh all other rows.
+"""
 _REST = 71
-"""The key of this use of a seed, beside the trainer's own."""
+"""Distinguishes this use of a seed from the trainer's own."""
 Make = Callable[[int], nn.Module]
-"""From the window's length to a network with fresh weights."""
+"""A function from the window's length to a network with initial weights."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,13 @@ class TrainingWindows:
 
 @dataclass(frozen=True)
 class Augmentation:
-    """Changes of the rows while training, and the schedule of the learning rate.
+    """Changes of the rows during training, and the schedule of the learning rate.
 
     `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995). `hand` is the SD, in theirs, of
     offsets of a whole window's speed and force, which would otherwise identify a moment of the recording. `mirrored`
-    changes the sign of the acceleration of half of the rows, others every time, since it only depends on how a sensor
-    was mounted. `rest` is the share of rows at rest, added to the training and validation rows: no speed, no force, and
-    silence to follow. With `cosine` the rate falls along a cosine over all epochs, else as the settings say.
+    changes the sign of the acceleration of a random half of the rows, since the sign only depends on how a sensor was
+    mounted. `rest` is the share of rows at rest that are added to the training and validation rows: no speed, no force,
+    followed by silence. With `cosine` the rate falls along a cosine over all epochs, otherwise as in the settings.
     """
 
     noise: float = 0.0
@@ -72,7 +75,7 @@ class Augmentation:
 
 @dataclass(frozen=True)
 class FittedWindows:
-    """A trained network and the scale of its inputs and answers."""
+    """A trained network with the scale of its inputs and outputs."""
 
     network: nn.Module
     scale: Scale
@@ -83,7 +86,7 @@ class FittedWindows:
     def predict(self, given: Array) -> Array:
         """Return the mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
 
-        Raises TextureDataError for another shape and for numbers that are not finite, given or answered.
+        Raises TextureDataError for another shape and for inputs or outputs that are not finite.
         """
         answer = answers(self.network, self.scale.down(checked(given, self.window)))
         mean: Array = answer[:, 0] * self.scale.sd[0] + self.scale.mean[0]
@@ -106,11 +109,11 @@ def fit_windows(
     augmentation: Augmentation = Augmentation(),
     optimiser: Optimise | None = None,
 ) -> FittedWindows:
-    """Train what `make` makes on the training part of a recording, stopped early by its validation part.
+    """Train the network that `make` returns on a recording's training part, stopped early by its validation part.
 
-    `window` is the method's own; `Learning.window` goes before it, and its settings before `settings`.
-    The optimiser is Adam; where `Augmentation.cosine` says so, its rate falls along a cosine over all epochs.
-    Raises TextureDataError for a recording that nothing can be learned from, TrainingError for a training that fails.
+    `window` and `settings` are the method's own; those of `learning` override them. The optimiser is Adam, with
+    `Augmentation.cosine` with a rate that falls along a cosine over all epochs. Raises TextureDataError for a recording
+    that nothing can be learned from, TrainingError for a training that fails.
     """
     length = learning.window or window
     chosen = settings_for(learning, settings)
@@ -143,7 +146,7 @@ def rows_of(learning: Learning, window: int) -> TrainingWindows:
 
 
 def augmented(rows: TrainingWindows, augmentation: Augmentation, seed: int) -> Source:
-    """Return the training rows with rest among them; noise, offsets and signs are drawn anew for every batch."""
+    """Return the training rows with rows at rest; noise, offsets and signs are drawn anew for every batch."""
     whole = add_rest(rows.train, augmentation.rest, rows.scale, seed)
     if not (augmentation.noise or augmentation.hand or augmentation.mirrored):
         return whole
@@ -165,7 +168,7 @@ def augmented(rows: TrainingWindows, augmentation: Augmentation, seed: int) -> S
 
 
 def settings_for(learning: Learning, default: Settings) -> Settings:
-    """Return a method's settings with the caller's over them; `quick` trains few epochs with large batches.
+    """Return a method's settings, overridden by the caller's; `quick` trains few epochs with large batches.
 
     Raises TrainingError for a value out of range.
     """
@@ -184,9 +187,9 @@ def checked(given: Array, window: int) -> Array:
 
 
 def answers(network: nn.Module, given: Array) -> Array:
-    """Return a network's float64 answers (n, k) to normalised windows (n, 3, window), without dropout, on one thread.
+    """Return a network's float64 outputs (n, k) for normalised windows (n, 3, window), without dropout.
 
-    Raises TextureDataError where an answer is not finite, as for values that 32 bits cannot hold.
+    Raises TextureDataError where an output is not finite, as for values that 32 bits cannot hold.
     """
     result = answers_of(network, given, AT_ONCE)
     if not np.isfinite(result).all():
@@ -207,10 +210,10 @@ def for_length(settings: Settings, learning: Learning) -> Settings:
 
 
 def add_rest(rows: Pairs, share: float, scale: Scale, seed: int) -> Pairs:
-    """Return the rows and `share` times as many more at rest, drawn by the seed.
+    """Return the rows with `share` times as many rows at rest added, drawn by the seed.
 
-    Their past acceleration is that of rows at a random level from their own down to silence: a model that runs on its
-    own output passes through all of these while it dies away.
+    Their past acceleration is that of other rows, scaled to a random level down to silence: a model that runs on its
+    own output passes through all of these levels while it decays.
     """
     count = round(share * len(rows))
     if not count:

@@ -1,9 +1,9 @@
 """The frequency-decomposed neural network of Shin et al. 2015: a small network for each frequency band, and their sum.
 
-From the paper: the acceleration is decomposed by frequency, each band has a feed-forward network of its own that looks
-at its past and at speed and force, and what they give is added up; one model covers all speeds and forces. Ours, since
-neither the thesis nor the abstract says: three bands parted at 100 and 250 Hz, filters of 15 taps that add up to the
-signal itself, 32 tanh units, training of the sum, Adam.
+From the paper: the acceleration is decomposed by frequency, each band has its own feed-forward network with its past,
+speed and force as inputs, and the outputs are summed; one model covers all speeds and forces. Our choice, since neither
+the thesis nor the abstract says: three bands separated at 100 and 250 Hz, filters of 15 taps whose sum is the signal
+itself, 32 tanh units, training of the sum, Adam.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def bands(window: int) -> Array:
 
 
 class Fnn(nn.Module):
-    """(batch, 3, window) normalised to (batch, 1).
+    """The network, from normalised windows (batch, 3, window) to (batch, 1).
 
     The acceleration (window) is split into bands (3, window); each band with the newest speed and force (window + 2)
     goes through two layers of 32 and one of 1; the answer is the sum.
@@ -64,7 +64,7 @@ class Fnn(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 3, window) to (batch, 1): the sum of the bands' networks."""
+        """Return the sum of the bands' networks (batch, 1) for windows (batch, 3, window)."""
         hand = shaped(x, 3, self.window)[:, 1:, -1]
         parts = shaped(x[:, 0] @ self.split.T, self.count * self.window).chunk(self.count, dim=1)
         answers = [band(torch.cat([part, hand], dim=1)) for band, part in zip(self.bands, parts, strict=True)]

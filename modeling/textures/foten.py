@@ -17,9 +17,9 @@ from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
 from palpate.modeling.training.settings import Settings
 
 GENERATIVE_WINDOW = 30
-"""In 20 ms there is no whole period of what is felt below 50 Hz."""
+"""The window of the generative network: 20 ms hold no whole period of perceptible vibration below 50 Hz."""
 SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=5)
-"""Thesis 4.4.5."""
+"""The settings of thesis 4.4.5."""
 LOSS = "huber-1.6"
 """The loss of thesis 4.6.2 (also set by `Learning.settings["loss"]`, one of `foten_network.LOSSES`)."""
 PATIENCE = 14
@@ -28,14 +28,15 @@ GENERATIVE_SETTINGS = Settings(
 )
 GENERATIVE_ROWS = Augmentation(noise=0.01, hand=0.15, mirrored=True, rest=0.05, cosine=True)
 STEPS, MOST_EPOCHS = 1550, 120
-"""A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs, and
-not for more than `PATIENCE` epochs after the best one of the validation part."""
+"""A short recording is trained on for more epochs: for as many steps as 14 epochs of 20 s have, at most 120 epochs, and
+at most `PATIENCE` epochs after the best one on the validation part.
+"""
 FARTHEST_DB = 3.0
-"""Felt distance and level together may be so far off: about a just noticeable difference of amplitude (1.5 dB) each."""
+"""The greatest felt distance plus level error: about a just noticeable difference of amplitude (1.5 dB) each."""
 
 
 def _fit_with(make: Make, window: int, loss: str) -> Callable[[Learning], FittedWindows]:
-    """Return a fit of what `make` makes; the settings and `Learning.window` go before its loss and window."""
+    """Return a fit of the network that `make` returns; the learning's settings override this loss and window."""
 
     def fit(learning: Learning) -> FittedWindows:
         chosen = loss_named(str(learning.settings.get("loss", loss)))
@@ -45,17 +46,17 @@ def _fit_with(make: Make, window: int, loss: str) -> Callable[[Learning], Fitted
 
 
 def literal(window: int) -> Foten:
-    """Return the network to the thesis' letter: layers also normalise first (4.4.3), dropout is everywhere (4.4.5).
+    """Return the network of the thesis to the letter: layers normalise first (4.4.3), dropout everywhere (4.4.5).
 
-    Dropout "within the entire network" follows the embedding and lies in the head, too. Its width, which the thesis
-    does not give, is ours.
+    Dropout "within the entire network" follows the embedding and is also in the head. The width, which the thesis does
+    not give, is our choice.
     """
     spectral = partial(FourierBlock, normalised_first=True)
     return Foten(window, spectral, normalised_first=True, head_dropout=DROPOUT)
 
 
 def generative(window: int) -> Foten:
-    """Return the network with a conditional scale, and without dropout, which would be learned as texture noise."""
+    """Return the network with a conditional scale, and without dropout, which would be learned as noise."""
     return Foten(window, generative=True, dropout=0.0)
 
 
@@ -71,7 +72,7 @@ def _fit_generative(learning: Learning) -> FittedWindows:
 
 
 def missed_aims(distance_dB: float, gain: float) -> Iterator[str]:
-    """Yield a sentence for each aim of `matching.match` that was missed: nearness, and a gain within its limits."""
+    """Yield a sentence for each missed aim of `matching.match`: the distance, and a gain within its limits."""
     if not distance_dB <= FARTHEST_DB:
         reached = "could not be measured" if math.isnan(distance_dB) else f"is {distance_dB:.2f} dB"
         yield (
@@ -86,7 +87,7 @@ def missed_aims(distance_dB: float, gain: float) -> Iterator[str]:
 
 
 def epochs_for(learning: Learning) -> int:
-    """Return the epochs that take `STEPS` steps, at least those of `GENERATIVE_SETTINGS`."""
+    """Return the number of epochs for `STEPS` steps, at least that of `GENERATIVE_SETTINGS`."""
     samples = sum(stop - start for start, stop in learning.parts.train)
     steps = max(1, math.ceil(samples / GENERATIVE_SETTINGS.batch))
     return min(MOST_EPOCHS, max(GENERATIVE_SETTINGS.epochs, round(STEPS / steps)))

@@ -1,8 +1,9 @@
 """The network FoTEN, the Fourier-enhanced transformer encoder of thesis 4.4: its layers, and the heads of all networks.
 
-The layers are those of a transformer encoder: embedding with positions, attention, feed-forward, and a quick dropout;
-and the Fourier block: spectrum, encoders of magnitude and phase, and back to the time domain (thesis 4.4.4). A head
-ends a texture's network, and has the loss of its answers: a mean, or a mean and a log SD."""
+The layers are those of a transformer encoder: embedding with positions, attention, feed-forward, and a fast dropout;
+and the Fourier block: spectrum, encoders of magnitude and phase, and back to the time domain (thesis 4.4.4). A head is
+the end of a texture's network; its outputs are a mean, or a mean and a log SD, each with a loss.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +19,25 @@ from palpate.modeling.textures.recording import CHANNELS, TextureDataError
 from palpate.modeling.training.steps import Loss
 
 WIDTH, HEADS, HIDDEN, DROPOUT = 64, 4, 128, 0.2
-"""Heads, hidden units of the feed-forward network and dropout are those of thesis 4.4.3 and 4.4.5. The width of the
-embedding, d_model, is ours: the thesis gives none."""
-FOURIER_WIDTH, FOURIER_HEADS = 16, 4
-"""Of the encoders of magnitude and phase; the thesis does not say."""
-IMPULSE = 1e-3
-"""Added to every bin, as an impulse of this height on the oldest sample would (in SDs of the acceleration).
+"""Heads, hidden units of the feed-forward network and dropout are those of thesis 4.4.3 and 4.4.5.
 
-At silence the magnitude has then a gradient, and the phase is 0 instead of the phase of a rounding error.
+The width of the embedding, d_model, is our choice, since the thesis gives none.
+"""
+FOURIER_WIDTH, FOURIER_HEADS = 16, 4
+"""Width and heads of the encoders of magnitude and phase, which the thesis does not give."""
+IMPULSE = 1e-3
+"""The height, in SDs of the acceleration, of an impulse at the oldest sample, whose spectrum is added to every bin.
+
+At silence the magnitude then has a gradient, and the phase is 0 instead of that of a rounding error.
 """
 ABOVE_THE_CUT = 1e-30
-"""The imaginary part of bins that are real by nature: their phase is 0 or pi everywhere, never -pi."""
+"""The imaginary part of bins that are real by definition, so that their phase is always 0 or pi, never -pi."""
 Spectral = Callable[[int, float], nn.Module]
-"""A window's length and a dropout to a block from (batch, window) to the same shape."""
+"""A function from a window's length and a dropout to a block from (batch, window) to the same shape."""
 WINDOW = 20
 LAYERS = 3
 UNITS = (256, 64)
-"""Thesis 4.4.5: the two dense layers before the last one."""
+"""The two dense layers before the last one (thesis 4.4.5)."""
 LEAST_LOG_SD = math.log(0.003)
 """The log of the least SD that a generative head can give, in SDs of the acceleration."""
 
@@ -48,7 +51,7 @@ def positions(length: int, width: int) -> Tensor:
 
 
 class Dropout(nn.Module):
-    """Zero a share of all numbers while training and enlarge the others (Srivastava et al. 2014).
+    """Dropout: a share of all numbers becomes zero in training and the others are enlarged (Srivastava et al. 2014).
 
     The share is rounded to a 256th: one random byte decides each number, which takes a fraction of the time of torch's
     own (docs/reference/texture-models.md).
@@ -61,7 +64,7 @@ class Dropout(nn.Module):
             raise ValueError(f"a dropout of {share} leaves nothing, or more than all: from 0 to below 1.")
 
     def forward(self, x: Tensor) -> Tensor:
-        """Any shape to the same one."""
+        """Return the input with dropout, in the same shape."""
         if not self.training or self.kept == 256:
             return x
         drawn = torch.empty((x.numel() + 7) // 8, dtype=torch.int64).random_(-(2**63), None)
@@ -70,7 +73,7 @@ class Dropout(nn.Module):
 
 
 class Embedding(nn.Module):
-    """One number a place to `width` numbers, and the place's own added (thesis 4.4.2) if `with_positions`."""
+    """An embedding of each number in `width` numbers, plus the place's own if `with_positions` (thesis 4.4.2)."""
 
     place: Tensor
 
@@ -80,16 +83,16 @@ class Embedding(nn.Module):
         self.register_buffer("place", positions(length, width) if with_positions else torch.zeros(0))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length) to (batch, length, width)."""
+        """Return the embedding (batch, length, width) of (batch, length)."""
         embedded: Tensor = self.dense(x[..., None])
         return embedded + self.place if self.place.numel() else embedded
 
 
 class EncoderLayer(nn.Module):
-    """Attention and feed-forward, each with a way around and then normalised (Vaswani et al. 2017).
+    """An encoder layer: attention and feed-forward, each with a residual connection and a norm (Vaswani et al. 2017).
 
-    `normalised_first`: what goes into attention is normalised, too, as thesis 4.4.3 describes the layer; the way around
-    begins before that.
+    `normalised_first`: the input of attention is also normalised, as thesis 4.4.3 describes the layer; the residual
+    connection begins before that norm.
     """
 
     def __init__(
@@ -107,14 +110,14 @@ class EncoderLayer(nn.Module):
         self.dropout = Dropout(dropout)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length, width) to the same shape."""
+        """Return the output for (batch, length, width), in the same shape."""
         x = self.after_attention(x + self.dropout(self.attention(self.first(x))))
         inner: Tensor = self.narrow(torch.relu(self.wide(x)))
         result: Tensor = self.after_forward(x + self.dropout(inner))
         return result
 
     def attention(self, x: Tensor) -> Tensor:
-        """Equations 4.4 and 4.5."""
+        """Return the multi-head attention of equations 4.4 and 4.5."""
         batch, length, width = x.shape
         mixed: Any = self.mix(x).view(batch, length, 3, self.heads, width // self.heads).permute(2, 0, 3, 1, 4)
         queries, keys, values = mixed.unbind(0)
@@ -124,7 +127,7 @@ class EncoderLayer(nn.Module):
 
 
 class Encoder(nn.Sequential):
-    """Several such layers, one after another."""
+    """A sequence of encoder layers."""
 
     def __init__(
         self, layers: int, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT,
@@ -158,9 +161,9 @@ def inverse(length: int) -> Tensor:
 
 
 class SpectrumEncoder(nn.Module):
-    """One number a bin, encoded without positions and brought back to one number a bin.
+    """An encoder of one number per bin, without positions, back to one number per bin.
 
-    It has an embedding of its own: over a single feature a layer normalisation is constant.
+    It has its own embedding, since layer normalisation over a single feature is constant.
     """
 
     def __init__(self, length: int, dropout: float, normalised_first: bool = False) -> None:
@@ -170,13 +173,13 @@ class SpectrumEncoder(nn.Module):
         self.dense = nn.Linear(FOURIER_WIDTH, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length) to the same shape."""
+        """Return the output for (batch, length), in the same shape."""
         outputs: Tensor = self.dense(self.encoder(self.embedding(x)))
         return outputs[..., 0]
 
 
 class FourierBlock(nn.Module):
-    """(batch, length) to the same shape, by way of magnitude and phase; gradients are finite at silence too."""
+    """The Fourier block by magnitude and phase, (batch, length) to the same; gradients are finite at silence, too."""
 
     matrix: Tensor
     offset: Tensor
@@ -192,7 +195,7 @@ class FourierBlock(nn.Module):
         self.phase = SpectrumEncoder(length, dropout, normalised_first)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Equations 4.6 to 4.8."""
+        """Return the output of equations 4.6 to 4.8."""
         length = x.shape[1]
         spectrum = torch.addmm(self.offset, x, self.matrix.T)
         real, imaginary = spectrum[:, :length], spectrum[:, length:]
@@ -202,10 +205,10 @@ class FourierBlock(nn.Module):
 
 
 class Foten(nn.Module):
-    """(batch, 3, window) normalised to (batch, 1), or (batch, 2) where generative (thesis figure 4.3).
+    """The network: normalised windows (batch, 3, window) to (batch, 1), or (batch, 2) if generative (figure 4.3).
 
-    `spectral` makes the block beside the encoder from the window's length and the dropout; without one it is TEN.
-    `normalised_first` and `head_dropout` are the thesis' to the letter (4.4.3, 4.4.5): see `literal`.
+    `spectral` returns the block beside the encoder for the window's length and the dropout; without a block the network
+    is TEN. `normalised_first` and `head_dropout` follow the thesis to the letter (4.4.3, 4.4.5): see `literal`.
     """
 
     def __init__(
@@ -226,7 +229,7 @@ class Foten(nn.Module):
         self.head = head(window * (WIDTH + 2 + (self.spectral is not None)), generative, head_dropout)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Encoder block and spectral block side by side, with speed and force beside them, and the head."""
+        """Return the head's output for the encoder and spectral block side by side, with speed and force."""
         if x.shape[1:] != (CHANNELS, self.window):
             raise TextureDataError(f"windows of shape {tuple(x.shape)}: (batch, 3, {self.window}) is expected.")
         past = x[:, 0]
@@ -238,15 +241,15 @@ class Foten(nn.Module):
 
 
 class Spread(nn.Module):
-    """(batch, 2) to mean and log SD: the second number is kept above the least one, smoothly (softplus)."""
+    """A layer that turns (batch, 2) into mean and log SD, with a smooth lower bound of the latter (softplus)."""
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 2) to the same shape."""
+        """Return mean and log SD, (batch, 2)."""
         return torch.cat([x[:, :1], LEAST_LOG_SD + functional.softplus(x[:, 1:])], dim=1)
 
 
 def head(inputs: int, generative: bool = False, dropout: float = 0.0) -> nn.Sequential:
-    """Dense layers from a list of numbers to the mean, or where generative to mean and log SD, all normalised.
+    """Return dense layers from a list of numbers to the normalised mean, or mean and log SD if `generative`.
 
     `dropout` follows each of the two dense layers before the last one.
     """
@@ -294,7 +297,7 @@ LOSSES: Mapping[str, Callable[[], Loss]] = {
     "huber-1.6": lambda: huber(1.6),
     "huber-2.0": lambda: huber(2.0),
 }
-"""The five of Figure 4.5."""
+"""The five losses of Figure 4.5."""
 
 
 def loss_named(name: str) -> Loss:

@@ -28,11 +28,11 @@ Numbers = dict[str, float | None]
 LEVEL, GFC, ENVELOPE, CYCLE = (0.85, 1.15), 0.98, 0.9, 0.1
 """The project's targets for every texture."""
 NEAR = 0.95
-"""The share of another realisation's score that is enough, where that score is below a limit itself."""
+"""The sufficient share of another realisation's score, where that score itself misses a limit."""
 SILENT = {"smoothed_gfc": 0.0, "envelope": 0.0}
-"""The scores of silence where the truth sounds, so that it breaks more limits than a model that sounds."""
+"""The scores of a silent signal where they are undefined, so that it breaks more limits than others."""
 MANY = 2
-"""The number of windows up to which there is no correlation."""
+"""The number of windows that a correlation must exceed."""
 LIMITS: Mapping[str, str] = {
     "level": f"level {LEVEL[0]:g} to {LEVEL[1]:g}",
     "smoothed_gfc": f"smoothed GFC at least {GFC:g}",
@@ -47,8 +47,8 @@ def free_run_scores(generated: Array, drive: Drive) -> Numbers:
     """Return all scores of a model's free run (n,), in m/s^2, for this drive.
 
     `level`, `smoothed_gfc`, `raw_gfc`, `envelope` (with the truth's), `with_speed`, `with_force`, `cycle`,
-    `cycle_excess` (over the truth's), `felt_dB`, `greatest`; None where it cannot be said. Raises TextureDataError
-    where what was generated is not finite or of another length.
+    `cycle_excess` (over the truth's), `felt_dB`, `greatest`; None where undefined. Raises TextureDataError where the
+    generated signal is not finite or has another length.
     """
     if generated.shape != drive.truth.shape or not np.isfinite(generated).all():
         raise TextureDataError(
@@ -72,7 +72,7 @@ def free_run_scores(generated: Array, drive: Drive) -> Numbers:
 
 
 def ceiling(drive: Drive) -> Numbers:
-    """Return the scores of another realisation of the truth; what needs the same hand is None where it had another."""
+    """Return the scores of another realisation of the truth; some are None unless it has the same hand."""
     if drive.again is None:
         return {}
     if drive.same_hand:
@@ -100,10 +100,10 @@ def truth_of(drive: Drive) -> Numbers:
 def beyond(
     numbers: Mapping[str, float | None], again: Mapping[str, float | None] = MappingProxyType({})
 ) -> tuple[str, ...]:
-    """Return the names of the broken limits: an undefined number breaks none, silence is unlike the truth.
+    """Return the names of the broken limits; an undefined score breaks none, except for a silent signal.
 
-    `again` is what another realisation of the truth has (`ceiling`): where that misses a limit itself, `NEAR` of it is
-    enough.
+    `again` are the scores of another realisation of the truth (`ceiling`): where these miss a limit, a share `NEAR` of
+    them is sufficient.
     """
     low, high = LEVEL
     limits: dict[str, Callable[[float], bool]] = {
@@ -119,7 +119,7 @@ def beyond(
 
 
 def at_least(limit: float, again: float | None) -> float:
-    """Return the limit of a correlation or a GFC, given that of another realisation of the truth."""
+    """Return the limit of a correlation or GFC, given the score of another realisation of the truth."""
     return limit if again is None or again >= limit else NEAR * again
 
 

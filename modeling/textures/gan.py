@@ -1,13 +1,13 @@
-"""The spectrogram GAN of Ujitoko and Ban 2018: a generator of spectrograms, made to sound a block at a time.
+"""The spectrogram GAN of Ujitoko and Ban 2018: a generator of spectrograms, played one block at a time.
 
 From the paper: a conditional generative adversarial network whose generator makes spectrograms of the acceleration,
-turned to a signal without recorded phases. From the thesis: 56 samples (table 4.3). Ours: the condition is speed and
-force (there images or names of textures; here each texture has a network of its own); 4 frames of 56 samples, 14 apart,
-so that a block is 56 samples too; log magnitudes; small convolutions along frequency that can be made within a step of
-1 kHz; the losses of modeling/training/adversarial.py; the weights of the epoch whose spectrograms for held-out speeds
-and forces lie nearest to the real ones (energy distance); each bin's mean power made that of the training part. The
-paper finds phases by iterations that need the whole signal (Griffin and Lim 1984); the renderer draws them
-(signals/textures/block_voice.py).
+turned to a signal without recorded phases. From the thesis: 56 samples (table 4.3). Our choice: the condition is speed
+and force (there images or names of textures; here each texture has its own network); 4 frames of 56 samples, 14 apart,
+so that a block is 56 samples too; log magnitudes; small convolutions along frequency that can be computed within a step
+of 1 kHz; the losses of modeling/training/adversarial.py; the weights of the epoch whose spectrograms for held-out
+speeds and forces are nearest to the real ones (energy distance); each bin's mean power is adjusted to that of the
+training part. The paper computes phases by iterations over the whole signal (Griffin and Lim 1984); the renderer draws
+them (signals/textures/block_voice.py).
 """
 
 from __future__ import annotations
@@ -49,22 +49,22 @@ LEAST_BLOCKS = 8
 STEP = Adversarial()
 SETTINGS = Settings(epochs=60, batch=64, learning_rate=5e-4, plateau_patience=None, stop_patience=20, every_epochs=5)
 _NOISE = 83
-"""Tells this use of a seed from the trainer's own."""
+"""Distinguishes this use of a seed from the trainer's own."""
 LEAST_SD = 1e-3
-"""Of a log magnitude: a bin that hardly varies is not blown up."""
+"""The least SD of a log magnitude, so that a bin that hardly varies is not magnified."""
 FAINTEST = 1e-3
-"""Magnitudes below this share of the texture's own level count as this: the log of silence has no end."""
+"""Magnitudes below this share of the texture's own level count as this share, since the log of silence is infinite."""
 NOISE = 64
-"""Numbers drawn for each block: about as many as a block of 98 samples has degrees of freedom."""
+"""The number of random numbers per block: about as many as a block of 98 samples has degrees of freedom."""
 WIDE, CHANNELS = 128, 32
 SLOPE = 0.2
 BOUND = 4.0
-"""No log magnitude lies further from its mean than this many SDs."""
+"""The greatest deviation of a log magnitude from its mean, in SDs."""
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of `size` samples (even), Hann-windowed, `hop` apart, `count` a block."""
+    """The division of a signal into Hann-windowed frames of `size` samples (even), `hop` apart, `count` per block."""
 
     size: int
     hop: int
@@ -79,18 +79,18 @@ class Frames:
 
     @property
     def bins(self) -> int:
-        """Frequencies from 0 to half the rate."""
+        """The number of frequencies from 0 to half the rate."""
         return self.size // 2 + 1
 
     @property
     def span(self) -> int:
-        """The samples that a block's frames span."""
+        """The number of samples that a block's frames span."""
         return self.size + (self.count - 1) * self.hop
 
 
 @dataclass(frozen=True)
 class Spectra:
-    """Blocks: natural logs of the magnitudes (n, count, bins), and the speed and force (n, 2) that each begins at."""
+    """Blocks: natural logs of the magnitudes (n, count, bins), and the speed and force (n, 2) at the start of each."""
 
     log_magnitude: Array
     drive: Array
@@ -100,7 +100,7 @@ class Spectra:
 class SpectraScale:
     """Mean and SD (bins) of the training part's log magnitudes, mean and SD (2) of speed and force.
 
-    A hand that does not vary has SD 1.
+    Constant speed or force has SD 1.
     """
 
     mean: Array
@@ -122,7 +122,7 @@ class SpectraScale:
 
 
 class Generator(nn.Module):
-    """Speed and force (batch, 2), normalised, and noise (batch, 64) to log magnitudes (batch, count, bins), normalised.
+    """The generator: speed and force (batch, 2) and noise (batch, 64) to log magnitudes (batch, count, bins).
 
     Dense 66 -> 128 -> 32 x length, twice doubled in length, each time convolved; the last convolution has the frames
     as channels and as many places as bins.
@@ -146,7 +146,7 @@ class Generator(nn.Module):
 
 
 class Critic(nn.Module):
-    """Speed and force (batch, 2) and a spectrogram (batch, count, bins) to one number a row: high for a real one."""
+    """The critic: speed and force (batch, 2) and spectrogram (batch, count, bins) to a number, high for a real one."""
 
     def __init__(self, frames: Frames) -> None:
         super().__init__()
@@ -157,7 +157,7 @@ class Critic(nn.Module):
         self.third, self.last = nn.Linear(2 * CHANNELS * places, WIDE), nn.Linear(WIDE, 1)
 
     def forward(self, condition: Tensor, spectrogram: Tensor) -> Tensor:
-        """Return a number for each row: the more real the spectrogram looks for its speed and force, the higher."""
+        """Return a number for each row, the higher the more real the spectrogram looks for its speed and force."""
         shaped(spectrogram, self.frames.count, self.frames.bins)
         beside = condition[:, :, None].expand(-1, -1, self.frames.bins)
         x = leaky(self.second(leaky(self.first(torch.cat([spectrogram, beside], dim=1)))))
@@ -167,7 +167,7 @@ class Critic(nn.Module):
 
 @dataclass(frozen=True)
 class FittedGan:
-    """A trained generator, the cut of its blocks, and the scale of its numbers."""
+    """A trained generator with the frames of its blocks and the scale of its numbers."""
 
     network: Adversaries
     cut: Frames
@@ -176,30 +176,30 @@ class FittedGan:
 
     @property
     def window(self) -> int:
-        """Samples of a frame."""
+        """The number of samples of a frame."""
         return self.cut.size
 
     @property
     def hop(self) -> int:
-        """Samples between frames."""
+        """The number of samples between frames."""
         return self.cut.hop
 
     @property
     def frames(self) -> int:
-        """Frames of a block."""
+        """The number of frames in a block."""
         return self.cut.count
 
     @property
     def drawn(self) -> int:
-        """The random numbers of a block, beside speed and force."""
+        """The number of random numbers for a block, beside speed and force."""
         return NOISE
 
     def predict(self, given: Array) -> Array:
-        """Raise TextureDataError: a GAN does not look at the past."""
+        """Raise TextureDataError: a GAN does not predict from the past."""
         raise TextureDataError(f"a GAN makes spectra of blocks: it does not continue windows {given.shape}.")
 
     def exported(self) -> Exported:
-        """Steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
+        """Return the steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
         return exported_generator(cast(Generator, self.network.generator), self.scale)
 
 
@@ -237,13 +237,13 @@ def _blocks(learning: Learning, stretches: Stretches, frames: Frames, apart: int
 
 
 def least_magnitude(learning: Learning, frames: Frames) -> float:
-    """Return the floor of the magnitudes: a share of those of white noise as strong as the training part."""
+    """Return the least magnitude: a share of the magnitudes of white noise with the level of the training part."""
     sd = float(samples_of(learning.recording, learning.parts.train)[0].std())
     return FAINTEST * sd * float(np.sqrt(0.375 * frames.size))
 
 
 def training_source(blocks: Spectra, scale: SpectraScale) -> Source:
-    """Return the training rows: speed and force with fresh noise every time, and the real spectrogram."""
+    """Return the training rows: speed and force with new noise every time, and the real spectrogram."""
     rows = pairs(scale.hand_down(blocks.drive), scale.down(blocks.log_magnitude))
 
     def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
@@ -267,7 +267,7 @@ def match_power(network: Adversaries, blocks: Spectra, scale: SpectraScale, seed
 
 
 def watched(held: Spectra, scale: SpectraScale, seed: int) -> Pairs:
-    """Return held-out rows with the same noise in every epoch, to compare epochs, in an order that parts neighbours."""
+    """Return held-out rows with the same noise in every epoch, in an order that separates neighbours."""
     chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, _NOISE])))
     order = chance.permutation(len(held.drive))
     rows = pairs(scale.hand_down(held.drive[order]), scale.down(held.log_magnitude[order]))
@@ -296,8 +296,9 @@ def magnitudes(acceleration: Array, frames: Frames) -> Array:
 
 
 def spectra(recording: Recording, stretches: Stretches, frames: Frames, apart: int, floor: float) -> Spectra:
-    """Return every block that lies within a stretch, `apart` samples after the one before it; none where all are
-    shorter. `floor` is the least magnitude.
+    """Return every block within a stretch, `apart` samples after the previous one; none if all stretches are shorter.
+
+    `floor` is the least magnitude.
     """
     starts = [np.arange(start, stop - frames.span + 1, apart) for start, stop in stretches]
     at: NDArray[Any] = np.concatenate([np.empty(0, dtype=np.int64), *starts]).astype(np.int64)
@@ -312,7 +313,7 @@ def leaky(x: Tensor) -> Tensor:
 
 
 def exported_generator(network: Generator, scale: SpectraScale) -> Exported:
-    """Export speed in mm/s, force in N and 64 normal numbers to (bins, frames) in C order, natural logs of m/s^2."""
+    """Export the network from speed (mm/s), force (N) and 64 normal numbers to logs of m/s^2, (bins, frames)."""
     frames = network.frames
     exported_pieces = list(pieces(network, ""))
     down = {"down.gain": 1 / scale.hand_sd, "down.offset": -scale.hand_mean / scale.hand_sd}

@@ -1,10 +1,10 @@
 """HapInf, the Informer (Zhou et al. 2021) as Chen et al. 2023 take it to continue a texture's acceleration.
 
 From the papers: encoder-decoder, ProbSparse attention, distilling between the encoder's layers, a decoder that begins
-with the newest half of the window and a placeholder for what is wanted, mean square error; from the thesis (table
-4.3): a window of 10. Ours: a width of 64 with 4 heads and 128 hidden units (there 512, 8 and 2048: too slow for
-1 kHz); two encoder layers, one decoder layer; ceil(2 ln length) places ask (there 5 ln length: at ten places all of
-them); speed and force of the placeholder are the newest; no calendar, which textures do not have.
+with the newest half of the window and a placeholder for the next sample, mean square error; from the thesis (table
+4.3): a window of 10. Our choice: a width of 64 with 4 heads and 128 hidden units (there 512, 8 and 2048: too slow for 1
+kHz); two encoder layers, one decoder layer; ceil(2 ln length) active queries (there 5 ln length, which is all of ten
+places); the placeholder has the newest speed and force; no calendar features.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ SETTINGS = Settings(epochs=40, batch=64, learning_rate=1e-3, plateau_patience=2,
 
 
 def asking(length: int) -> int:
-    """Return how many of so many places ask."""
+    """Return the number of active queries for a length."""
     return min(length, math.ceil(FACTOR * math.log(max(2, length))))
 
 
 class HapInf(nn.Module):
-    """(batch, 3, window) normalised to (batch, 1).
+    """The network, from normalised windows (batch, 3, window) to (batch, 1).
 
     Encoder: (window, 64), a layer, (window // 2, 64), a layer. Decoder: the newest half of the window and a placeholder
-    (window // 2 + 1, 64), causal attention among themselves, attention to the encoder; the last place gives the answer.
+    (window // 2 + 1, 64), causal attention among themselves, attention to the encoder; the last place gives the output.
     """
 
     pick: Tensor
@@ -63,7 +63,7 @@ class HapInf(nn.Module):
         self.last = nn.Linear(WIDTH, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Encode the window, ask it for the next place."""
+        """Return the prediction (batch, 1) for windows (batch, 3, window)."""
         started = shaped(x, 3, self.window).flatten(1) @ self.pick.T
         memory = self.distilled(self.first(self.embedded(x)))
         memory = self.encoded(self.second(shaped(memory, self.newer, WIDTH)))
@@ -74,7 +74,7 @@ class HapInf(nn.Module):
 
 
 def picked(window: int) -> Tensor:
-    """(3 (window // 2 + 1), 3 window): the newest half of the window, and a place with no acceleration yet."""
+    """Return the matrix (3 (window // 2 + 1), 3 window) that selects the newest half and a placeholder."""
     half = window // 2
     basis = torch.zeros(3, half + 1, 3, window)
     for channel in range(3):

@@ -1,6 +1,7 @@
-"""Mains hum: multiples of 50 or 60 Hz that follow the mains' phase are found, and taken out by notches that follow.
+"""Detection of mains hum (multiples of 50 or 60 Hz in the mains' phase), and its removal by tracking notches.
 
-The phase of the mains is that of one frequency near 50 or 60 Hz that wanders slowly, told by all its multiples."""
+The phase of the mains is that of one frequency near 50 or 60 Hz that wanders slowly, estimated from all its multiples.
+"""
 
 from __future__ import annotations
 
@@ -15,35 +16,35 @@ from palpate.signals.arrays import Array, Complex
 WANDERS = 0.004
 """Share by which mains frequency may differ from nominal: +-0.2 Hz of 50 (EN 50160 allows 1 %, for 99.5 % of time)."""
 USED = 0.48
-"""Share of the rate up to which multiples are looked at."""
+"""Share of the rate up to which multiples are examined."""
 TELLING = 5
-"""Multiples by which a first frequency is recognised."""
+"""Number of multiples by which an initial frequency is estimated."""
 MAINS_FINER = 8
-"""Spectra are computed at so many points per resolution."""
+"""Number of points of a spectrum per resolution."""
 PART_S = 2.0
-"""Of spectra that are averaged: the mains wander less in them."""
+"""Seconds of the parts whose spectra are averaged: the mains wander less within them."""
 STEP_S, KNOT_S = 0.25, 2.5
-"""The phase is looked at so often; a cubic spline with knots so far apart follows it."""
+"""Seconds between estimates of the phase, and between the knots of the cubic spline that follows it."""
 CLEAR, BESIDE_HZ = 4.0, 10.0
-"""A multiple tells the phase where it has so many times the power so far to either side, step by step."""
+"""A multiple determines the phase if it has this many times the power at this distance to either side, step by step."""
 LEAKS = 1e-6
-"""Share of all power that may be a stronger line's, far from it."""
+"""Share of all power that may be leakage of a stronger line."""
 MAINS_HZ = (50.0, 60.0)
 STANDS_OUT, BESIDE = 16.0, 6.0
-"""A line has this many times the power that lies around it; less where another one of the same mains is clear."""
+"""A line has this many times the power around it; less if another line of the same mains is clear."""
 STEADY = 0.6
 """Mean agreement of amplitude and phase between neighbouring segments: 1 for a steady line, about 0 for noise."""
 SEGMENTS, SEGMENT_S = 4, 0.4
-"""At most so many segments, none shorter."""
+"""The greatest number of segments, and their least duration."""
 AROUND_HZ = 8.0
 NOTCH_HZ = 2.0
-"""Width of a notch where it is 3 dB down."""
+"""Width of a notch at -3 dB."""
 SHORTEST_S = 1.0
-"""In less, a line of hum is as wide as what it should be told from."""
+"""In a shorter recording, a line of hum is too wide to be distinguished."""
 FINER = 2
-"""Spectra are computed at so many points per resolution."""
+"""Number of points of a spectrum per resolution."""
 WANDERS_HZ = 0.05
-"""The mains' frequency counts as wandering where it does by more."""
+"""The deviation of the mains' frequency above which it counts as wandering."""
 
 
 def multiples_of(mains_hz: float, rate_hz: float) -> range:
@@ -52,7 +53,7 @@ def multiples_of(mains_hz: float, rate_hz: float) -> range:
 
 
 def demodulated(axes: Array, cycles: Array, multiple: float) -> Complex:
-    """Return axes (n, k) demodulated by so many cycles (n,) times a multiple."""
+    """Return axes (n, k) demodulated by a phase of cycles (n,) times a multiple."""
     still: Complex = axes * np.exp(-2j * math.pi * multiple * cycles)[:, None]
     return still
 
@@ -67,10 +68,10 @@ def demodulated_multiples(axes: Array, rate_hz: float, mains_hz: float, cycles: 
 
 
 def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
-    """Yield what the phase (n,) of the mains in axes (n, k) may have been, in cycles.
+    """Yield candidates of the mains' phase (n,) in axes (n, k), in cycles.
 
-    A steady frequency; and, followed as they wander where their multiples are clear enough, that one, and one told by
-    parts of 2 s. A phase that wanders further than mains do is not given.
+    A constant frequency is estimated from the whole and from parts of 2 s; each is also tracked as it wanders, if its
+    multiples are clear enough. A phase that wanders more than mains do is left out.
     """
     seconds = np.arange(len(axes)) / rate_hz
     for part in {len(axes), min(len(axes), round(PART_S * rate_hz))}:
@@ -101,7 +102,7 @@ def phases(axes: Array, rate_hz: float, mains_hz: float) -> Iterator[Array]:
 
 
 def _phase_error(axes: Array, rate_hz: float, mains_hz: float, cycles: Array, wanders: bool) -> Array:
-    """Return the error (n,), in cycles, of a nearly right phase of the mains: a line, or a spline where it wanders."""
+    """Return the error (n,), in cycles, of an approximate phase of the mains: a line, or a spline where it wanders."""
     from scipy.interpolate import LSQUnivariateSpline
 
     count = int(len(axes) / (STEP_S * rate_hz))
@@ -134,7 +135,7 @@ def _phase_steps(multiple: int, held: Complex, beside: Complex, count: int, leak
 
 
 def _step_means(values: Complex, count: int) -> Complex:
-    """Return means (count, k) of so many stretches, weighed by a raised cosine against leakage of other multiples."""
+    """Return means (count, k) of equal stretches, weighted by a raised cosine against leakage of other multiples."""
     edges = np.linspace(0, len(values), count + 1).astype(int)
     lengths = np.diff(edges)
     within = (np.arange(len(values)) - np.repeat(edges[:-1], lengths) + 0.5) / np.repeat(lengths, lengths)
@@ -144,7 +145,7 @@ def _step_means(values: Complex, count: int) -> Complex:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of hum: the multiple of the mains that it is, its frequency, RMS in m/s^2, and power over that around."""
+    """A line of hum: its multiple of the mains, frequency, RMS in m/s^2, and ratio to the power around it."""
 
     multiple: int
     frequency_hz: float
@@ -154,7 +155,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Hum:
-    """The lines that were taken out, nominal frequency of their mains, and their notches' share of the power.
+    """The removed lines, the nominal frequency of their mains, and the notches' share of the power.
 
     `cycles` (n,) is the phase of the mains.
     """
@@ -184,12 +185,12 @@ class Hum:
 
 
 def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
-    """Return an acceleration (n,) or axes (n, k) without mains hum, and what was removed; None where there is none.
+    """Return an acceleration (n,) or axes (n, k) without mains hum, and the removed hum; None where there is none.
 
-    Hum is lines at whole multiples of one frequency near 50 or 60 Hz, followed as it wanders, that stand out at least
-    12 dB from what lies within 8 Hz and keep amplitude and phase from one quarter of the recording to the next. A
-    texture's own content, even there, changes with the hand; where the hand was driven at one speed over a regular
-    pattern it might not, so the notes say what was taken. Recordings below 1 s are left as they are.
+    Hum is lines at whole multiples of one frequency near 50 or 60 Hz, tracked as it wanders, that stand out at least 12
+    dB from the power within 8 Hz and have the same amplitude and phase from one quarter of the recording to the next. A
+    texture's own content, even there, changes with the hand; it might not if the hand was driven at one speed over a
+    regular pattern, so the notes say what was removed. Recordings below 1 s are not changed.
     """
     axes = vibration[:, None] if vibration.ndim == 1 else vibration
     if len(axes) < SHORTEST_S * rate_hz or not axes.any():
@@ -214,10 +215,10 @@ def without_hum(vibration: Array, rate_hz: float) -> tuple[Array, Hum | None]:
 def before_filter(
     vibration: Array, felt: Array, hum: Hum, rate_hz: float, filtered: Callable[[Array], Array]
 ) -> Array:  # fmt: skip
-    """Return axes (n, k) filtered and without the hum that was detected in `felt`, which are the axes filtered before.
+    """Return axes (n, k) filtered, without the hum that was detected in `felt`, the axes filtered before.
 
-    A filter takes a signal to go on mirrored about its last value, which hum does not: it would ring at both ends. So
-    the steady part of the hum is taken off before the filter, and only what is left after it.
+    A filter extends a signal by mirroring it about its last value, which does not fit hum and rings at both ends. So
+    the steady part of the hum is removed before the filter, and only the rest after it.
     """
     multiples = [line.multiple for line in hum.lines]
     steady = _steady_part(felt, hum.cycles, multiples)
@@ -227,8 +228,8 @@ def before_filter(
 def notched(axes: Array, rate_hz: float, cycles: Array, multiples: Sequence[int]) -> Array:
     """Return axes (n, k) with notches of `NOTCH_HZ` at multiples of a frequency with phase `cycles`, without delay.
 
-    The steady part of each line is fitted and taken off first, so that the notches have nothing to ring with at the
-    ends of a short recording.
+    The steady part of each line is fitted and subtracted first, so that the notches do not ring at the ends of a short
+    recording.
     """
     from scipy.signal import butter, filtfilt
 
@@ -252,7 +253,7 @@ def _steady_part(axes: Array, cycles: Array, multiples: Sequence[int]) -> Array:
 
 
 def _lines_at(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tuple[Line, ...]:
-    """Return the multiples of the mains that are lines; beside a clear one, fainter ones count too."""
+    """Return the multiples of the mains that are lines; next to a clear one, fainter ones count too."""
     own_hz = float(cycles[-1] - cycles[0]) * rate_hz / (len(cycles) - 1)
     lines = []
     for multiple, still in demodulated_multiples(axes, rate_hz, mains_hz, cycles):
@@ -263,7 +264,7 @@ def _lines_at(axes: Array, rate_hz: float, mains_hz: float, cycles: Array) -> tu
 
 
 def _line_power(still: Complex, rate_hz: float) -> tuple[float, float]:
-    """Return the power of a demodulated line (half a sine's squared amplitude, all axes), and its ratio to that around.
+    """Return the power of a demodulated line (half the squared amplitude, all axes), and its ratio to the noise.
 
     The power of noise is estimated by the median within 8 Hz to either side (ln 2 of an exponential's mean).
     """
@@ -281,7 +282,7 @@ def _line_power(still: Complex, rate_hz: float) -> tuple[float, float]:
 
 
 def _steadiness(still: Complex, rate_hz: float) -> float:
-    """Return how far amplitude and phase of one stretch go on in the next, 0 to 1."""
+    """Return how well amplitude and phase agree between one stretch and the next, 0 to 1."""
     count = min(SEGMENTS, max(2, int(len(still) / (SEGMENT_S * rate_hz))))
     means = np.stack([part.mean(axis=0) for part in np.array_split(still, count)])
     agreed = (means[1:] * means[:-1].conj()).sum()

@@ -1,4 +1,4 @@
-"""Layers of the Informer (Zhou et al. 2021): attention in which few places ask, and layers that halve the length."""
+"""Layers of the Informer (Zhou et al. 2021): attention with few active queries, and layers that halve the length."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ DROPOUT = 0.05
 
 
 class ProbSparse(nn.Module):
-    """Multi-head attention in which only `asking` places ask; the others answer the mean of the values.
+    """Multi-head attention with `asking` active queries; at the other places the output is the mean of the values.
 
-    Those ask whose greatest score stands out most from their mean (equation 4 there, over all keys instead of drawn
-    ones: as many answers to one input are one answer). Where `causal`, a place sees none after itself, and one that
-    does not ask answers the sum of the values up to there. `asking` None: every place asks.
+    Active are the queries whose greatest score exceeds their mean most (equation 4 there, over all keys instead of
+    random ones, so that the output is deterministic). If `causal`, a place does not see later ones, and the output of
+    an inactive query is the sum of the values up to there. `asking` None: all queries are active.
     """
 
     def __init__(self, width: int, heads: int, asking: int | None = None, causal: bool = False) -> None:
@@ -27,7 +27,7 @@ class ProbSparse(nn.Module):
         self.mix, self.out = nn.Linear(width, 3 * width), nn.Linear(width, width)
 
     def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
-        """(batch, length, width) to the same shape; keys and values from the memory (batch, any, width) or from x."""
+        """Return the output for x (batch, length, width), with keys and values of `memory` (batch, any, width) or x."""
         sources = (x, x, x) if memory is None else (x, memory, memory)
         weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
         rows = (functional.linear(*parts) for parts in zip(sources, weights, biases, strict=True))
@@ -45,7 +45,7 @@ class ProbSparse(nn.Module):
         return joined
 
     def _active_queries(self, scores: Tensor) -> Tensor | None:
-        """Return a mask (batch, heads, length) of the places that ask; None where all do."""
+        """Return a mask (batch, heads, length) of the active queries; None if all are active."""
         if self.asking is None or self.asking >= scores.shape[2]:
             return None
         apart = scores.max(dim=-1).values - scores.mean(dim=-1)
@@ -54,9 +54,9 @@ class ProbSparse(nn.Module):
 
 
 class Embedded(nn.Module):
-    """Each place with its neighbours to `width` numbers, and its position added.
+    """An embedding of each place with its neighbours in `width` numbers, plus its position.
 
-    The paper's convolution is circular; ours has zeros beyond the ends, since a texture does not repeat.
+    The paper's convolution is circular; this one has zeros beyond the ends, since a texture does not repeat.
     """
 
     place: Tensor
@@ -67,13 +67,13 @@ class Embedded(nn.Module):
         self.register_buffer("place", positions(length, width))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 3, length) to (batch, length, width)."""
+        """Return the embedding (batch, length, width) of (batch, 3, length)."""
         result: Tensor = self.conv(x).transpose(1, 2) + self.place
         return result
 
 
 class Forward(nn.Module):
-    """Two layers for each place with a GELU between them, a way around them, and a norm."""
+    """Two dense layers per place with a GELU between them, a residual connection, and a norm."""
 
     def __init__(self, width: int, hidden: int) -> None:
         super().__init__()
@@ -81,14 +81,14 @@ class Forward(nn.Module):
         self.norm, self.dropout = nn.LayerNorm(width), Dropout(DROPOUT)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length, width) to the same shape."""
+        """Return the output for (batch, length, width), in the same shape."""
         inner = self.dropout(functional.gelu(self.wide(x)))
         result: Tensor = self.norm(x + self.dropout(self.narrow(inner)))
         return result
 
 
 class Attended(nn.Module):
-    """Attention with a way around it, and a norm."""
+    """An attention with a residual connection and a norm."""
 
     def __init__(self, attention: ProbSparse) -> None:
         super().__init__()
@@ -96,15 +96,15 @@ class Attended(nn.Module):
         self.norm, self.dropout = nn.LayerNorm(attention.out.out_features), Dropout(DROPOUT)
 
     def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
-        """(batch, length, width) to the same shape."""
+        """Return the output for (batch, length, width), in the same shape."""
         result: Tensor = self.norm(x + self.dropout(self.attention(x, memory)))
         return result
 
 
 class Distilled(nn.Module):
-    """Half the places: convolution, batch normalisation, ELU, and the greater of two neighbours.
+    """A halving of the length: convolution, batch normalisation, ELU, and the greater of two neighbours.
 
-    The paper's pooling is over three places with a step of two; a card pools without overlap.
+    The paper's pooling is over three places with a step of two; model cards only have pooling without overlap.
     """
 
     def __init__(self, width: int) -> None:
@@ -113,6 +113,6 @@ class Distilled(nn.Module):
         self.norm = nn.BatchNorm1d(width)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length, width) to (batch, length // 2, width)."""
+        """Return the output (batch, length // 2, width) for (batch, length, width)."""
         inner = functional.elu(self.norm(self.conv(x.transpose(1, 2))))
         return functional.max_pool1d(inner, 2).transpose(1, 2)

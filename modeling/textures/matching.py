@@ -1,7 +1,7 @@
 """The linear correction that makes a sampled model, on its own output, feel like the recording.
 
-One step ahead a likelihood is content with a mean and an SD that are a little off; on the model's own output such
-errors come back with every step, most of all at frequencies of which a window holds less than a period.
+One step ahead, small errors of mean and SD hardly change the likelihood; on the model's own output they accumulate with
+every step, most at frequencies of which a window holds less than a period.
 """
 
 from __future__ import annotations
@@ -26,33 +26,36 @@ from palpate.signals.textures.gate import sounds
 from palpate.signals.vibration_threshold import BANDS_HZ, threshold_m_s2
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6
-"""Corrections that are tried, one after another; runs of each, with random numbers of their own."""
+"""The number of corrections that are tried in turn, and of runs of each with different random numbers."""
 SHARE = 0.8
-"""Of what lacks, so much is corrected at a time."""
+"""The share of the correction that is applied at a time."""
 STIFF, STIFFER = 5.0, 4.0
-"""dB that a change of a weight by 1 counts at first, and how many times more after a correction that led away."""
+"""The initial cost in dB of a change of a weight by 1, and its factor after a correction that did not help."""
 MOST_GAIN = 1.25
-"""A gain of the SD beyond this, or below its inverse, would hide a model that is wrong."""
+"""The limit of the SD's gain and of its inverse: more would hide a wrong model."""
 LONGEST = 1000
-"""Samples of a stretch that is run freely: longer ones are cut, so that all run side by side."""
+"""Most samples of a stretch in a free run: longer ones are cut, so that all run side by side."""
 RIDGE = 1e-6
-"""White noise, as a share of the power, that keeps the normal equations of a smooth signal solvable."""
+"""White noise, as a share of the power, with which the normal equations of a smooth signal can be solved."""
 _USE = 72
-"""Tells this use of a seed from the others."""
+"""Distinguishes this use of a seed from the others."""
 KEPT = 0.3
-"""How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to
-differ stays as it is."""
+"""The weight of an RMS change of the spectrum by 1 dB relative to an error of a third octave of 1 dB: what does not
+feel different is not changed.
+"""
 LOWEST_HZ = 20.0
-"""Recordings hold nothing below (thesis 4.3.3)."""
+"""Lowest frequency: recordings hold nothing below (thesis 4.3.3)."""
 NEAREST = 1e-6
-"""A predictor's response is never taken to be smaller, so that a pole on the unit circle has a logarithm."""
+"""Least magnitude of a predictor's response, so that a pole on the unit circle has a finite logarithm."""
 ATTEMPTS = 60
 _DB = 10 / np.log(10)
 
 
 class Matched(nn.Module):
-    """A network (batch, 3, window) to (batch, 2), mean and log SD, with a linear function of the past added to its mean
-    and a number to its log SD. Both are 0 until `match` sets them."""
+    """A network (batch, 3, window) to mean and log SD (batch, 2), with a linear correction of both.
+
+    A linear function of the past is added to the mean, and a number to the log SD. Both are 0 until `match` sets them.
+    """
 
     weight: Tensor
     log_gain: Tensor
@@ -64,7 +67,7 @@ class Matched(nn.Module):
         self.register_buffer("log_gain", torch.zeros(()))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, 3, window) to (batch, 2)."""
+        """Return the corrected mean and log SD, (batch, 2), for windows (batch, 3, window)."""
         answer = self.network(x)
         more = (x[:, 0] * self.weight).sum(dim=1, keepdim=True)
         return torch.cat([answer[:, :1] + more, answer[:, 1:] + self.log_gain], dim=1)
@@ -73,11 +76,10 @@ class Matched(nn.Module):
 def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, seed: int, rounds: int = ROUNDS) -> float:
     """Set the correction with which the network, on its own output, feels most like the recording; return its distance.
 
-    It runs freely along the speeds and forces of the training and validation parts, from what was recorded before each
-    stretch; `correction` tells what to add so that it feels as what was recorded, and a share of that is
-    added, again and again. Of the corrections that were tried that with the least distance is taken: felt distance, and
-    the level's, in dB. The test part is not looked at, nor what is made at rest, where the renderer is silent. Equal
-    seeds give equal bits. nan, and no correction, where too little is recorded to go by.
+    It runs freely along the speeds and forces of the training and validation parts, from the recorded window before
+    each stretch; a share of the result of `correction` is added, repeatedly. The correction with the least distance
+    (felt distance plus level error, in dB) is chosen. Neither the test part nor the output at rest, where the renderer
+    is silent, is used. Equal seeds give equal bits. Returns nan, without a correction, where too little is recorded.
     """
     window = len(network.weight)
     cut = [
@@ -119,7 +121,7 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A correction, the network's distance and output with it, and the linear predictor of that output."""
+    """A correction, with the network's distance and output under it, and the linear predictor of that output."""
 
     distance: float
     weight: Tensor
@@ -141,7 +143,7 @@ def free_run(
     seed: int,
     draws: int = 1,
 ) -> Array:
-    """Return what the network makes of each stretch after its first window, one after another: (draws, n) in m/s^2."""
+    """Return the network's outputs for each stretch after its first window, one after another: (draws, n) in m/s^2."""
     window = len(network.weight)
     longest = max(stop - start for start, stop in stretches)
     hand = torch.zeros(len(stretches), 3, longest)
@@ -162,8 +164,10 @@ def free_run(
 
 
 def predictor(stretches: Sequence[Array], order: int) -> Array:
-    """The linear predictor (order,) of stretches (the autocorrelation method; Makhoul 1975), oldest sample's weight
-    first; zeros for silence."""
+    """Return the linear predictor (order,) of stretches, oldest sample's weight first; zeros for silence.
+
+    Source: the autocorrelation method (Makhoul 1975).
+    """
     lags = np.zeros(order + 1)
     for stretch in stretches:
         lags += np.correlate(stretch, stretch, "full")[len(stretch) - 1 :][: order + 1]
@@ -174,13 +178,13 @@ def predictor(stretches: Sequence[Array], order: int) -> Array:
 def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Array, float]:
     """Return what to add to a predictor's weights (order,), oldest sample first, and to the log of its noise's SD.
 
-    `truth` and `made` (n,) in m/s^2 are what was recorded and what the model made on its own output; `own` is the
-    linear predictor of what was made; `stiff` is how many dB a change of a weight by 1 counts: the model is no
-    recursion, and how far this one speaks for it is for the caller to try (Levenberg 1944). Where the predictor W of a
-    recursion is changed to W + D and its noise by g, its spectrum changes by e^2g |1 - W|^2 / |1 - W - D|^2; D and g
-    are the least-squares solution that brings the levels of all third octaves above the vibrotactile threshold to the
-    recording's. A linear predictor of what was recorded would not do: it is fitted to the peaks of a spectrum, and what
-    lies 15 dB below them is felt as well. Raises TextureDataError where either is too short for a spectrum.
+    `truth` and `made` (n,) in m/s^2 are the recording and the model's free run; `own` is the linear predictor of the
+    latter; `stiff` is the cost in dB of a change of a weight by 1: the model is no linear recursion, so the caller must
+    find how far this approximation holds (Levenberg 1944). Where the predictor W of a recursion is changed to W + D and
+    its noise by g, its spectrum changes by e^2g |1 - W|^2 / |1 - W - D|^2; D and g are the least-squares solution that
+    brings the levels of all third octaves above the vibrotactile threshold to the recording's. A linear predictor of
+    the recording would not suffice: it is fitted to the peaks of a spectrum, but components 15 dB below them are felt
+    as well. Raises TextureDataError where either is too short for a spectrum.
     """
     hertz, true_power = density(truth)
     made_power = density(made)[1]

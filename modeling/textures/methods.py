@@ -1,4 +1,4 @@
-"""What all ways of continuing a texture have in common: to be fitted to a recording, to answer, to become a file."""
+"""The interface of all methods that continue a texture: fitting to a recording, prediction, export."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.signals.arrays import Array
 
 @dataclass(frozen=True)
 class Learning(FitOptions):
-    """What a method learns from; a method looks at the training and validation parts alone.
+    """The data and options of one fit; a method uses the training and validation parts only.
 
     `window` in samples, None: the method's own.
     """
@@ -32,21 +32,23 @@ class Fitted(Protocol):
 
     @property
     def window(self) -> int:
-        """Samples that it looks back."""
+        """The number of past samples that it uses."""
 
     def predict(self, given: Array) -> Array:
-        """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units; a method that makes
-        spectra raises TextureDataError, since it does not look at the past."""
+        """Return the mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
+
+        A method that generates spectra raises TextureDataError, since it does not predict from the past.
+        """
 
     def exported(self) -> Exported:
-        """Steps from a texture window (3 * window in C order, units) to 1 number (m/s^2), or 2: mean, log of SD."""
+        """Return the steps from a texture window (3 * window in C order, units) to mean (m/s^2), or mean and log SD."""
 
 
 @dataclass(frozen=True)
 class Method(MethodOf[Learning, Fitted]):
-    """A way of continuing a texture. `kind`: the next sample from a window, or a block's spectrum from noise."""
+    """A method of continuing a texture; `kind`: the next sample from a window, or a block's spectrum from noise."""
 
     window: int
     kind: Literal["next", "block"] = "next"
     sampled: bool = False
-    """Whether it gives a conditional scale, to be sampled when it runs."""
+    """Whether it predicts a conditional scale, which is sampled in a run."""

@@ -1,4 +1,4 @@
-"""Scores of acceleration signals: in time, in spectra (thesis 4.6.1), as felt, and over a minute of free run."""
+"""Scores of acceleration signals: in time, in spectra (thesis 4.6.1), by perception, and in a free run of a minute."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from palpate.signals.arrays import Array
 from palpate.signals.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 
 SMOOTHED = 256
-"""Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, an equivalent noise bandwidth of 5.9 Hz."""
+"""Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, equivalent noise bandwidth 5.9 Hz."""
 BLOCK = 1000
 """Samples of the blocks whose raw spectra are compared one by one."""
 ENVELOPE_MS = 250
-"""RMS in consecutive windows of so many milliseconds."""
+"""Milliseconds of the consecutive windows whose RMS is the envelope."""
 CYCLE, LAGS_MS = 2000, (300, 1000)
-"""Autocorrelation within windows of so many samples (2 s), at lags from 0.3 to 1 s."""
+"""Samples of the windows of the autocorrelation (2 s), and its range of lags (0.3 to 1 s)."""
 SHORTEST_MS = 900
-"""A window shorter than this holds no autocorrelation at such lags worth the name."""
+"""A shorter window gives no meaningful autocorrelation at such lags."""
 SOUNDS = 0.1
 """A window below this share of the whole signal's level counts as rest."""
 GREATEST = 2.0
-"""What is generated may be at most so many times as great as the truth at its greatest."""
+"""The greatest ratio of a generated signal's peak to the truth's."""
 SAME = 1e-9
-"""What varies by less than this of its size varies by rounding alone."""
+"""Variation below this share of the size is rounding."""
 
 
 def demand_alike(one: Array, other: Array) -> None:
-    """Raises TextureDataError where two signals are not (n,) of one length, empty, or not finite."""
+    """Raise TextureDataError unless two signals are (n,) of one length, not empty, and finite."""
     if one.ndim != 1 or one.shape != other.shape or not one.size:
         raise TextureDataError(f"signals of shape {one.shape} and {other.shape}: two of one length (n,) are expected.")
     if not (np.isfinite(one).all() and np.isfinite(other).all()):
@@ -44,7 +44,7 @@ def mae(actual: Array, answered: Array) -> float:
 
 
 def explained(actual: Array, answered: Array) -> float | None:
-    """Return the share of the variance that an answer explains, at most 1; None where nothing varies."""
+    """Return the share of the variance that a prediction explains, at most 1; None where nothing varies."""
     demand_alike(actual, answered)
     whole = float(np.sum((actual - actual.mean()) ** 2))
     return None if whole <= 0 else 1 - float(np.sum((actual - answered) ** 2)) / whole
@@ -64,7 +64,7 @@ def level_ratio(generated: Array, truth: Array) -> float | None:
 def goodness(one: Array, other: Array) -> float | None:
     """Return equation 4.11 for two amplitude spectra (k,): the cosine of their angle, 0 to 1, independent of level.
 
-    None where either is nothing at all (Hernandez-Andres, Romero and Lee 2001).
+    None where either is zero (Hernandez-Andres, Romero and Lee 2001).
     """
     sizes = [float(np.linalg.norm(signal)) for signal in (one, other)]
     if min(sizes) <= 0:
@@ -79,7 +79,7 @@ def gfc(actual: Array, answered: Array) -> float | None:
 
 
 def raw_gfc(truth: Array, generated: Array) -> float | None:
-    """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None where no block sounds in both."""
+    """Return the mean of equation 4.11 over blocks of 1 s, raw DFT amplitudes; None if all are silent in one."""
     demand_alike(truth, generated)
     pairs = zip(blocks(truth, BLOCK), blocks(generated, BLOCK), strict=True)
     values = [share for a, b in pairs if (share := gfc(a, b)) is not None]
@@ -146,7 +146,7 @@ def third_octaves(hertz: Array) -> Array:
 def felt_distance(truth: Array, generated: Array) -> float:
     """Return the RMS difference in dB between the two signals' levels above the threshold, over all third octaves.
 
-    0 where no third octave differs in level; what is not felt counts as at the threshold.
+    0 where no third octave differs in level; imperceptible levels count as the threshold.
     """
     off = felt_levels(truth) - felt_levels(generated)
     return float(np.sqrt(np.mean(off**2)))
@@ -183,9 +183,9 @@ def cycle(signal: Array, window: int = CYCLE) -> float | None:
 
     Within windows of 2 s (half overlapped, shorter for a shorter signal): at each lag, up to half the window, the
     products of samples so far apart over the root of both stretches' energies. The median over the windows that sound.
-    A limit cycle comes near 1 even where its frequency moves with the hand; noise of a bandwidth B stays about
-    (B * 1 s)^-1/2, and higher in shorter windows: compare what was found in equal ones. None for less than 0.9 s of
-    signal, and for silence.
+    A limit cycle comes near 1 even where its frequency moves with the hand; noise of a bandwidth B stays about (B * 1
+    s)^-1/2, and higher in shorter windows, so only results of equal windows can be compared. None for less than 0.9 s
+    of signal, and for silence.
     """
     size = min(window, len(signal))
     whole = level(signal) if len(signal) else 0.0

@@ -28,7 +28,7 @@ Numbers = dict[str, float | None]
 def learning_for(
     recording: Recording, parts: Parts, window: int | None, loss: str | None, seed: int, settings: Mapping[str, Any]
 ) -> Learning:
-    """Return what a method learns from, with one thread, and a window and a loss other than its own where given."""
+    """Return the data and options of a fit on one thread, with the given window and loss over the method's own."""
     own: dict[str, Any] = {} if loss is None else {"loss": loss}
     return Learning(recording, parts, window=window, seed=seed, settings={"threads": 1, **settings, **own})
 
@@ -42,7 +42,7 @@ def fit_and_score(
     the prediction ("answered") of the test part, both (n,) in m/s^2, with the learning curve, and the model's card and
     tensors. Without a folder the method is only compared with others: no file, no arrays, but `validation_mae`.
 
-    Raises what the method raises, and TextureDataError where there is nothing to test on.
+    Raises the method's errors, and TextureDataError where there is nothing to test on.
     """
     recording, parts = learning.recording, learning.parts
     start = clock()
@@ -75,7 +75,7 @@ def fit_and_score(
 def predict_test_part(recording: Recording, parts: Parts, model: Fitted) -> tuple[Array, Array]:
     """Return the test part's samples and the prediction of each from those before it, both (n,) in m/s^2.
 
-    The same samples whatever the model's window. Raises TextureDataError where there are none.
+    The samples do not depend on the model's window. Raises TextureDataError where there are none.
     """
     common = tuple((start + max(LONGEST - model.window, 0), stop) for start, stop in parts.test)
     test = windows(recording, common, model.window)
@@ -83,9 +83,10 @@ def predict_test_part(recording: Recording, parts: Parts, model: Fitted) -> tupl
 
 
 def one_step_scores(actual: Array, predicted: Array, recording: Recording, parts: Parts) -> Numbers:
-    """Return MAE in m/s^2 and in SDs of the training part's acceleration, GFC (raw, of the whole), variance explained.
+    """Return the scores of a prediction of the test part.
 
-    Also the number of samples.
+    They are the MAE in m/s^2 and in SDs of the training part's acceleration, the GFC (raw, of the whole), the share of
+    variance explained, and the number of samples.
     """
     off = mae(actual, predicted)
     sd = float(np.std(samples_of(recording, parts.train)[0]))

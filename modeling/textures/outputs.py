@@ -1,4 +1,4 @@
-"""A fitted texture as the file that a rig gets: the card's texture section, its ports, and what a touch begins with."""
+"""A fitted texture as a model file for a rig: the card's texture section, its ports, and the start of a touch."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from palpate.signals.models.card import Port, Texture
 from palpate.signals.textures.voice import play
 
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
-"""What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""
+"""Speed and force at the start of a touch (thesis 4.5.1; 45 m/s there is a misprint)."""
 START_S = 1.0
-"""The model runs so long at that speed and force before its last window is taken."""
+"""Seconds that the model runs at that speed and force before its last window is taken."""
 HEADROOM = 1.25
-"""What is played may go beyond the greatest acceleration of the training part by this."""
+"""The factor by which a played signal may exceed the greatest acceleration of the training part."""
 LEAST_PEAK_M_S2 = 1e-3
 LONGEST_NAME = 64
 START = "start"
@@ -31,19 +31,19 @@ WINDOW_UNIT = "m/s^2, mm/s, N"
 
 
 class BlockFitted(Fitted, Protocol):
-    """A fitted method that gives spectra: frames of `window` samples, `hop` apart, from `drawn` random numbers."""
+    """A fitted method that generates spectra: frames of `window` samples, `hop` apart, from `drawn` random numbers."""
 
     @property
     def hop(self) -> int:
-        """Samples between frames."""
+        """The number of samples between frames."""
 
     @property
     def drawn(self) -> int:
-        """Random numbers that it takes beside speed and force."""
+        """The number of random numbers of its input, beside speed and force."""
 
     @property
     def frames(self) -> int:
-        """Frames that one answer holds."""
+        """The number of frames in one output."""
 
 
 def write_texture(
@@ -53,10 +53,10 @@ def write_texture(
 ) -> Path:  # fmt: skip
     """Write a fitted texture as a model (NAME.json, NAME.safetensors) and return its card's path.
 
-    NAME is texture-TEXTURE-METHOD unless given. `with_start`: the file also holds what a touch begins with: the last
-    window of a second that the model itself makes at 45 mm/s and 0.8 N, by the renderer (thesis 4.5.1); without, or
-    where a model gives spectra, a touch begins without. Raises ModelWritingError for what cannot be written,
-    TextureDataError for a training part without samples.
+    NAME is texture-TEXTURE-METHOD unless given. With `with_start`, the file also holds the start of a touch, except for
+    a model of spectra: the last window of a second that the model generates at 45 mm/s and 0.8 N in the renderer
+    (thesis 4.5.1). Raises ModelWritingError for a model that cannot be written, TextureDataError for a training part
+    without samples.
     """
     from palpate.modeling.files.model_files import write_model
 
@@ -78,7 +78,7 @@ def write_texture(
 
 
 def model_name(texture: str, method: str) -> str:
-    """texture-TEXTURE-METHOD. A name that no file may have is changed, and a part of its hash tells it from others."""
+    """Return texture-TEXTURE-METHOD; a name that is no valid file name is changed, with a part of its hash added."""
     plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", texture)[: LONGEST_NAME - len(f"texture--{method}")]
     if plain != texture:
         digest = hashlib.sha256(texture.encode()).hexdigest()[:6]
@@ -87,7 +87,7 @@ def model_name(texture: str, method: str) -> str:
 
 
 def texture_of(recording: Recording, parts: Parts, fitted: Fitted, method: Method) -> Texture:
-    """Return what the card says of the texture: levels, speeds and forces are those of the training part.
+    """Return the texture section of the card: levels, speeds and forces are those of the training part.
 
     Raises TextureDataError for a training part without samples.
     """
@@ -108,7 +108,7 @@ def texture_of(recording: Recording, parts: Parts, fitted: Fitted, method: Metho
 
 
 def ports(fitted: Fitted, method: Method) -> tuple[Port, Port]:
-    """Return what the model takes and gives."""
+    """Return the model's input and output ports."""
     if method.kind == "block":
         block = cast(BlockFitted, fitted)
         bins = block.window // 2 + 1
@@ -123,7 +123,7 @@ def ports(fitted: Fitted, method: Method) -> tuple[Port, Port]:
 
 
 def started(card: Path, window: int, seed: int = 0) -> Array:
-    """Return the last `window` samples in m/s^2 of a second that the card's model makes at 45 mm/s and 0.8 N."""
+    """Return the last `window` samples in m/s^2 of a second that the card's model generates at 45 mm/s and 0.8 N."""
     steps = round(START_S * RATE_HZ) + window
     made = play(card, np.full(steps, START_SPEED_MM_S), np.full(steps, START_FORCE_N), seed)
     result: Array = np.asarray(made, dtype=np.float64)[-window:]

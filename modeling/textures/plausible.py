@@ -1,4 +1,4 @@
-"""What no sensor on a hand-held tool can have measured, and what a recording must have to learn a texture from."""
+"""Checks for numbers that no sensor on a tool can measure, and for recordings that no model can learn from."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.signals.arrays import Array
 
 LIMITS = {"acceleration": (2000.0, "m/s^2"), "speed": (5000.0, "mm/s"), "force": (200.0, "N")}
-"""Beyond these (200 g, 5 m/s, 20 kg) a number is a fault of a sensor or of its unit, whatever the texture."""
+"""Numbers beyond these (200 g, 5 m/s, 20 kg) are a fault of a sensor or its unit, whatever the texture."""
 STILL_M_S2 = 1e-6
-"""Vibration that a sensor's last bit would exceed: no texture."""
+"""Vibration below a sensor's resolution, which is no texture."""
 REFUSED_CLIPPED, NOTED_CLIPPED = 0.05, 0.0005
 """Shares of clipped samples above which a recording is refused, and above which a note says so."""
 AT_END, CROWDED, LEAST_CROWD = 0.003, 8.0, 4
-"""See `clipped_share`."""
+"""Parameters of `clipped_share`."""
 SPIKE = 12.0
-"""A lone sample so many times larger than all others nearby is a fault of a sensor."""
+"""A lone sample this many times larger than all others nearby is a sensor's fault."""
 
 
 def demand_plausible(signal: Sampled) -> None:
-    """Raise TextureDataError on a number beyond what can be, on lone spikes, and on acceleration that is clipped or of
-    which an axis is constant."""
+    """Raise TextureDataError on implausible numbers, lone spikes, and clipped or constant axes of acceleration."""
     limit, unit = LIMITS[signal.what]
     size = np.abs(signal.values)
     place = np.argwhere(size > limit)
@@ -61,10 +60,10 @@ def demand_plausible(signal: Sampled) -> None:
 
 
 def clipped_share(values: Array) -> float:
-    """Return the share of samples (n, axes) that crowd at an end of an axis' range, as a sensor's do beyond its limit.
+    """Return the share of samples (n, axes) that accumulate at an end of an axis' range, as in a saturated sensor.
 
     They lie within 0.3 % of the range at its end, and are denser there by 8 times than in the next 1.2 % (a sine's
-    peaks: 3.2 times), so that noise on a clipped signal hides nothing. The worst axis counts.
+    peaks: 3.2 times), so that clipping is detected even with noise. The worst axis counts.
     """
     sound = values[np.isfinite(values).all(axis=1)]
     return max((_crowding(way * axis) for axis in sound.T for way in (1.0, -1.0)), default=0.0)
@@ -95,12 +94,12 @@ def demand_level(texture: str, level_m_s2: float) -> None:
 
 
 def oddities(recording: Recording) -> tuple[str, ...]:
-    """Return notes on speed or force that never vary: no model learns from them what they do."""
+    """Return notes on speed or force that is constant, so that no model can learn its effect."""
     return steady(recording.speed_mm_s, recording.force_N)
 
 
 def steady(speed_mm_s: Array, force_N: Array) -> tuple[str, ...]:
-    """As `oddities`, of speed and force (n,)."""
+    """Return the notes of `oddities` for speed and force (n,)."""
     notes = []
     for name, values, unit in (("speed", speed_mm_s, "mm/s"), ("force", force_N, "N")):
         if np.ptp(values) <= 1e-6 * max(1.0, float(np.abs(values).max())):
@@ -109,7 +108,7 @@ def steady(speed_mm_s: Array, force_N: Array) -> tuple[str, ...]:
 
 
 def _demand_no_spike(signal: Sampled) -> None:
-    """A sample that towers over the largest of the ten around it, and over the recording's own level."""
+    """Raise TextureDataError on a sample far above the ten around it, and above the recording's own level."""
     values = signal.values[np.isfinite(signal.values).all(axis=1)]
     if len(values) < 12:
         return

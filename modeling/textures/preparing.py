@@ -1,4 +1,4 @@
-"""From what the sensors gave to what models learn from: 1 kHz, filtered, one axis, checked (thesis 4.3.3)."""
+"""The preparation of recorded signals for models: 1 kHz, filtered, one axis, checked (thesis 4.3.3)."""
 
 from __future__ import annotations
 
@@ -18,20 +18,21 @@ from palpate.signals.filters import BAND_HZ, HAND_HZ, band_pass, has_upper_edge,
 from palpate.signals.one_axis import FRAME_S, one_axis
 
 SHORTEST_S = 0.3
-"""A piece between two holes that is shorter is left out: its filters' ends would be most of it."""
+"""Shorter pieces between two gaps are left out, since the filters' ends would be most of them."""
 AT_ENDS_S = 0.2
-"""So much may be lost at the ends without a note: the slope of positions and the last step of the slowest clock take
-0.06 s at 120 Hz, and 0.15 s at 20 Hz."""
+"""Seconds that may be lost at the ends without a note: the slope of positions and the last step of the slowest clock
+take 0.06 s at 120 Hz, and 0.15 s at 20 Hz.
+"""
 UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Touched:
-    """What sensors recorded of one exploration.
+    """The recorded signals of one exploration.
 
-    Acceleration in m/s^2 on one axis or three, gravity in it or not; force in N, one axis (normal) or three; and either
-    a speed in mm/s on one axis or positions in mm on two or three. `normal` points out of the surface, in the axes of
-    force and positions; one that points into it does as well. `where` names it in messages.
+    Acceleration in m/s^2 on one axis or three, with or without gravity; force in N, one axis (normal) or three; and
+    either a speed in mm/s on one axis or positions in mm on two or three. `normal` is perpendicular to the surface, in
+    the axes of force and positions; its sign does not matter. `where` names it in messages.
     """
 
     where: str
@@ -48,7 +49,7 @@ class Touched:
 class Filtering:
     """How an exploration is filtered: without hum or with it, in which band, how much is trimmed at both ends.
 
-    `frames` says in the notes of what DFT321 is to see one spectrum at a time.
+    `frames` describes for the notes the parts that DFT321 takes spectra of.
     """
 
     remove_hum: bool = True
@@ -68,9 +69,9 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
     """Return one texture's explorations, taken one at a time, as one recording at 1 kHz.
 
     Speed and force are low-passed at 25 Hz, each axis of acceleration is high-passed at 20 Hz (the upper edge of 1000
-    Hz is left out, as 1 kHz holds nothing there), mains hum is taken out, and DFT321 makes one axis of them. Long holes
-    and further explorations make a `Joined` recording. Raises TextureDataError on signals that are constant, clipped,
-    implausible or too short.
+    Hz is left out, as 1 kHz holds nothing there), mains hum is removed, and DFT321 combines the axes into one. Long
+    gaps and several explorations give a `Joined` recording. Raises TextureDataError on signals that are constant,
+    clipped, implausible or too short.
     """
     pieces: list[Array] = []
     notes: list[str] = []
@@ -90,9 +91,9 @@ def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: b
 
 
 def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], list[str]]:
-    """Return the stretches of one exploration of which everything is known, at 1 kHz, filtered, axes apart; and notes.
+    """Return the stretches of an exploration where all signals are known, at 1 kHz, filtered by axis, and notes.
 
-    What is trimmed goes last, and the ends of the filters with it. Raises TextureDataError on signals that are
+    Trimming comes last, so that it also removes the ends of the filters. Raises TextureDataError on signals that are
     constant, clipped, implausible or too short.
     """
     demand_plausible(touched.acceleration)
@@ -134,7 +135,10 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
 def _holes(
     where: str, runs: Sequence[tuple[int, int]], known: NDArray[np.bool_], signals: Sequence[Sampled]
 ) -> list[str]:  # fmt: skip
-    """What is lost to holes and to signals that end before others. Raises TextureDataError where it is everything."""
+    """Return notes on losses by gaps and by signals that end before others.
+
+    Raises TextureDataError if nothing is left.
+    """
     if not runs:
         raise TextureDataError(
             f"{where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
@@ -161,7 +165,7 @@ def _speed(touched: Touched) -> Sampled:
 
 
 def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> tuple[Stretch, list[str]]:
-    """Return one stretch at 1 kHz, and what its hum was."""
+    """Return one stretch filtered at 1 kHz, and notes on its hum."""
 
     def banded(axes: Array) -> Array:
         return band_pass(axes, RATE_HZ, way.band_hz)
@@ -174,7 +178,7 @@ def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> t
 
 
 def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
-    """Return what is done to every recording, and what is odd about this acceleration."""
+    """Return notes on the filters of every recording, and on oddities of this acceleration."""
     notes = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
     low_hz, high_hz = way.band_hz
     if not has_upper_edge(RATE_HZ, high_hz):

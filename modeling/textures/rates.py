@@ -16,25 +16,25 @@ from palpate.signals.aligning.speed import slope, velocity
 from palpate.signals.arrays import Array
 
 SLOWEST_HZ = {"acceleration": 100.0, "force": 10.0, "position": 20.0, "speed": 10.0}
-"""Below this rate a signal does not tell what it is recorded for."""
+"""A signal with a lower rate does not contain what it is recorded for."""
 FASTEST_HZ = 250_000.0
-"""Faster than any sensor of touch: the times are in another unit."""
+"""Faster than any sensor of touch, so the times must be in another unit."""
 LONGEST_GAP_S = {"acceleration": 0.0015, "force": 0.02, "position": 0.02, "speed": 0.15}
-"""Holes up to this are bridged: one sample of vibration, half a period of 25 Hz, a marker hidden for a moment."""
+"""Gaps up to this are bridged: one sample of vibration, half a period of 25 Hz, a marker hidden for a moment."""
 JITTER = 0.05
-"""Times that are off an even clock by so much of a step, beside the rounding they were written with, are its own."""
+"""The deviation from an even clock, as a share of a step, up to which times are as written; rounding is added."""
 LOST = 1.5
-"""Times further apart than so many steps have lost samples between them."""
+"""The number of steps between two times from which samples were lost between them."""
 SPEED_S = 0.05
-"""A parabola is fitted to so much of the positions: 7 samples at 120 Hz (docs/reference/alignment.md)."""
+"""Seconds of positions that a parabola is fitted to: 7 samples at 120 Hz (docs/reference/alignment.md)."""
 DEGREE = 2
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """One signal of a recording: `what` it is, values (n, channels) at times (n,) that rise, at about `rate_hz`.
+    """One signal: the quantity `what`, values (n, channels) at rising times (n,), at about `rate_hz`.
 
-    `written_s` is the rounding that its times were written with. `where` names it in messages.
+    `written_s` is the rounding of its written times. `where` names it in messages.
     """
 
     what: str
@@ -46,7 +46,7 @@ class Sampled:
 
     @property
     def lasts_s(self) -> float:
-        """The seconds from its first sample to the end of its last."""
+        """The seconds from the first sample to the end of the last."""
         return float(self.times_s[-1] - self.times_s[0]) + 1.0 / self.rate_hz
 
     @property
@@ -56,17 +56,17 @@ class Sampled:
 
 
 def evenly(what: str, values: Array, rate_hz: float, where: str) -> Sampled:
-    """Return a signal (n,) or (n, channels) that a clock of exactly that rate sampled from second 0 on."""
+    """Return a signal (n,) or (n, channels) that was sampled at exactly that rate from second 0 on."""
     table = np.asarray(values, dtype=np.float64)
     table = table[:, None] if table.ndim == 1 else table
     return Sampled(what, np.arange(len(table)) / rate_hz, table, float(rate_hz), where)
 
 
 def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_], tuple[str, ...]]:
-    """Return the signals at 1 kHz over the time that all cover, as (m, channels); where all are known (m,); and notes.
+    """Return the signals at 1 kHz over their common time, (m, channels) each; where all are known (m,); and notes.
 
-    Band-limited: what 1 kHz cannot hold is filtered off before the rate is lowered; holes that are short are bridged,
-    long ones stay unknown. Raises TextureDataError on rates that are too low, times that no clock has, no shared time.
+    Signals are low-passed before their rate is reduced; short gaps are bridged, long ones stay unknown. Raises
+    TextureDataError on rates that are too low, implausible times, and signals without a common time.
     """
     evened = [_even(signal) for signal in signals]
     try:
@@ -91,8 +91,8 @@ def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_],
 def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> Sampled:
     """Return the velocity (n, axes) in mm/s of positions in mm, in the plane with that normal; NaN where not known.
 
-    Of two axes the plane is their own. Its length is the speed: taken after it was brought to 1 kHz, where a turn's
-    sharp minimum survives. Raises TextureDataError.
+    Two axes are the plane themselves. The velocity's length is the speed; it must be computed at 1 kHz, which preserves
+    the sharp minimum of a turn. Raises TextureDataError.
     """
     even, _ = _even(position)
     window = max(DEGREE + 1, 2 * (round(SPEED_S * even.rate_hz) // 2) + 1)
@@ -127,7 +127,7 @@ def _unit(normal: Sequence[float]) -> Array:
 
 
 def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
-    """Return the signal at times of an even clock: as they are, of the clock they were written by, or interpolated."""
+    """Return the signal at times of an even clock: fitted to its written times, or with interpolated values."""
     _demand_rate(signal)
     steps = np.maximum(np.rint(np.diff(signal.times_s) * signal.rate_hz), 1.0)
     for places in (np.arange(len(signal.times_s), dtype=np.float64), np.r_[0.0, np.cumsum(steps)]):
@@ -162,7 +162,7 @@ def _demand_rate(signal: Sampled) -> None:
 
 
 def _align(signal: Sampled, grid_s: Array, grid_hz: float, method: str, longest_gap_s: float) -> Aligned:
-    """Return the signal at the times of a grid. Raises TextureDataError where that cannot be done."""
+    """Return the signal at the times of a grid. Raises TextureDataError where that is impossible."""
     try:
         return align(
             signal.times_s, signal.values, grid_s, METHODS[method], rate_hz=signal.rate_hz, grid_hz=grid_hz,

@@ -1,7 +1,7 @@
 """The Cluster Haptic Texture Dataset (Eguchi, Hayase, Hiroi and Hiraki, arXiv 2407.16206; figshare 29438288).
 
 A rubber finger slides over 118 surfaces, in eight directions, at five speeds and under two forces, twice. Its layout
-and what of it is checked: docs/reference/texture-data.md, Loaders.
+and the checks are described in docs/reference/texture-data.md, Loaders.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from palpate.protocols.files import file_sha256
 from palpate.protocols.wording import count, some
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
-"""texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""
+"""Pattern of a file name: texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""
 RATES_HZ = {"acceleration": 6000.0, "force": 6000.0, "position": 100.0}
 FOLDERS = {"acceleration": "accel", "force": "force", "position": "position"}
 COLUMNS = {"acceleration": ("x", "y", "z"), "force": ("force",), "position": ("x", "y")}
 HEADERS = {"acceleration": "time,X,Y,Z", "force": "time,force", "position": "time,X,Y"}
 RATE_OFF = 0.1
-"""How far the mean rate of a time column may be from the documented one."""
+"""The greatest relative deviation of a time column's mean rate from the documented one."""
 GRAVITY_G = (0.5, 1.5)
-"""The median length of acceleration: gravity is in it."""
+"""Range of the median magnitude of acceleration, which includes gravity."""
 FORCE_OFF, SPEED_OFF = 4.0, 2.0
-"""How many times the force and the speed may be more or less than a file's name says."""
+"""The greatest ratio, either way, of force and speed to the values in a file's name."""
 
 
 @dataclass(frozen=True)
 class Slide:
-    """One recorded slide; its file name says what it was."""
+    """One recorded slide, described by its file name."""
 
     root: Path
     stem: str
@@ -52,10 +52,9 @@ def read_cluster(
 ) -> tuple[Recording, ...]:  # fmt: skip
     """Return the textures of the data set in a folder, by number; each slide is a piece of its texture's recording.
 
-    `folder` holds sensor_data/accel, force and position (or these three). `textures` are names as cluster_0, all where
-    there is none.
-    Raises TextureDataError: a file that is missing or cut short, a rate, a unit, a speed or a force that are not those
-    documented, and signals that no texture can be learned from.
+    `folder` holds sensor_data/accel, force and position (or these three). `textures` are names such as cluster_0, by
+    default all. Raises TextureDataError for a file that is missing or cut short, an undocumented rate, unit, speed or
+    force, and signals that no texture can be learned from.
     """
     return tuple(
         prepared(texture, texture.replace("_", " "), (touched(exploration) for exploration in every), remove_hum)
@@ -64,7 +63,7 @@ def read_cluster(
 
 
 def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]:
-    """Return the slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
+    """Return the slides of each texture (cluster_0), ordered by texture, direction and speed, without reading them.
 
     Raises TextureDataError where there is none, or none of a requested texture, or where a file of one is missing.
     """
@@ -89,7 +88,7 @@ def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]
 
 
 def names_in(folder: Path) -> list[str]:
-    """Return the textures of which there is a slide, whole or not. Raises TextureDataError where there is none."""
+    """Return the textures with a slide, complete or not. Raises TextureDataError where there is none."""
     accel = _accel(folder)
     result = list(dict.fromkeys(name for name, _, _ in _named(accel)))
     if not result:
@@ -145,7 +144,7 @@ def _nothing(accel: Path) -> TextureDataError:
 
 
 def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
-    """Return each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
+    """Return each slide's texture, its parsed file name and its file, ordered by texture, direction and speed."""
     files = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
     files.sort(key=lambda entry: [int(number) for number in entry[0].groups()])
     return [(f"cluster_{match['texture']}", match, file) for match, file in files]

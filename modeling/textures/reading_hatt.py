@@ -1,7 +1,7 @@
 """Recordings of the Penn Haptic Texture Toolkit (Culbertson, Lopez Delgado and Kuchenbecker 2014).
 
 Ten seconds of a tool on each of a hundred textures: acceleration, force, position and speed at 10 kHz, in XML. The
-layouts that are read, and what of them is assumed: docs/reference/texture-data.md, Loaders.
+supported layouts and the assumptions are described in docs/reference/texture-data.md, Loaders.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from palpate.signals.arrays import Array
 from palpate.signals.xml_text import EntitiesDeclared, xml_root
 
 RATE_HZ = 10_000.0
-"""What the toolkit recorded at, where a file does not say."""
+"""The toolkit's recording rate, where a file does not give it."""
 MODEL = "modelset"
 NAMES = {
     "acceleration": ("accel", "acceleration"), "force": ("forcenormal", "force"), "position": ("position",),
     "speed": ("speed",),
 }  # fmt: skip
-"""The elements of each signal, in small letters, the first that is there."""
+"""The lower-case names of the elements of each signal; the first that exists counts."""
 UNITS = {
     "acceleration": ("accelunits", "accelerationunits"), "force": ("forceunits",), "position": ("positionunits",),
     "speed": ("speedunits",),
 }  # fmt: skip
 RATES = ("samplerate", "samplingrate")
 APART = 2.0
-"""Speed and positions of one recording tell speeds that are so many times apart at most."""
+"""The greatest ratio of the speed in a recording to the speed from its positions."""
 MOVES_MM_S = 5.0
 LARGEST = 256 * 1024**2
-"""Bytes of a file; ten seconds of every signal at 10 kHz take some 30 million."""
+"""The largest file in bytes; ten seconds of every signal at 10 kHz take some 30 million."""
 BETWEEN = re.compile(r"[\s,;]+")
 AXES = ("x", "y", "z")
 VALUE = "value"
@@ -47,7 +47,7 @@ VALUE = "value"
 
 @dataclass(frozen=True)
 class Source:
-    """One texture's files: one with everything in it, or one for each signal."""
+    """The files of one texture: one with all signals, or one for each signal."""
 
     name: str
     files: Mapping[str, Path]
@@ -56,11 +56,11 @@ class Source:
 def read_hatt(
     path: Path, textures: Sequence[str] = (), *, normal: tuple[float, float, float] = UP, remove_hum: bool = True
 ) -> tuple[Recording, ...]:
-    """The textures of a recording's file, or of a folder; by name. `textures` are names, all where there is none.
+    """Return the textures of a recording's file, or of a folder, by name; `textures` are names, by default all.
 
     A folder holds XML files of one texture each, or folders Accel, Force, and Speed or Position with a file of the same
-    name for each texture. Raises TextureDataError: what is not there, not read or cut short, other units than those
-    known, no rate that a recording has, and signals that no texture can be learned from.
+    name for each texture. Raises TextureDataError for files that are missing, unreadable or cut short, unknown units,
+    an implausible rate, and signals that no texture can be learned from.
     """
     return tuple(
         prepared(source.name, source.name.replace("_", " "), [touched(source, normal)], remove_hum)
@@ -69,7 +69,7 @@ def read_hatt(
 
 
 def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
-    """Return the textures of a file or folder, by name; nothing is read yet. Raises TextureDataError."""
+    """Return the textures of a file or folder, by name, without reading them. Raises TextureDataError."""
     there = _named_sources(path)
     names = [entry.name for entry in there]
     if missing := [name for name in textures if name not in names]:
@@ -82,12 +82,12 @@ def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
 
 
 def names_in(path: Path) -> list[str]:
-    """Return the textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
+    """Return the textures with a recording, complete or not. Raises TextureDataError where there is none."""
     return [entry.name for entry in _named_sources(path)]
 
 
 def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
-    """Return what the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
+    """Return the recorded signals of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     documents = {what: read_document(file) for what, file in source.files.items()}
     where = " and ".join(dict.fromkeys(document.where for document in documents.values()))
     notes: list[str] = []
@@ -187,7 +187,7 @@ def _rate(document: Document, notes: list[str]) -> float:
 
 
 def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) -> None:
-    """Where speed and positions are both there, they must tell about the same: a wrong rate or unit shows here."""
+    """Raise TextureDataError where speed and positions contradict each other: a wrong rate or unit shows here."""
     speed, position = signals.get("speed"), signals.get("position")
     if speed is None or position is None:
         return
@@ -205,9 +205,9 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
 
 @dataclass(frozen=True)
 class Document:
-    """The elements of a file by their names in small letters, without namespace; of equal ones the first.
+    """The elements of a file by their lower-case names, without namespace; of equal names the first.
 
-    Axes and values belong to the element around them, and are not among these.
+    Elements of axes and values belong to the element around them, and are not included.
     """
 
     where: str
@@ -215,16 +215,16 @@ class Document:
     elements: dict[str, ElementTree.Element]
 
     def text(self, *names: str) -> str:
-        """Return the text of the first of these elements that is there; "" where none is."""
+        """Return the text of the first of these elements that exists; "" if none does."""
         element = next((self.elements[name] for name in names if name in self.elements), None)
         return "" if element is None else (element.text or "").strip()
 
     def numbers(self, *names: str) -> Array | None:
-        """Return the numbers (n,) or (n, axes) of the first of these elements that holds any; None where none does.
+        """Return the numbers (n,) or (n, axes) of the first of these elements that has any; None if none has.
 
-        They stand as text between spaces, commas or semicolons, as <value> elements, or so in <x>, <y>, <z>; axes may
-        also be elements of their own, as <AccelX>. Raises TextureDataError on what is no finite number, and on axes
-        that are missing or of different lengths.
+        They are text separated by spaces, commas or semicolons, or <value> elements, possibly within <x>, <y>, <z>;
+        axes may also be separate elements such as <AccelX>. Raises TextureDataError on a number that is not finite, and
+        on axes that are missing or of different lengths.
         """
         for name in names:
             axes = {axis: self.elements[name + axis] for axis in AXES if name + axis in self.elements}
@@ -237,7 +237,7 @@ class Document:
         return None
 
     def alone(self) -> Array | None:
-        """Return the numbers of a file that holds one signal, whatever its elements are called."""
+        """Return the numbers of a file with a single signal, whatever its elements are called."""
         holding = [element for element in self.root.iter() if any(_name(child) == VALUE for child in element)]
         axes = {tag: element for element in holding if (tag := _name(element)) in AXES}
         if axes:
@@ -272,7 +272,10 @@ class Document:
 
 
 def read_document(file: Path) -> Document:
-    """Read a file's elements. Raises TextureDataError: no such file, too large, no XML, cut short, with entities."""
+    """Read a file's elements.
+
+    Raises TextureDataError where it is missing, too large, not XML, cut short, or has entities.
+    """
     where = str(file)
     try:
         root = xml_root(_content(file))

@@ -1,4 +1,4 @@
-"""Textures from the ledgers of a lab: what sessions of texture_capture recorded, one recording for each texture."""
+"""Textures from a lab's ledgers: the recordings of texture_capture sessions, one recording per texture."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from palpate.studies.sessions.session_files import by_twins, ledgers_in, stimulu
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")
 CHANNELS = {"acceleration": (("ax", "ay", "az"), AXES), "force": (("Fx", "Fy", "Fz"),), "position": (AXES,)}
-"""Channels of the streams tool_acceleration, tool_force and tool_position; torque is left aside."""
+"""Channels of the streams tool_acceleration, tool_force and tool_position, without the torque."""
 SEEN = "seen"
 """A tracker's channel that is 0 where the marker was hidden."""
 SIMULATED = "simulated"
@@ -39,12 +39,12 @@ SIMULATED = "simulated"
 
 
 class NoCapture(TextureDataError):
-    """Sessions without a capture that counts: nothing is damaged, and nothing was felt."""
+    """No session has a capture that counts."""
 
 
 @dataclass(frozen=True)
 class Capture:
-    """One capture that counts: its samples stay in the ledger until `touched_in` reads them."""
+    """One capture that counts; its samples stay in the ledger until `touched_in` reads them."""
 
     path: Path
     attempt: RecordedAttempt
@@ -54,12 +54,12 @@ class Capture:
 
     @property
     def where(self) -> str:
-        """Its place, for messages."""
+        """The capture's description for messages."""
         return f"{self.path}: trial {self.attempt.trial} ({self.attempt.stimulus})"
 
     @property
     def simulated(self) -> bool:
-        """Whether a twin made it."""
+        """Whether a simulated device made it."""
         return SIMULATED in self.notes
 
 
@@ -69,12 +69,12 @@ def read_lab(
 ) -> tuple[Recording, ...]:  # fmt: skip
     """Return the textures that a lab's sessions captured, in the order of their first appearance.
 
-    `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read: neither one that
-    was repeated, nor one that faulted. Several captures of a texture make one recording with borders (`Joined`). Read
-    are the streams tool_acceleration, tool_force and tool_position, of any rate, by their own clocks; `normal` points
-    out of the surface in the axes of force and position. `textures` are stimuli, all where it is None. Sessions of
-    people who withdrew, and `simulated` ones or real ones: as in `captures_by_texture`. Raises TextureDataError where
-    there is no capture, one without a stream, one that no texture can be learned from, and on a damaged file.
+    `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read, not one that was
+    repeated or faulted. Several captures of a texture make one recording with borders (`Joined`). The streams
+    tool_acceleration, tool_force and tool_position are read, of any rate, by their own clocks; `normal` points out of
+    the surface in the axes of force and position. `textures` are stimuli, None means all. Sessions of people who
+    withdrew, and `simulated`, are treated as in `captures_by_texture`. Raises TextureDataError where there is no
+    capture, on a capture without a stream or that no texture can be learned from, and on a damaged file.
     """
     by_texture = captures_by_texture(lab, study, textures, simulated)
     files = {capture.path: file_sha256(capture.path) for every in by_texture.values() for capture in every}
@@ -98,11 +98,11 @@ def read_lab(
 def captures_by_texture(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, simulated: bool | None = None
 ) -> dict[str, list[Capture]]:
-    """Return the captures that count, by texture in the order of first appearance; no sample is read yet.
+    """Return the captures that count, by texture in the order of first appearance, without reading samples.
 
-    Nothing of a session is read whose participant withdrew. `simulated` takes only what twins recorded, or only what a
-    rig did; None takes a rig's where there is any: the two are never one texture's recordings. Raises TextureDataError
-    on a damaged file, and its NoCapture where there is no capture.
+    Sessions of people who withdrew are not read. `simulated` selects recordings of twins, or of a rig; None selects a
+    rig's where there are any: the two are never mixed. Raises TextureDataError on a damaged file, and its subclass
+    NoCapture where there is no capture.
     """
     captures = list(_captures(lab, study))
     counted, notes = real_or_simulated(captures, simulated, "captures")
@@ -119,7 +119,7 @@ def captures_by_texture(
 
 
 def _captures(lab: Path, study: str) -> Iterator[Capture]:
-    """Yield the captures that count of every session. Raises TextureDataError on a damaged file, and for no session."""
+    """Yield the captures of every session that count. Raises TextureDataError on a damaged file, and for no session."""
     if not (lab.is_file() or ledgers_in(lab, study)):
         where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
         raise TextureDataError(f"{lab}: no session of {study}; {where}")
@@ -135,7 +135,7 @@ def _captures(lab: Path, study: str) -> Iterator[Capture]:
 
 
 def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: str) -> Iterator[Touched]:
-    """Yield each recording of a capture, its samples read from the ledger. Raises TextureDataError."""
+    """Yield each recording of a capture, with its samples from the ledger. Raises TextureDataError."""
     where = capture.where
     try:
         streams = streams_in(capture.attempt)
@@ -170,7 +170,7 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
 
 
 def _columns(what: str, stream: Stream, where: str) -> list[int]:
-    """Return the places of the axes; an accelerometer, or a force sensor along the normal, may have one."""
+    """Return the indices of the axes; an accelerometer, or a force sensor along the normal, may have a single one."""
     for names in CHANNELS[what]:
         if set(names) <= set(stream.channels):
             return [stream.channels.index(name) for name in names]
@@ -185,7 +185,7 @@ def _columns(what: str, stream: Stream, where: str) -> list[int]:
 def _demand_all(
     lab: Path, captures: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, also: Sequence[str]
 ) -> None:
-    """Raises NoCapture where one of `textures` lacks, or everything; `also` says why else a capture may not count."""
+    """Raise NoCapture where a texture, or all, are missing; `also` are further reasons why a capture may not count."""
     for texture in textures or ():
         if texture not in captures:
             raise NoCapture(f"{lab}: no capture of {texture!r} counts; {nearest(texture, captures)}")

@@ -24,16 +24,16 @@ CHANNELS = {
     "position": (("x", "y", "z"), ("x", "y")),
     "force": (("force",), ("fx", "fy", "fz"), ("fz",)),
 }  # fmt: skip
-"""The columns that a signal may stand in, the first set that is there whole."""
+"""The sets of columns of each signal; the first complete set counts."""
 COARSE = 0.01
-"""Where more neighbours have the same time, times are written too coarsely to tell single steps."""
+"""The share of neighbours with equal times above which times are too coarse for single steps."""
 SLOWEST_MM_S = 1.0
-"""Of a speed whose unit the table does not say: one that never gets there is in m/s."""
+"""The peak speed below which a speed without a unit is in m/s."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """What a table does not say and its reader knows: a rate where no times stand; a speed and force held still."""
+    """Values that a table does not have and its reader knows: a rate without times, a constant speed and force."""
 
     rate_hz: float | None = None
     speed_mm_s: float | None = None
@@ -46,12 +46,11 @@ def read_tables(
 ) -> tuple[Recording, ...]:  # fmt: skip
     """Return the textures in tables, or in all of a folder, named as the files are; by name.
 
-    Columns: `time` (or t, t_s); `acceleration`, or of ax, ay, az those that there are; `speed`, or positions x, y (,
-    z); `force`, or fz, or fx, fy, fz; others are left alone. A unit stands in the header, as in `force (mN)`, `ax [g]`
-    or `time_ms`; without one numbers are in s, m/s^2, mm/s, mm and N. A cell that is empty was not sampled then, so
-    that signals of different rates share a table. `held` stands in for columns that are not there. Raises
-    TextureDataError, with file and line, on a table that cannot be read so, and on signals that no texture can be
-    learned from.
+    Columns: `time` (or t, t_s); `acceleration`, or any of ax, ay, az; `speed`, or positions x, y (, z); `force`, or fz,
+    or fx, fy, fz; others are ignored. The header may give a unit, as in `force (mN)`, `ax [g]` or `time_ms`; otherwise
+    numbers are in s, m/s^2, mm/s, mm and N. An empty cell is no sample, so that signals of different rates share a
+    table. `held` replaces missing columns. Raises TextureDataError, with file and line, on an unreadable table, and on
+    signals that no texture can be learned from.
     """
     return tuple(
         prepared(file.stem, file.stem.replace("_", " "), [touched(file, held or Held(), normal)], remove_hum)
@@ -87,7 +86,7 @@ def _tables_in(paths: Sequence[Path]) -> Iterator[Path]:
 
 
 def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> Touched:
-    """Return what the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
+    """Return the recorded signals of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     table = read_columns(file)
     times_s, written_s = _times(table, held)
     signals = {what: _signal(what, sets, table, times_s, written_s) for what, sets in CHANNELS.items()}
@@ -120,7 +119,7 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
 
 
 def _times(table: Table, held: Held) -> tuple[Array, float]:
-    """Return the time of each row in s, (n,), and the rounding that it was written with."""
+    """Return the time of each row in s, (n,), and the rounding of the written times."""
     time = table.columns.get("time")
     if time is not None:
         if not np.isfinite(time.values).all():

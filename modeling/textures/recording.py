@@ -14,7 +14,7 @@ from palpate.signals.arrays import Array
 
 RATE_HZ = 1000.0
 CHANNELS = 3
-"""Acceleration in m/s^2, speed in mm/s, force in N: in this order wherever they stand together."""
+"""The order of the channels: acceleration in m/s^2, speed in mm/s, force in N."""
 
 
 class TextureDataError(ValueError):
@@ -22,15 +22,15 @@ class TextureDataError(ValueError):
 
 
 class TooShort(TextureDataError):
-    """A recording of which trimming leaves nothing."""
+    """Trimming leaves nothing of the recording."""
 
 
 @dataclass(frozen=True)
 class Recording:
     """A recording that was filtered and brought to 1 kHz.
 
-    `signals` is (3, n): acceleration (DFT321 of the axes there are, band-passed), speed and force (low-passed). `notes`
-    say what was done to it that a reader should know; `made_from` names its inputs with their SHA-256.
+    `signals` is (3, n): acceleration (DFT321 of its axes, band-passed), speed and force (low-passed). `notes` describe
+    its processing for the reader; `made_from` names its inputs with their SHA-256.
     """
 
     texture: str
@@ -65,7 +65,7 @@ class Recording:
 
     @property
     def seconds(self) -> float:
-        """Its length in seconds."""
+        """The duration in seconds."""
         return float(self.signals.shape[1] / RATE_HZ)
 
 
@@ -80,7 +80,7 @@ class Parts:
 
 @dataclass(frozen=True)
 class Scale:
-    """Mean and SD (3,) of the training part; a channel that does not vary has SD 1."""
+    """Mean and SD (3,) of the training part; a constant channel has SD 1."""
 
     mean: Array
     sd: Array
@@ -92,7 +92,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows (n, 3, window) in units, oldest first, the acceleration (n,) that follows each, and its place."""
+    """Windows (n, 3, window) in units, oldest first, the acceleration (n,) that follows each, and its index."""
 
     given: NDArray[np.float64]
     target: Array
@@ -108,13 +108,13 @@ def recording_digest(recording: Recording) -> str:
 
 @dataclass(frozen=True)
 class Joined(Recording):
-    """A recording whose samples do not all follow one another: at each of `borders` something new begins."""
+    """A recording whose samples are not all consecutive: at each of `borders` a new piece begins."""
 
     borders: tuple[int, ...] = ()
 
 
 def pieces_of(recording: Recording) -> tuple[tuple[int, int], ...]:
-    """Return the stretches [start, stop) within which samples follow one another."""
+    """Return the stretches [start, stop) of consecutive samples."""
     inner = recording.borders if isinstance(recording, Joined) else ()
     edges = (0, *inner, recording.signals.shape[1])
     return tuple(pairwise(edges))
@@ -123,7 +123,7 @@ def pieces_of(recording: Recording) -> tuple[tuple[int, int], ...]:
 def joined(
     texture: str, label: str, pieces: Sequence[Array], made_from: tuple[str, ...], notes: tuple[str, ...]
 ) -> Recording:
-    """Join pieces (3, n) to one recording, with borders between them."""
+    """Join pieces (3, n) into one recording, with borders between them."""
     signals = np.concatenate(pieces, axis=1)
     if len(pieces) == 1:
         return Recording(texture, label, signals, made_from, notes)

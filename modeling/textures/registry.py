@@ -1,4 +1,4 @@
-"""Every way of continuing a texture, by name; a method's libraries come with its first use."""
+"""All methods that continue a texture, by name; a method's libraries are imported with its first use."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ METHODS: Mapping[str, Method] = Registry(
         "ten_wavelet": "palpate.modeling.textures.foten:TEN_WAVELET",
     }
 )
-"""Table 4.1's rivals first, then the thesis' network, as it is read commonly and to the letter, and ours, then the
-variants of Table 4.2."""
+"""The rivals in Table 4.1 first, then the thesis' network, as commonly read and to the letter, and ours, then the
+variants in Table 4.2.
+"""
 ON_REQUEST = ("foten_thesis",)
-"""What is evaluated only where it is named: beside `foten` it costs as much again."""
+"""Methods that are evaluated only by request: beside `foten` they cost as much again."""
 DEFAULT = "foten_generative"
-"""What is trained where nothing was evaluated on the same recordings."""
+"""The method to train without an evaluation of the same recordings."""
 THESIS = "foten"
 """The method that the thesis proposes (4.4)."""
 BASELINE = "ar"
-"""What has to be beaten: piecewise autoregression."""
+"""The method to beat: piecewise autoregression."""
 
 
 def method_named(name: str) -> Method:
@@ -42,7 +43,7 @@ def method_named(name: str) -> Method:
 
 
 def demand_known(names: tuple[str, ...]) -> None:
-    """Raises TextureDataError for a name that is no method's; nothing is imported for it."""
+    """Raise TextureDataError for the name of an unknown method, without importing anything."""
     for name in names:
         if name not in METHODS:
             from palpate.protocols.did_you_mean import nearest

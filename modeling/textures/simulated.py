@@ -1,4 +1,4 @@
-"""Six simulated textures, captured through the twins of a rig's sensors: the default that every model is tried on."""
+"""Six simulated textures, captured by the twins of a rig's sensors, which every model is tested on by default."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from palpate.protocols.code_digest import code_digest
 from palpate.signals.arrays import Array
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
-"""The rendered textures (thesis 4.3.2)."""
+"""The textures that are rendered (thesis 4.3.2)."""
 SECONDS = 20.0
 SEEN = 3
 """The column of a tracker's positions that is 0 where the marker was hidden."""
@@ -32,11 +32,11 @@ def simulated(
     cache: Path | None = None, report: Callable[[str], None] = lambda _line: None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """Return a recording of each texture: a free exploration of a simulated surface, captured as a session records it.
+    """Return a recording of each texture: a free exploration of a simulated surface, captured as in a session.
 
-    The same texture, seconds and seed give the same recording. In a folder `cache` it is kept under the SHA-256 of all
-    that decides it, the program's own files included, and checked when it is read; `report` is told the seconds that
-    each took. Raises TextureDataError, and what `simulator` raises on a texture that it does not have.
+    The same texture, seconds and seed give the same recording. In a folder `cache` it is saved under the SHA-256 of all
+    that determines it, including the program's own files, and verified when it is read; `report` gets the seconds of
+    each. Raises TextureDataError, and the errors of `simulator` for an unknown texture.
     """
     recordings = []
     for texture in textures:
@@ -49,7 +49,7 @@ def simulated(
 
 
 def captured(simulator: TextureSimulator, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
-    """Return what `simulated` returns, for one texture and without a cache."""
+    """Return the recording of one texture as `simulated` does, without a cache."""
     streams, where = simulator.captured(texture, seconds, seed), f"simulated {texture}"
     if missing := [name for name in STREAMS if name not in streams]:
         raise TextureDataError(f"{where}: no stream {missing[0]!r}; {', '.join(STREAMS)} are expected")

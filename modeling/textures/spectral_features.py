@@ -1,4 +1,4 @@
-"""What stands in for the Fourier block in Table 4.2: mel-frequency cepstral coefficients, and wavelets.
+"""The replacements of the Fourier block in Table 4.2: mel-frequency cepstral coefficients, and wavelets.
 
 Both are an encoder between fixed matrices, from (batch, length) to the same shape, as the Fourier block is.
 """
@@ -15,9 +15,9 @@ from palpate.modeling.textures.recording import RATE_HZ
 
 BANDS, COEFFICIENTS = 16, 13
 FLOOR = 1e-6
-"""Added to the energy of every mel band, in squared SDs of the acceleration: the log of silence is a number."""
+"""Added to the energy of every mel band, in squared SDs of the acceleration, so that the log of silence is finite."""
 TIMES = 2
-"""The window is padded to so many times its length before its spectrum is taken: bands narrower than its bins."""
+"""The factor by which the window is padded before its spectrum, since bands are narrower than its bins."""
 LEVELS = 2
 """Levels of the wavelet decomposition."""
 DB2 = (1 + math.sqrt(3), 3 + math.sqrt(3), 3 - math.sqrt(3), 1 - math.sqrt(3))
@@ -25,12 +25,12 @@ DB2 = (1 + math.sqrt(3), 3 + math.sqrt(3), 3 - math.sqrt(3), 1 - math.sqrt(3))
 
 
 def mel(hz: Tensor) -> Tensor:
-    """Return the mel scale as HTK and most libraries have it: 2595 log10(1 + hz / 700)."""
+    """Return the mel scale of HTK and most libraries: 2595 log10(1 + hz / 700)."""
     return 2595 * torch.log10(1 + hz / 700)
 
 
 def mel_bands(bins: int) -> Tensor:
-    """(BANDS, bins): triangles equally wide in mel over 0 Hz to Nyquist, for the bins of a real spectrum."""
+    """Return triangular filters (BANDS, bins), equally wide in mel from 0 Hz to Nyquist, for a real spectrum."""
     hz = torch.linspace(0, RATE_HZ / 2, bins, dtype=torch.float64)
     corners = torch.linspace(0, float(mel(hz[-1:])), BANDS + 2, dtype=torch.float64)
     low, middle, high = corners[:-2, None], corners[1:-1, None], corners[2:, None]
@@ -39,7 +39,7 @@ def mel_bands(bins: int) -> Tensor:
 
 
 def cosines(rows: int, columns: int) -> Tensor:
-    """Return the orthonormal discrete cosine transform of type II: its first rows."""
+    """Return the first rows of the orthonormal discrete cosine transform of type II."""
     turns = torch.outer(torch.arange(rows).double(), torch.arange(columns).double() + 0.5) * math.pi / columns
     matrix = math.sqrt(2 / columns) * turns.cos()
     matrix[0] /= math.sqrt(2)
@@ -47,9 +47,10 @@ def cosines(rows: int, columns: int) -> Tensor:
 
 
 class MelBlock(nn.Module):
-    """Mel-frequency cepstral coefficients of the window (Davis and Mermelstein 1980), encoded; back by a dense layer.
+    """A block that encodes the window's mel-frequency cepstral coefficients (Davis and Mermelstein 1980).
 
-    Hann window; power of the padded spectrum; 16 mel bands; log; cosine transform; 13 coefficients.
+    Hann window; power of the padded spectrum; 16 mel bands; log; cosine transform; 13 coefficients; encoder; dense
+    layer back to the window.
     """
 
     spectrum: Tensor
@@ -73,16 +74,16 @@ class MelBlock(nn.Module):
         self.dense = nn.Linear(COEFFICIENTS, length)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length) to the same shape."""
+        """Return the output for (batch, length), in the same shape."""
         energy = (x @ self.spectrum.T).square() @ self.bands.T + self.floor
         result: Tensor = self.dense(self.encoder(energy.clamp(min=1e-10).log() @ self.cosines.T))
         return result
 
 
 def wavelet(length: int) -> tuple[Tensor, Tensor]:
-    """Daubechies' wavelets of four taps over so many samples, and the way back: (padded, length), (length, padded).
+    """Return Daubechies' four-tap wavelet transform (padded, length) and its inverse (length, padded).
 
-    Repeated at the borders; the length is padded to a multiple of 4 with the newest sample. Coarsest scale first.
+    It is periodic; the length is padded to a multiple of 4 with the newest sample. Coarsest scale first.
     """
     padded = 2**LEVELS * math.ceil(length / 2**LEVELS)
     whole = torch.eye(padded, dtype=torch.float64)
@@ -104,7 +105,7 @@ def wavelet(length: int) -> tuple[Tensor, Tensor]:
 
 
 class WaveletBlock(nn.Module):
-    """Wavelet coefficients of the window, encoded, and brought back by the inverse transform."""
+    """A block that encodes the window's wavelet coefficients and applies the inverse transform."""
 
     matrix: Tensor
     back: Tensor
@@ -117,6 +118,6 @@ class WaveletBlock(nn.Module):
         self.encoder = SpectrumEncoder(len(matrix), dropout)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(batch, length) to the same shape."""
+        """Return the output for (batch, length), in the same shape."""
         result: Tensor = self.encoder(x @ self.matrix.T) @ self.back.T
         return result

@@ -1,7 +1,7 @@
 """The split of a recording into three parts that share its speeds and forces (thesis 4.6, its reference [90]).
 
-Parts of a recording that differ in speed and force test extrapolation, not the model. So the assignment with the least
-energy distance (Szekely and Rizzo 2013) between each part's speeds and forces and the whole recording's is sought.
+Parts of a recording that differ in speed and force test extrapolation, not the model. So `split` minimises the energy
+distance (Szekely and Rizzo 2013) between each part's speeds and forces and the whole recording's.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ FRAMES = 20
 SHARES = (0.7, 0.2, 0.1)
 NAMES = ("train", "validation", "test")
 WINDOW = 30
-"""The longest window that is compared: frames are long enough for it."""
+"""The longest window that is compared; frames are long enough for it."""
 LEAST_WINDOWS = 5
-"""A frame has at least so many times a window's samples: what its windows share with no other is lost at its start."""
+"""The least length of a frame in windows: the windows across its start are lost."""
 SAMPLED = 25
-"""Samples of a frame that stand for its speeds and forces."""
+"""Number of a frame's samples that represent its speeds and forces."""
 STARTS = 12
 """Random assignments that the search starts from, beside one that spreads each part over time."""
 TOLERATED = 0.015
-"""Shares are named where whole frames miss them by more."""
+"""The deviation of shares above which a note names it."""
 SAME = 1e-12
 """A gain below this is rounding."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """How alike parts are: energy distance of each to the whole, in SDs of speed and force, 0 for the same."""
+    """The similarity of parts: the energy distance of each to the whole in SDs of speed and force, at least 0."""
 
     frames: int
     shares: tuple[float, float, float]
@@ -47,10 +47,10 @@ class Fit:
 def split(
     recording: Recording, frames: int = FRAMES, shares: Sequence[float] = SHARES, seed: int = 0, window: int = WINDOW
 ) -> Parts:
-    """Return the recording's frames in training, validation and test parts that share speed-force regions.
+    """Return training, validation and test parts of a recording that share speed-force regions.
 
     `frames` of equal length, none across a border of a joined recording; fewer where one would be shorter than five
-    windows (`frames_of`, `split_notes`). Each part is so many frames as its share, at least one. The same recording,
+    windows (`frames_of`, `split_notes`). Each part has its share of the frames, at least one. The same recording,
     shares and seed give the same parts. Raises TextureDataError where there are not three such frames.
     """
     cut = frames_of(recording, frames, window)
@@ -82,7 +82,7 @@ def frames_of(recording: Recording, frames: int = FRAMES, window: int = WINDOW) 
 
 
 def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tuple[str, ...]:
-    """Return what a reader should know of parts: fewer frames than wanted, shares that whole frames do not reach."""
+    """Return notes on the parts: fewer frames than requested, shares that whole frames cannot reach."""
     fit = fit_of(recording, parts)
     notes = [f"{fit.frames} frames instead of {frames}: the recording is short"] if fit.frames < frames else []
     if any(abs(reached - share) > TOLERATED for reached, share in zip(fit.shares, SHARES, strict=True)):
@@ -91,7 +91,7 @@ def split_notes(recording: Recording, parts: Parts, frames: int = FRAMES) -> tup
 
 
 def fit_of(recording: Recording, parts: Parts) -> Fit:
-    """Return how large parts are, and how alike their speeds and forces."""
+    """Return the sizes of the parts, and the similarity of their speeds and forces."""
     every = (parts.train, parts.validation, parts.test)
     cut = tuple(sorted(stretch for part in every for stretch in part))
     where = {stretch: number for number, part in enumerate(every) for stretch in part}
@@ -103,7 +103,7 @@ def fit_of(recording: Recording, parts: Parts) -> Fit:
 
 
 def _frames_within(recording: Recording, frames: int, length: int) -> Iterator[tuple[int, int]]:
-    """Yield frames of at least that length within each piece of the recording, as equal as whole samples allow."""
+    """Yield frames of at least that length within each piece of the recording, as equal as possible."""
     pieces = pieces_of(recording)
     for start, stop in pieces:
         count = frames if len(pieces) == 1 else (stop - start) // max(1, length)
@@ -112,7 +112,7 @@ def _frames_within(recording: Recording, frames: int, length: int) -> Iterator[t
 
 
 def _frame_counts(frames: int, shares: Sequence[float]) -> tuple[int, ...]:
-    """Return the number of frames of each part: nearest to its share by largest remainder, at least one."""
+    """Return the number of frames of each part, by its share (largest remainder), at least one."""
     if len(shares) != len(NAMES) or min(shares) <= 0 or abs(sum(shares) - 1) > 1e-9:
         raise TextureDataError(f"shares {tuple(shares)}: three above 0 that sum to 1 are expected")
     exact = [share * frames for share in shares]
@@ -147,13 +147,13 @@ def _distances(apart: Array, labels: Labels) -> list[float]:
 
 
 def _spread(counts: Sequence[int]) -> Labels:
-    """Return each part spread evenly over time."""
+    """Return an assignment that spreads each part evenly over time."""
     places = [((number + 0.5) / count, part) for part, count in enumerate(counts) for number in range(count)]
     return np.array([part for _, part in sorted(places)], dtype=np.int64)
 
 
 def _swap_frames(apart: Array, labels: Labels) -> Labels:
-    """Swap the two frames that gain most until no two gain."""
+    """Swap the two frames that reduce the distance most, until none do."""
     while True:
         # gain (frames, frames): by how much the sum of the distances falls when two frames change places
         sizes = np.bincount(labels, minlength=len(NAMES)).astype(float)

@@ -23,16 +23,16 @@ NAMES = (
     (re.compile("force|normalforce|forcenormal|fn|forcen"), "force", "force"),
     (re.compile("(?:f|force)([xyz])"), "force", "f"),
 )
-"""How a column may be called, without case, spaces and underscores; what it is; its name, before its axis."""
+"""The names of a column without case, spaces and underscores, its kind, and its own name without the axis."""
 BRACKETS = re.compile(r"(?P<name>[^\[(]+)[\[(](?P<unit>.*)[\])]\s*")
 BETWEEN = re.compile(r"[\s_/]+(?:in\s+)?")
-"""What may stand between a name and a unit that has no brackets."""
+"""The separators between a name and a unit without brackets."""
 COMMENT = "#%"
-"""A line that begins so is none of the table's; but the last one above a table without a header is its header."""
+"""Characters that begin a comment; the last comment above a table without a header is its header."""
 SPACED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
-"""A cell of a header between spaces: a name, and a unit in brackets."""
+"""A cell of a header that is separated by spaces: a name, and a unit in brackets."""
 DECIMALS = 1000
-"""So many rows tell how finely times are written."""
+"""The number of rows that determine the rounding of times."""
 FORMAT = TableFormat(
     error=TextureDataError,
     encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
@@ -46,15 +46,14 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
 PLAIN = {"acceleration": "m/s^2", "speed": "mm/s", "position": "mm", "force": "N", "time": "s"}
-"""What a number without a unit is taken to be in."""
+"""The unit of numbers without a unit."""
 OTHERWISE = {"²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "_": "/", "per": "/"}
 ALSO = {"m/s/s": "m/s2", "m/s/2": "m/s2", "sec": "s", "seconds": "s"}
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A column that is known: where it stands, its name and kind, what its numbers are multiplied by, and whether the
-    header says its unit."""
+    """A known column: index, name and kind, the factor of its numbers, and whether the header gives its unit."""
 
     place: int
     name: str
@@ -65,9 +64,9 @@ class Heading:
 
 @dataclass(frozen=True)
 class Column:
-    """Values as they stand, what turns them into our units, which cells are empty, and how finely they are written.
+    """The values of a column as written, their factor, which cells are empty, and the rounding of the numbers.
 
-    `unit_given`: whether the table says its unit.
+    `unit_given`: whether the table gives its unit.
     """
 
     values: Array
@@ -79,7 +78,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """The columns that are known, by name; the header as it stands; the line of each row."""
+    """The known columns by name, the header as written, and the line of each row."""
 
     where: str
     columns: dict[str, Column]
@@ -90,7 +89,7 @@ class Table:
 
 @dataclass(frozen=True)
 class _Lines:
-    """The header's line and number, the rows' lines and numbers, and what separates their cells; "": spaces."""
+    """The header's line and number, the rows' lines and numbers, and the separator of their cells, "" for spaces."""
 
     header: str
     at: int
@@ -102,9 +101,9 @@ class _Lines:
 def read_columns(file: Path) -> Table:
     """Return the columns of a table: UTF-8, separated by commas, semicolons, tabs or spaces, one header.
 
-    Lines that begin with # or % are left alone, as are empty ones; but a header may stand behind a #. Where commas do
-    not separate they may be decimal. A cell that is empty is not a sample; "nan" is one that a sensor failed at, and is
-    not finite. Raises TextureDataError with file and line.
+    Empty lines and those that begin with # or % are ignored, but a header may follow a #. Where commas are no
+    separators, they may be decimal. An empty cell is no sample; "nan" is a failed sample, which is not finite. Raises
+    TextureDataError with file and line.
     """
     lines = _lines(file)
     header = [cell.strip() for cell in _split(file, [lines.header], lines.separator, SPACED.findall)[0]]
@@ -136,7 +135,7 @@ def read_columns(file: Path) -> Table:
 
 
 def _of_numbers(lines: _Lines, count: int) -> Array | None:
-    """(rows, count) of a table that holds nothing but finite numbers, read at once; None: it must be looked at."""
+    """Return the array (rows, count) of a table of finite numbers only, read at once; None for another table."""
     try:
         numbers = np.loadtxt(lines.rows, delimiter=lines.separator or None, comments=None, quotechar='"', ndmin=2)
     except ValueError:
@@ -171,7 +170,7 @@ def _lines(file: Path) -> _Lines:
 
 
 def _numbers(line: str) -> bool:
-    """Return whether a line holds nothing but numbers."""
+    """Return whether a line holds only numbers."""
     try:
         return [float(cell) for cell in re.split(r"[,;\s]+", line.strip(" ,;\t"))] != []
     except ValueError:
@@ -179,7 +178,7 @@ def _numbers(line: str) -> bool:
 
 
 def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> list[tuple[str, ...]]:
-    """Return the cells of each column, of so many rows; empty ones beyond the header's last column are nothing."""
+    """Return the cells of each column in the first `most` rows, without empty ones beyond the header's columns."""
     rows = _split(file, lines.rows[:most], lines.separator, str.split)
     for place, row in enumerate(rows):
         while len(row) > count and not row[-1].strip():
@@ -192,7 +191,7 @@ def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> li
 
 
 def _split(file: Path, lines: list[str], separator: str, spaced: Callable[[str], list[str]]) -> list[list[str]]:
-    """Return the cells of lines; `spaced` splits those in which spaces separate."""
+    """Return the cells of lines; `spaced` splits lines that are separated by spaces."""
     if not separator:
         return [spaced(line) for line in lines]
     try:
@@ -223,7 +222,7 @@ def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequenc
 
 
 def is_number(cell: str) -> bool:
-    """Return whether a cell is a number, nan and infinity included."""
+    """Return whether a cell is a number, including nan and infinity."""
     try:
         float(cell)
     except ValueError:
@@ -232,7 +231,7 @@ def is_number(cell: str) -> bool:
 
 
 def _written(cells: Sequence[str]) -> float:
-    """Return the last place that numbers are written to; 0 where an exponent hides it."""
+    """Return the last decimal place of written numbers; 0 for numbers with an exponent."""
     if any("e" in cell.lower() for cell in cells):
         return 0.0
     places: Iterator[int] = (len(cell.strip().partition(".")[2]) for cell in cells)
@@ -255,7 +254,7 @@ def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
 
 
 def _read(text: str) -> tuple[str, str, str] | None:
-    """Return name, kind and unit ("" without one) of a header's cell; None for another column."""
+    """Return name, kind and unit ("" without a unit) of a header's cell; None for an unknown column."""
     bracketed = BRACKETS.fullmatch(text)
     if bracketed:
         known = _named(bracketed["name"])
@@ -269,7 +268,7 @@ def _read(text: str) -> tuple[str, str, str] | None:
 
 
 def _named(text: str) -> tuple[str, str] | None:
-    """Return name and kind of a column, None for another one."""
+    """Return name and kind of a column, None for an unknown one."""
     squeezed = re.sub(r"[\s_/]", "", text).lower()
     for pattern, what, name in NAMES:
         match = pattern.fullmatch(squeezed)
@@ -279,7 +278,7 @@ def _named(text: str) -> tuple[str, str] | None:
 
 
 def scale_of_unit(what: str, unit: str, where: str) -> float:
-    """Return what a number in that unit is multiplied by. Raises TextureDataError on a unit that is not known."""
+    """Return the factor of numbers in this unit. Raises TextureDataError on an unknown unit."""
     result = known_scale(what, unit)
     if result is None:
         raise TextureDataError(f"{where}: {what} in {unit!r}; known are {', '.join(UNITS[what])}")
@@ -287,7 +286,7 @@ def scale_of_unit(what: str, unit: str, where: str) -> float:
 
 
 def known_scale(what: str, unit: str) -> float | None:
-    """Return the factor of `scale_of_unit`, None where the unit is not known.
+    """Return the factor of `scale_of_unit`, None for an unknown unit.
 
     m/s^2 may be written m/s², ms^-2, m s-2, m/s/s or m_s2.
     """

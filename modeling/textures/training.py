@@ -1,4 +1,4 @@
-"""Training a lab's textures: one model file for each, with what the test part and a free run say of it in its card."""
+"""Training of a lab's textures: one model file each, with the scores of the test part and a free run in its card."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from palpate.protocols.progress import Report
 
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
 FREE = ("level", "smoothed_gfc", "envelope", "cycle", "cycle_excess", "felt_dB")
-"""What a card holds of both; the latter as free_level and so on."""
+"""The metrics of both in a card; the latter as free_level and so on."""
 
 
 @dataclass(frozen=True)
 class WrittenTexture(Written):
     """The model of a texture that was written.
 
-    `cautions` are the aims of its training that it missed, and which of its numbers are not held-out ones.
+    `cautions` are sentences on missed aims of its training, and on numbers that are not held-out ones.
     """
 
     texture: str
@@ -40,13 +40,13 @@ def train_textures(
     recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions, folder: Path,
     report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
 ) -> tuple[WrittenTexture, ...]:  # fmt: skip
-    """Fit the requested methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
+    """Fit the requested methods to every texture, run each freely, and write texture-TEXTURE-METHOD into the folder.
 
     A model learns from the training part and is stopped by the validation part; the card's metrics are those of the
     test part (mae in SDs, mae_m_s2, gfc, explained) and of the free run (free_level, free_smoothed_gfc, ...); its
-    `measured_on` says what hand and truth the free run had. What an
-    earlier, equal command or an evaluation finished is taken from `wanted.work`. Raises TextureDataError for a
-    recording that cannot be split, or where a method refuses one.
+    `measured_on` describes hand and truth of the free run. Finished results of an earlier, equal command or evaluation
+    are loaded from `options.work`. Raises TextureDataError for a recording that cannot be split, or where a method
+    refuses one.
     """
     domain = domain_for(recordings, simulator, options, methods)
     for why in domain.left_out.values():
@@ -62,7 +62,7 @@ def train_textures(
 def _write(
     fit: Fit, fitted: TextureResult, played: TextureResult, domain: TextureDomain, folder: Path
 ) -> WrittenTexture:
-    """Write the evaluated model again, its card with its metrics and what they were measured on."""
+    """Write the evaluated model again, with its metrics and a description of their data in its card."""
     from safetensors.numpy import load_file
 
     from palpate.modeling.files.model_files import Exported, write_model

@@ -1,4 +1,4 @@
-"""Windows of the past and the sample that follows each, within stretches of a recording (thesis equation 4.1)."""
+"""Windows of the past and the next sample of each, within stretches of a recording (thesis equation 4.1)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ LENGTHS = (10, 15, 20, 25, 30)
 
 Stretches = Sequence[tuple[int, int]]
 SAME = 1e-12
-"""A channel that varies by less than this of its size varies by rounding alone."""
+"""Variation of a channel below this share of its size is rounding."""
 
 
 def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
-    """Return every window of m samples within a stretch [start, stop), with the acceleration that follows it there.
+    """Return every window of m samples within a stretch [start, stop), with the acceleration that follows it.
 
-    given (n, 3, m) in units, oldest first; wanted (n,); at (n,), where the wanted sample stands in the recording. A
-    stretch of s samples gives s - m windows. Raises TextureDataError on m below 1, stretches that leave the recording,
-    and where no stretch is longer than m.
+    `given` is (n, 3, m) in units, oldest first; `target` (n,); `at` (n,) the target's index in the recording. A stretch
+    of s samples gives s - m windows. Raises TextureDataError on m below 1, stretches that leave the recording, and
+    where no stretch is longer than m.
     """
     if m < 1:
         raise TextureDataError(f"windows of {m} samples: at least 1 is expected")
@@ -53,7 +53,7 @@ def samples_of(recording: Recording, stretches: Stretches) -> Array:
 
 
 def scale_of(recording: Recording, parts: Parts) -> Scale:
-    """Return mean and SD (3,) of the training part; the SD of a channel that does not vary is 1 (thesis 4.3.3)."""
+    """Return mean and SD (3,) of the training part; the SD of a constant channel is 1 (thesis 4.3.3)."""
     trained = samples_of(recording, parts.train)
     if not trained.shape[1]:
         raise TextureDataError(f"{recording.texture}: the training part is empty")

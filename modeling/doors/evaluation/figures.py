@@ -31,7 +31,7 @@ ANGLE = np.arange(POINTS) / POINTS_PER_DEG
 HELD, OURS, THEIRS = "#9aa4ae", OKABE_ITO[0], OKABE_ITO[1]
 ACROSS = 3
 Line = tuple[str, str, Array, float]
-"""Name, colour, 621 newtons, width."""
+"""A line of a plot: name, colour, 621 newtons, width."""
 UNIT = "0 to 100"
 
 
@@ -110,7 +110,7 @@ def _figure(panels: Sequence[tuple[str, list[Line]]]) -> Figure:
 
 
 def figures(evaluation: DoorEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
+    """Draw every figure that the evaluation has data for, and write NAME.svg and NAME.png into the folder."""
     forward = _of(
         evaluation.results.methods("forward"),
         evaluation.choices["forward"].method if "forward" in evaluation.choices else "",

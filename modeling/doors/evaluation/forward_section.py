@@ -1,4 +1,4 @@
-"""The report's part about predicting a feeling from a force profile."""
+"""The report's section about predicting ratings from a force profile."""
 
 from __future__ import annotations
 

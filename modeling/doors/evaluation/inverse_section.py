@@ -1,4 +1,4 @@
-"""The report's part about making a force profile from wished-for ratings."""
+"""The report's section about making a force profile from wished ratings."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def _loop(evaluation: DoorEvaluation) -> list[Block]:
 
 
 def _in_full(evaluation: DoorEvaluation, ours: str) -> list[MethodResults]:
-    """Return the default, and the thesis' network where it is another."""
+    """Return the results of the default method, and of the thesis' network if that is another."""
     methods = [method for method in evaluation.results.methods("inverse") if method.method in (ours, THESIS)]
     return sorted(methods, key=lambda results: results.method != ours)
 

@@ -1,4 +1,4 @@
-"""The methods side by side: error, calibration, time and size of each in one row."""
+"""Comparison of the methods: error, calibration, time and size of each in one row."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from palpate.modeling.doors.scores import mae, r2, rmse, share_within, share_wit
 from palpate.signals.arrays import Array, Mask
 
 BY = ("judge", "fresh", "felt")
-"""Who rates a made profile: the forward model; fresh people; these without bias, gain, noise and steps."""
+"""The raters of a made profile: the forward model; fresh people; the same people without bias, gain, noise and steps.
+"""
 FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")
 
 

@@ -1,4 +1,4 @@
-"""The files of an evaluation: tables, one JSON with every number, figures and the report."""
+"""The files of an evaluation: tables, a JSON file with every number, figures and the report."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ MEASURED = (
 
 
 def report_html(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """Return the whole page as one text. Every name in it is escaped."""
+    """Return the whole page as HTML, with all names escaped."""
     sections = (
         in_short(evaluation), forward_section(evaluation, pictured), inverse_section(evaluation, pictured),
         measured_section(evaluation, pictured), provenance(evaluation),
@@ -83,7 +83,7 @@ def in_short(evaluation: DoorEvaluation) -> Section:
 
 
 def reached(evaluation: DoorEvaluation) -> list[tuple[str, str]]:
-    """Return the results beside their targets, each with its name."""
+    """Return the targets with their results, as labels and sentences."""
     points: list[tuple[str, str]] = []
     if "forward" in evaluation.choices:
         row = _row(evaluation.forward, evaluation.choices["forward"].method)
@@ -166,7 +166,7 @@ def measured_section(evaluation: DoorEvaluation, pictured: Sequence[DrawnFigure]
 
 
 def profile_name(name: str) -> str:
-    """Return a measured profile as the report calls it."""
+    """Return the name of a measured profile in the report."""
     return "The measured door" if name == "actual" else name.replace("edited_v", "Edit, version ")
 
 

@@ -1,4 +1,4 @@
-"""The tables of an evaluation by name, and its JSON with every number."""
+"""The tables of an evaluation by name, and its JSON file with every number."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from palpate.modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 LONG = ("predictions", "waveforms", "learning_curves")
-"""Tables of a row for each stimulus or epoch: they stand in their CSV alone."""
+"""Tables with a row for each stimulus or epoch, which are written as CSV only."""
 
 
 def tables(evaluation: DoorEvaluation) -> dict[str, list[Row]]:
-    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return every table of the evaluation by the name of its CSV file, without empty ones."""
     forward, inverse = evaluation.results.methods("forward"), evaluation.results.methods("inverse")
     within = attainable(inverse)
     every: dict[str, list[Row]] = {
@@ -112,7 +112,7 @@ def corner_rows(methods: Iterable[MethodResults]) -> list[Row]:
 
 
 def slider_rows(results: MethodResults) -> list[Row]:
-    """Return how far each slider's own rating and the others' move when it goes from 10 to 90."""
+    """Return how much each slider's own rating and the others change when it goes from 10 to 90."""
     felt = next((result.arrays["alone"] for result in results.folds if "alone" in result.arrays), None)
     if felt is None:
         return []

@@ -1,6 +1,7 @@
 """Tables 5.3 to 5.6 of the thesis and their further divisions, for every method, as rows of plain values.
 
-The numbers that the thesis printed stand beside ours: they are other people's private data, never a target."""
+The thesis' printed numbers are shown for reference; they come from other people's private data and are no target.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +60,7 @@ def _read() -> Mapping[str, Any]:
 
 
 def printed(measure: str) -> Printed:
-    """Return table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2") as the thesis printed it."""
+    """Return table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2") as printed in the thesis."""
     numbers, attributes, doors = _read()["forward"][measure], _read()["attributes"], _read()["doors"]
     cells = {
         (attribute, door): value
@@ -71,7 +72,7 @@ def printed(measure: str) -> Printed:
 
 
 def printed_waveforms() -> PrintedWaveforms:
-    """Return table 5.6 as the thesis printed it."""
+    """Return table 5.6 as printed in the thesis."""
     numbers, doors = _read()["inverse"], _read()["doors"]
     measures = ("mae", "mae_sd", "rmse", "rmse_sd")
     by_door = {door: {name: float(numbers[name][i]) for name in measures} for i, door in enumerate(doors)}
@@ -83,13 +84,13 @@ def _named(names: Sequence[str], values: Sequence[float]) -> dict[str, float]:
 
 
 def mean_of(values: Iterable[float | None]) -> float | None:
-    """Return the mean of the numbers among them, None where there are none."""
+    """Return the mean of the values that are numbers, None if there are none."""
     known = [value for value in values if value is not None]
     return float(np.mean(known)) if known else None
 
 
 def cell_rows(results: MethodResults, measure: str) -> list[Row]:
-    """Return a row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
+    """Return a row for each attribute with a column for each door; margins are means of cells, as in the thesis."""
     doors = rows_by_label(results.data.doors)
     error = MEASURES[measure]
     rows: list[Row] = []

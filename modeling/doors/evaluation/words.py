@@ -1,4 +1,4 @@
-"""What the report of an evaluation says in whole sentences, about any data."""
+"""Sentences of the report of an evaluation, which hold for any data."""
 
 from __future__ import annotations
 

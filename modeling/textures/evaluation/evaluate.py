@@ -1,4 +1,4 @@
-"""The evaluation of texture models: every method on every texture, one step ahead and running free; the default."""
+"""The evaluation of texture models: every method on every texture, one step ahead and in free runs; the default."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ RULE = (
 
 NOWHERE = (math.inf, math.inf)
 LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
-"""Figure 4.5 (the names are those of palpate.modeling.textures.foten_network)."""
+"""The losses of Figure 4.5, by their names in palpate.modeling.textures.foten_network."""
 STEPS, QUICK_STEPS = 2000, 200
 SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
-"""Methods that take minutes to train: they go first, so that no core is left with a long one at the end."""
+"""Methods that take minutes to train; they start first, so that no core has a long one left at the end."""
 Steps = Mapping[str, tuple[float, float, float]]
 
 
 def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
     """Return the default by `RULE`. `rows` are those of all methods, `textures` of each method on each texture.
 
-    Where nothing ran free it is the shipped default: the error one step ahead says nothing of that.
+    Without free runs it is the shipped default, since the error one step ahead says nothing about them.
     """
     ran = [row for row in rows if row.get("felt_dB") is not None]
     if not ran:
@@ -76,7 +76,7 @@ def choice(rows: Sequence[Row], textures: Sequence[Row]) -> Choice:
 
 
 def _compare_default(rows: Sequence[Row], textures: Sequence[Row], best: Row) -> list[str]:
-    """Compare the generative network with the baseline, and with the best method where that is another."""
+    """Compare the generative network with the baseline, and with the best method if that is another."""
     ours = next((row for row in rows if row["method"] == DEFAULT), None)
     baseline = next((row for row in rows if row["method"] == BASELINE), None)
     sentences = []
@@ -93,10 +93,10 @@ def _compare_default(rows: Sequence[Row], textures: Sequence[Row], best: Row) ->
 
 
 def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
-    """Return the number of textures on which one method is nearer than another, and of those on which either ran.
+    """Return the number of textures on which one method is better than another, and of those on which either ran.
 
-    A method is nearer where it keeps more of the limits, or as many with less error of felt levels. One that did not
-    run is farthest.
+    A method is better if it breaks fewer limits, or as many with a smaller error of felt levels. A method that did not
+    run is worst.
     """
     by_texture: dict[str, dict[str, tuple[float, float]]] = {}
     for row in textures:
@@ -110,9 +110,9 @@ def better(textures: Sequence[Row], one: str, other: str) -> tuple[int, int]:
 class TextureOptions(EvaluateOptions):
     """The options of an evaluation.
 
-    `methods` None takes all but `ON_REQUEST`. With `explore` the surfaces are simulated, and another exploration drives
+    `methods` None means all but `ON_REQUEST`. With `explore` the surfaces are simulated, and another exploration drives
     the models. `grid` names the methods whose windows and losses are compared too (Figure 4.5, Table 4.2). `work` is
-    the folder of finished jobs. `settings` go to the methods as they are.
+    the folder of finished jobs. `settings` are passed to the methods.
     """
 
     work: Path
@@ -158,7 +158,7 @@ def domain_for(
     recordings: Sequence[Recording], simulator: TextureSimulator, options: TextureOptions,
     methods: Mapping[str, Method] = METHODS, clock: Clock = time.perf_counter,
 ) -> TextureDomain:  # fmt: skip
-    """Return the domain of all jobs. A recording that cannot be split is left out.
+    """Return the domain of all jobs, without recordings that cannot be split.
 
     Raises TextureDataError for two recordings of one name, and where none can be split.
     """
@@ -191,9 +191,9 @@ def domain_for(
 
 
 def evaluate_methods(domain: TextureDomain, options: TextureOptions, report: Report = silent) -> TextureEvaluation:
-    """Fit, run free and time every method on every texture.
+    """Fit every method on every texture, run it freely, and time it.
 
-    Raises JobBroken for what fails other than by refusing.
+    Raises JobBroken for a job that fails other than by a refusal.
     """
     start = domain.clock()
     whole = [Fit(texture, name) for texture in domain.recordings for name in options.names]
@@ -239,7 +239,7 @@ def waves(domain: TextureDomain, fits: Sequence[Fit], plays: Sequence[Play]) -> 
 
 
 def _time_steps(options: TextureOptions, fits: Sequence[TextureResult], report: Report) -> dict[str, Steps]:
-    """Time a step of each method by runtime, on its first texture: networks have the same size on all."""
+    """Time a step of each method by runtime, on its first texture, since networks have the same size on all."""
     steps: dict[str, Steps] = {}
     for result in fits:
         job = result.job

@@ -43,19 +43,19 @@ DEEP_DB, HIGH_DB = 45.0, 6.0
 """The range of a spectrum's axis below and above the truth's greatest density."""
 Draw = Callable[["Axes", str], None]
 MOST = 3
-"""Methods in one figure beside the truth."""
+"""The most methods in one figure, beside the truth."""
 FIRST_S = 20.0
 """Seconds of the envelopes that are shown."""
 SHOWN = 250
 """Samples of the waves that are shown."""
 COLOURS = (*OKABE_ITO, INK)
 SHAPES = ("o", "s")
-"""Of the first methods, and of those for which the colours come round again."""
+"""Markers of the first methods, and of those with the same colours again."""
 Look = tuple[str, str]
 
 
 def figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
+    """Draw every figure that the evaluation has data for, and write NAME.svg and NAME.png into the folder."""
     yield from free_figures(evaluation, folder)
     rows = [row for row in figure_4_5(evaluation) if row["mae"] is not None]
     if rows:
@@ -98,7 +98,7 @@ def _grid_figure(rows: list[Row]) -> Figure:
 
 
 def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigure]:
-    """Yield figures 4.6 and 4.7 of the thesis' method, else of ours, else of the first that was evaluated.
+    """Yield figures 4.6 and 4.7 of the thesis' method, else of the default, else of the first that was evaluated.
 
     Figure 4.6 is drawn once more for the free run of that method.
     """
@@ -138,7 +138,7 @@ def _one_step(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnFigu
 
 
 def free_beginning(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Array, Array]]:
-    """Return by texture the truth and the method's own output, 400 samples from where the hand starts to move.
+    """Return by texture the truth and the method's own output, for 400 samples from where the hand starts to move.
 
     Textures on which it did not run are left out.
     """
@@ -189,7 +189,7 @@ def _test_part(evaluation: TextureEvaluation, method: str) -> dict[str, tuple[Ar
 
 
 def panels(textures: Sequence[str], titles: Mapping[str, str], draw: Draw, height: float) -> Figure:
-    """Return one panel for each texture, two beside each other, each so many inches high."""
+    """Return a figure with one panel for each texture in two columns, each `height` inches high."""
     from matplotlib.figure import Figure
 
     columns = min(COLUMNS, len(textures))
@@ -215,7 +215,7 @@ def add_legend(figure: Figure, colours: Mapping[str, str]) -> Figure:
 
 
 def label_axes(axes: Axes, along: str, up: str) -> None:
-    """Label both axes with their quantities and units."""
+    """Label both axes with quantities and units."""
     axes.set_xlabel(along, color=SOFT, fontsize=8.0)
     axes.set_ylabel(up, color=SOFT, fontsize=8.0)
 
@@ -350,7 +350,7 @@ def time_figures(evaluation: TextureEvaluation, folder: Path) -> Iterator[DrawnF
 
 
 def _points(axes: Axes, times: list[float], error: float, look: Look) -> None:
-    """Draw the fastest time filled and the others open, with a line between them."""
+    """Draw the fastest time as a filled point and the others as open ones, with a line between them."""
     colour, shape = look
     for i, time in enumerate(sorted(times)):
         face = colour if i == 0 else "white"

@@ -1,4 +1,4 @@
-"""The files of an evaluation of textures: tables, one JSON with every number, figures and the report."""
+"""The files of an evaluation of textures: tables, a JSON file with every number, figures and the report."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from palpate.protocols.progress import Report, silent
 
 NAME = "textures"
 LONG = ("learning_curves",)
-"""Tables of a row for each epoch: they stand in their CSV alone."""
+"""Tables with a row for each epoch, which are written as CSV only."""
 
 
 def tables(evaluation: TextureEvaluation) -> dict[str, list[Row]]:
-    """Return every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    """Return every table of the evaluation by the name of its CSV file, without empty ones."""
     every = {
         "methods": method_rows(evaluation),
         "textures": texture_rows(evaluation),

@@ -90,7 +90,7 @@ SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle
 
 
 def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] = ()) -> str:
-    """Return the whole page as one text. Every name in it is escaped."""
+    """Return the whole page as HTML, with all names escaped."""
     chosen = choice_of(evaluation)
     points = [*(("Ours", sentence) for sentence in chosen.of_ours), *reached(evaluation)]
     sections = (
@@ -101,7 +101,7 @@ def report_html(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure] =
 
 
 def choice_of(evaluation: TextureEvaluation) -> Choice:
-    """Return the default method and why."""
+    """Return the default method and the reason."""
     return choice(method_rows(evaluation), texture_rows(evaluation))
 
 
@@ -132,7 +132,7 @@ def facts(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
 
 
 def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """Return the section of free running, on a model's own output."""
+    """Return the section of free runs, in which a model runs on its own output."""
     rows = method_rows(evaluation)
     for row in rows:
         low, high = row["level_low"], row["level_high"]
@@ -159,7 +159,7 @@ def free_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
 
 
 def _free_run_words(evaluation: TextureEvaluation) -> list[str]:
-    """Return sentences about the hand that drove the models, and about the ceiling."""
+    """Return sentences about the hand that drove the models, and about the best possible result."""
     if not evaluation.drives:
         return ["Nothing could be run free; the reasons are given below the recordings at the end."]
     origins = dict.fromkeys(drive.origin for drive in evaluation.drives.values())
@@ -203,7 +203,7 @@ def step_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure],
 
 
 def time_section(evaluation: TextureEvaluation, pictured: Sequence[DrawnFigure], chosen: Choice) -> Section:
-    """Return the section of table 4.3, and of error against time."""
+    """Return the section of Table 4.3, and of error against time."""
     blocks: list[Block] = [Words(words.TIMES)]
     blocks.append(
         table("Table 4.3, time", table_4_3(evaluation), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)

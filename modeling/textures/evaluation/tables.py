@@ -1,6 +1,7 @@
 """An evaluation of textures as rows of plain values: every method on every texture, and over all of them.
 
-The numbers that the thesis printed stand beside ours: they are other people's private recordings, never a target."""
+The thesis' printed numbers are shown for reference; they come from other people's private recordings and are no target.
+"""
 
 from __future__ import annotations
 
@@ -32,10 +33,10 @@ FREE = (
 MEAN_ALONE = ", its mean alone"
 TRUTH, CEILING = "truth", "another realisation"
 VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
-"""Table 4.2."""
+"""The variants in Table 4.2."""
 PERCENT = 100.0
 WARM_UP, FIRST = 100, 400
-"""Samples after which a model is to be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
+"""Samples after which a model must be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
 
 
 def _read() -> Mapping[str, Any]:
@@ -64,7 +65,7 @@ def printed_times(method: str) -> Mapping[str, float] | None:
 
 
 def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return a row for each method on each texture: one step ahead, running free, and the limits that it breaks."""
+    """Return a row for each method on each texture: one step ahead, in the free run, and the limits that it breaks."""
     rows: list[Row] = []
     for fit, done in evaluation.fits.items():
         if fit.of_the_grid:
@@ -86,7 +87,7 @@ def texture_rows(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def free_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return the free runs by texture: the truth, another realisation, every method, ours by its mean too."""
+    """Return the free runs by texture: the truth, another realisation, every method, ours also by its mean."""
     rows: list[Row] = []
     for texture in evaluation.drives:
         beside = ((TRUTH, evaluation.truths[texture]), (CEILING, evaluation.ceilings[texture]))
@@ -108,10 +109,10 @@ def _free_row(
 
 
 def warm_up_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return a row for each method that ran free on a texture: its level against the truth's (RMS ratio).
+    """Return a row for each method that ran freely on a texture: its level against the truth's (RMS ratio).
 
-    In the first 100 samples from where the hand touches and moves, and in the 300 after these (thesis 4.8: accurate
-    after fewer than 100 iterations).
+    It is taken in the first 100 samples from where the hand touches and moves, and in the 300 after these (thesis 4.8:
+    accurate after fewer than 100 iterations).
     """
     rows = []
     for play, done in evaluation.plays.items():
@@ -125,7 +126,7 @@ def warm_up_rows(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def start_of(drive: Drive) -> int:
-    """Return the first sample at which the hand touches and moves: a model that is silent at rest begins there."""
+    """Return the first sample at which the hand touches and moves, where a model that is silent at rest begins."""
     return int(np.argmax(sounds(drive.speed, drive.force)))
 
 
@@ -144,7 +145,7 @@ def warm_up(drive: Drive, generated: Array) -> tuple[float | None, float | None]
 
 
 def method_rows(evaluation: TextureEvaluation) -> list[Row]:
-    """Return a row for each method over all textures: means, and the worst of the numbers with a limit."""
+    """Return a row for each method over all textures: means, and the worst of the numbers that have a limit."""
     rows = texture_rows(evaluation)
     return [
         _method_row([row for row in rows if row["method"] == name], evaluation, name)
@@ -184,7 +185,7 @@ def _method_row(rows: list[Row], evaluation: TextureEvaluation, name: str) -> Ro
 
 
 def fastest(evaluation: TextureEvaluation, method: str) -> tuple[str | None, float | None]:
-    """Return the runtime with the least median of a step, and that, in us."""
+    """Return the runtime with the least median time of a step, and that time in us."""
     steps = evaluation.steps.get(method)
     if not steps:
         return None, None
@@ -203,7 +204,7 @@ def most(values: Iterable[float | None]) -> float | None:
 
 
 def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
-    """Return MAE (SDs of the training part) and GFC (percent) by method and texture; the thesis' below each."""
+    """Return MAE (SDs of the training part) and GFC (percent) by method and texture, each above the thesis' row."""
     rows: list[Row] = []
     for name in evaluation.options.names:
         for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
@@ -228,7 +229,7 @@ def table_4_1(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
-    """Return the variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' beside."""
+    """Return the variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' values."""
     rows: list[Row] = []
     overall = {row["method"]: row for row in method_rows(evaluation)}
     for name in VARIANTS:
@@ -243,7 +244,7 @@ def table_4_2(evaluation: TextureEvaluation) -> list[Row]:
 
 
 def table_4_3(evaluation: TextureEvaluation) -> list[Row]:
-    """Return times and errors, a row for each method and runtime, with the thesis' times beside.
+    """Return times and errors, a row for each method and runtime, with the thesis' times.
 
     Times of a step (us) and an epoch; errors of felt levels (dB) and MAE (SDs) over the textures.
     """
@@ -278,8 +279,8 @@ def grid_rows(evaluation: TextureEvaluation) -> list[Row]:
 
     Means over the textures of the test part's MAE (SDs) and GFC (percent), and of the validation part's MAE (m/s^2).
 
-    `chosen` marks the window and loss of a method with the least MAE on the validation part: chosen by the test part,
-    the best of 25 would flatter it.
+    `chosen` marks the window and loss of a method with the least MAE on the validation part: a choice by the test part
+    would be biased towards the best of 25.
     """
     cells: dict[tuple[str, int, str], list[Mapping[str, float | None]]] = {}
     for fit, done in evaluation.fits.items():

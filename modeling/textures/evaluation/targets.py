@@ -1,4 +1,4 @@
-"""The targets of the evaluation and how far they were reached, each with its name."""
+"""The targets of the evaluation with their results, each with a label."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.modeling.textures.free_run import CYCLE, ENVELOPE, GFC, LEVEL
 from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 
 BEATEN = 4
-"""Of six textures: on so many the generative network is to be nearer to the truth than the baseline."""
+"""The number of textures, of six, on which the generative network must be better than the baseline."""
 _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
     ("Level", "level", lambda value: LEVEL[0] <= value <= LEVEL[1], f"{LEVEL[0]:g} to {LEVEL[1]:g}"),
     ("Smoothed GFC", "smoothed_gfc", lambda value: value >= GFC, f"at least {GFC:g}"),
@@ -20,9 +20,9 @@ _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
 
 
 def reached(evaluation: TextureEvaluation) -> list[tuple[str, str]]:
-    """Return results against targets of the generative network's free run, beside AR and the deterministic network.
+    """Return results against targets of the generative network's free run, and of AR and the deterministic network.
 
-    Empty where it did not run.
+    Empty if the generative network did not run.
     """
     rows = texture_rows(evaluation)
     ours = _free_rows_of(rows, DEFAULT)
