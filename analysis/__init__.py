@@ -1,4 +1,4 @@
-"""Ledgers to tidy tables, statistics, figures and reports."""
+"""From ledgers to tidy tables, statistics, figures and reports."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public call when it is used, so that importing the package costs nothing. Raises AttributeError."""
+    """Import a public name when it is used, so that importing the package costs nothing. Raises AttributeError."""
     places = {} if name.startswith("__") and name != "__all__" else _places()
     if name == "__all__":
         return sorted(places)
@@ -80,7 +80,7 @@ def __dir__() -> list[str]:
 
 @cache
 def _places() -> dict[str, str]:
-    """Return the place of each public call ("module:name"), from the imports under TYPE_CHECKING in this file."""
+    """Return the place of each public name ("module:name"), from the imports under TYPE_CHECKING in this file."""
     import ast
     from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Coders' tables of free answers: how often each code was given, and how far two coders agree on it."""
+"""Coders' tables of free answers: how often each code was used, and how well two coders agree on it."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.lookalikes import looks
 
 EVERY = "(all)"
-"""Stands for all questions, and for all codes where each answer has exactly one."""
+"""The label for all questions, and for all codes where each answer has exactly one."""
 Row = dict[str, Any]
 FORM = "interview"
 BETWEEN = ";"
-"""What stands between two codes of one answer."""
+"""The separator of the codes of one answer."""
 CODES = ("codes", "code")
 
 
 def code_counts(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]:
-    """Return one row for each question, code and coder: in how many answers, of how many people, of how many coded."""
+    """Return one row per question, code and coder: the numbers of answers and people with it, and of coded answers."""
     return [
         {
             "item": item, "code": code, "coder": coder.name, "answers": len(having), "coded": len(coded),
@@ -44,10 +44,10 @@ def code_counts(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]
 
 
 def agreement(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]:
-    """Return one row for each pair of coders, question and code: Cohen's kappa of the code put or not, with a 95 % CI.
+    """Return one row per pair of coders, question and code: Cohen's kappa of the code's use, with a 95 % CI.
 
-    Only answers that both have coded count. Where both put exactly one code to each answer of a question, a row
-    `(all)` gives the kappa over all codes.
+    Only answers that both have coded count. If both gave exactly one code to each answer of a question, a row `(all)`
+    has the kappa over all codes.
     """
     rows = []
     for first, second in combinations(coders, 2):
@@ -63,7 +63,7 @@ def agreement(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[Row]:
 
 
 def notes_on(coders: Sequence[Coder], answers: Sequence[Answer]) -> Iterator[str]:
-    """Say what of the answers was not coded, and by whom."""
+    """Yield notes on the answers that were not coded, and by whom."""
     if len(coders) == 1:
         yield "one coder: how far coders agree takes a second table (--codes)"
     for coder in coders:
@@ -85,7 +85,7 @@ def _row(first: Coder, second: Coder, item: str, code: str, pairs: Sequence[tupl
 
 
 def _questions(answers: Sequence[Answer]) -> list[tuple[str, list[Answer]]]:
-    """Return each question with its answers; all together last, where there are several questions."""
+    """Return each question with its answers, and last all together if there are several questions."""
     items = list(dict.fromkeys(answer.item for answer in answers))
     questions = [(item, [answer for answer in answers if answer.item == item]) for item in items]
     return [*questions, (EVERY, list(answers))] if len(items) > 1 else questions
@@ -97,7 +97,7 @@ def _codes(coders: Sequence[Coder], answers: Sequence[Answer]) -> list[str]:
 
 @dataclass(frozen=True, order=True)
 class Answer:
-    """An answer in free text: whose it is, in which session, and to which question."""
+    """An answer in free text with its participant, session and question."""
 
     participant: str
     session: int
@@ -106,7 +106,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Coder:
-    """One coder's table: its file, and the codes of each answer that it has a row for, which may be none."""
+    """A coder's table: its file, and the codes (possibly none) of each answer that it has a row for."""
 
     name: str
     sha256: str
@@ -114,7 +114,7 @@ class Coder:
 
 
 def answers_in(source: Source) -> list[Answer]:
-    """Return every answer in free text that is not empty, by participant, session and question."""
+    """Return every free-text answer that is not empty, by participant, session and question."""
     return [
         Answer(session.participant, session.number, str(row["item"]))
         for session in source.sessions
@@ -124,11 +124,11 @@ def answers_in(source: Source) -> list[Answer]:
 
 
 def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder, ...]:
-    """Read the coders' tables: CSV with `participant`, `item`, `codes`, and `session` where somebody had several.
+    """Read the coders' tables: CSV with `participant`, `item`, `codes`, and `session` if somebody had several.
 
-    Further columns, as those of an export, are left aside; codes of one answer stand apart by `;`, and a row without
-    one says that no code fits. Raises TableRefused, by file and line, on a row that is no answer of the study, an
-    answer that stands twice, a file that is named twice, and codes that differ only in how they are written.
+    Further columns, such as those of an export, are ignored; codes of one answer are separated by `;`, and a row
+    without a code says that none fits. Raises TableRefused, with file and line, on a row that is no answer of the
+    study, a duplicate answer or file, and codes that differ only in spelling.
     """
     if len({path.resolve() for path in paths}) < len(paths):
         raise TableRefused("--codes: one table is named twice; each coder has one of their own")
@@ -166,7 +166,7 @@ def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder
 
 
 def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer, frozenset[str]]]:
-    """Yield (file and line, answer, codes) of each row that is about free text."""
+    """Yield (file and line, answer, codes) of each row of free text."""
     column = next((name for name in CODES if name in sheet.header), None)
     if column is None:
         columns = ", ".join(sheet.header)

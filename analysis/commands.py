@@ -36,7 +36,7 @@ MISSING = click.option(
 
 
 def source_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the options that say which data set is meant; the command receives them as one `DataRequest`."""
+    """Return the command with the options that select a data set, which it receives as one `DataRequest`."""
 
     @click.argument("name")
     @LAB

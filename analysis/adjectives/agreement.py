@@ -1,4 +1,4 @@
-"""How far participants tick the same words for the same stimulus."""
+"""Agreement of participants on the words that they tick for a stimulus."""
 
 from __future__ import annotations
 

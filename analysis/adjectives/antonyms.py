@@ -18,7 +18,7 @@ class AntonymTableError(StatisticsError):
 
 
 class Pair(NamedTuple):
-    """A bipolar scale as the table writes it, and which of its two words were kept."""
+    """A bipolar scale as written in the table, and which of its two words were kept."""
 
     word: str
     antonym: str
@@ -37,11 +37,11 @@ class Paired:
 def antonym_pairs(
     kept: Sequence[str], table: pd.DataFrame, offered: Sequence[str] = (), *, need_both: bool = False
 ) -> Paired:
-    """Return the bipolar pairs of the kept words, each pair once, in the order of `kept` (most relevant first).
+    """Return the bipolar pairs of the kept words, each once, in the order of `kept`.
 
-    `table` has the columns word and antonym, a line for each pair; being an antonym goes both ways. A kept word
-    whose antonym was not kept still makes a pair, unless `need_both`. With `offered`, both words of every line must
-    have been offered. Raises AntonymTableError with every mistake's line (the first line of the file is its header).
+    `table` has the columns word and antonym, a line for each pair; antonyms are symmetric. A kept word whose antonym
+    was not kept still makes a pair, unless `need_both`. With `offered`, both words of every line must have been
+    offered. Raises AntonymTableError with every mistake's line (the first line of the file is its header).
     """
     listed_pair = {end: pair for pair in antonym_table(table, offered) for end in pair}
     pairs: dict[tuple[str, str], Pair] = {}
@@ -56,7 +56,7 @@ def antonym_pairs(
 
 
 def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tuple[str, str], ...]:
-    """Return the pairs of a table that makes sense, each word in one of them. Raises AntonymTableError."""
+    """Return the pairs of a consistent table, with each word in one pair. Raises AntonymTableError."""
     for name in ("word", "antonym"):
         if list(table.columns).count(name) != 1:
             known = ", ".join(map(repr, table.columns))
@@ -83,7 +83,7 @@ def _mistake(
     partner: dict[str, tuple[int, str]],
     pairs: dict[tuple[str, str], int],
 ) -> str:
-    """Return what is wrong with a line, also beside those before it (numbers in `partner` and `pairs`), else ""."""
+    """Return the mistake in a line, given the lines before it (`partner`, `pairs`), else ""."""
     if not word or not antonym:
         return f"a word and its antonym are expected, found {word!r} and {antonym!r}"
     if word.casefold() == antonym.casefold():

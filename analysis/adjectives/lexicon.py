@@ -1,4 +1,4 @@
-"""Words that participants wrote themselves: how many there are, how often each was written and by how many."""
+"""Words that participants wrote: how many there are, how often each was written and by how many people."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class SynonymTableError(StatisticsError):
 
 @dataclass(frozen=True)
 class Lexicon:
-    """`words` has a row for each different word, `participants` and `stimuli` one for each of these.
+    """The result: `words` has a row per different word, `participants` and `stimuli` one per participant or stimulus.
 
-    `mentions` counts each word once a trial; `unplaced` counts the mentions that belong to no stimulus.
+    `mentions` counts each word once per trial; `unplaced` counts the mentions without a stimulus.
     """
 
     words: pd.DataFrame
@@ -52,12 +52,12 @@ def lexicon(
     stimulus: str = "stimulus",
     trial: str | Sequence[str] = ("session", "trial"),
 ) -> Lexicon:
-    """Return the lexicon of a long table of free words, most often written first.
+    """Return the lexicon of a long table of free words, most frequent first.
 
-    `normalisation` says what counts as one word: "as_written", "spaces" (outer spaces off, inner ones single) or
-    "case_and_spaces" (also lower case; both read Unicode's compatible forms as one). `synonyms` maps a word to the one
-    that it counts as, after normalisation. A row that stands twice in a trial counts once; a row without a stimulus (a
-    closing suggestion) counts for words and participants. Raises a StatisticsError for what it cannot use.
+    `normalisation` decides which spellings are one word: "as_written", "spaces" (outer spaces removed, inner ones
+    single) or "case_and_spaces" (also lower case); the last two unify Unicode's compatible forms. `synonyms` maps a
+    normalised word to the word that it counts as. A duplicate row of a trial counts once; a row without a stimulus (a
+    closing suggestion) counts for words and participants. Raises a StatisticsError for unusable data.
     """
     if normalisation not in KINDS:
         raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
@@ -101,13 +101,13 @@ def merge_word_lists(
     synonyms: Mapping[str, str] | None = None,
     inflected: bool = True,
 ) -> pd.DataFrame:
-    """Merge lists of words into one lexicon that keeps where each word comes from (thesis 5.3.3.2, Table 5.1).
+    """Merge lists of words into one lexicon with the sources of each word (thesis 5.3.3.2, Table 5.1).
 
-    `lists` are words by their source. One word is what `normalisation` (see `lexicon`) and `synonyms` say; with
-    `inflected`, so is an English comparative, superlative or adverb (heavier, heaviest, heavily) whose base form
-    (heavy) is in the lists, and a hyphen counts as a blank. Returns columns word (as first written), sources,
-    n_sources, forms and note, in the order of first appearance; the note says what was merged. Raises a
-    StatisticsError for a list without words, a word that is none, and synonyms that contradict each other.
+    `lists` are words by their source. Spellings are merged by `normalisation` (see `lexicon`) and `synonyms`; with
+    `inflected` also an English comparative, superlative or adverb (heavier, heaviest, heavily) with its base form
+    (heavy) if that is in the lists, and a hyphen counts as a blank. Returns columns word (as first written), sources,
+    n_sources, forms and note, in the order of first appearance; the note says what was merged. Raises a StatisticsError
+    for a list without words, an empty word, and synonyms that contradict each other.
     """
     if normalisation not in KINDS:
         raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
@@ -147,7 +147,7 @@ def merge_word_lists(
 
 
 def _base_forms(word: str) -> Iterator[str]:
-    """Yield what an English word may be a comparative, superlative or adverb of: heaviest -> heavy, bigger -> big."""
+    """Yield possible base forms of an English comparative, superlative or adverb: heaviest -> heavy, bigger -> big."""
     for ending in ("est", "er", "ly"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
             stem = word[: -len(ending)]
@@ -176,7 +176,7 @@ def synonym_table(table: pd.DataFrame) -> dict[str, str]:
 
 
 def normalised(word: str, normalisation: str) -> str:
-    """Return a word in the form in which it is counted."""
+    """Return a word in its normalised form."""
     if normalisation == "as_written":
         return word
     spaced = re.sub(r"\s+", " ", unicodedata.normalize("NFKC", word)).strip()
@@ -212,7 +212,7 @@ def _mentions(
     names: tuple[str, str, str],
     trial: Sequence[Hashable],
 ) -> list[_Mention]:
-    """Return one mention for each word of a trial, however often and in whichever spellings it is written there."""
+    """Return one mention for each different word of a trial, whatever its spellings and repetitions there."""
     word, participant, stimulus = names
     if not len(data):
         return []
@@ -231,7 +231,7 @@ def _mentions(
 
 
 def _mentions_by(mentions: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:
-    """Return the mentions and different words of each participant or stimulus, and how many are its own alone."""
+    """Return the mentions and different words of each participant or stimulus, and how many words nobody else has."""
     words: dict[Any, Counter[str]] = defaultdict(Counter)
     for mention in mentions:
         words[getattr(mention, what)][mention.word] += 1
@@ -249,5 +249,5 @@ def _mentions_by(mentions: Iterable[_Mention], what: Literal["participant", "sti
 
 
 def mean_and_sd(values: Sequence[float]) -> tuple[float, float]:
-    """Return the mean and the SD (n - 1), NaN where there are too few."""
+    """Return the mean and the SD (n - 1), NaN for too few values."""
     return (fmean(values) if values else math.nan), (stdev(values) if len(values) > 1 else math.nan)

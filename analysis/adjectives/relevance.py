@@ -1,4 +1,4 @@
-"""How relevant each word is, by a named normalisation, with an interval and the chance that it would be kept again."""
+"""The relevance of each word by a named normalisation, with an interval and the probability that it is kept again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Interval: TypeAlias = Literal["percentile", "bca"]
 INTERVALS = ("percentile", "bca")
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
 Scored: TypeAlias = Callable[[Floats], Floats]
-"""From weights of the participants (draws, participants) to the relevance of each word (draws, words)."""
+"""A function from weights of the participants (draws, participants) to the relevance of each word (draws, words)."""
 
 
 def relevance(
@@ -36,9 +36,9 @@ def relevance(
     """Return the relevance of every word, most relevant first (ties as offered), and whether it reaches the threshold.
 
     `normalisation` is "share_of_trials" (ticks over answered trials), "share_of_maximum" (ticks over those of the word
-    with most) or "any_stimulus" (the largest share, over stimuli, of those it was presented to who ticked the word).
-    Columns: word, ticks, participants and stimuli (on how many it was ticked), relevance, ci_low, ci_high, kept,
-    kept_chance (the share of draws in which it is kept), note. Participants are drawn with replacement; `draws=0`
+    with most) or "any_stimulus" (the largest share, over stimuli, of the people who saw the stimulus and ticked the
+    word). Columns: word, ticks, participants and stimuli (for how many it was ticked), relevance, ci_low, ci_high,
+    kept, kept_chance (the share of draws in which it is kept), note. Participants are drawn with replacement; `draws=0`
     leaves intervals out. Raises BadOption or TooFew (nobody ticked anything, for a share of the maximum).
     """
     kinds: Mapping[str, Callable[[Selections], Scored]] = {
@@ -143,13 +143,13 @@ def demand_interval(interval: object) -> None:
 
 
 def left_out(units: int) -> Floats:
-    """Return the weights of a jackknife: each row leaves one unit out."""
+    """Return the weights of a jackknife, whose rows leave out one unit each."""
     jackknife: Floats = np.ones((units, units)) - np.eye(units)
     return jackknife
 
 
 def bca(estimate: float, drawn: Floats, jackknife: Floats, confidence: float) -> tuple[float, float]:
-    """Return the bias-corrected and accelerated interval; NaN where the draws all lie on one side of the estimate.
+    """Return the bias-corrected and accelerated interval; NaN where all draws are on one side of the estimate.
 
     Draws equal to the estimate count half on either side, as shares of few people are often equal.
     Source: Efron & Tibshirani 1993, ch. 14.

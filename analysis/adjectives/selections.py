@@ -1,4 +1,4 @@
-"""Which words each participant ticked for each stimulus, as counts: what relevance and agreement are computed from."""
+"""The words that each participant ticked for each stimulus, as counts, for relevance and agreement."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ Counts: TypeAlias = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Selections:
-    """`ticked` (participants, stimuli, words) counts the trials in which a word was ticked; `presented` (participants,
-    stimuli) counts all trials. Words stand in the order in which they were offered, the rest in natural order."""
+    """The counts of ticked words: `ticked` (participants, stimuli, words) and `presented` (participants, stimuli).
+
+    `ticked` counts the trials in which a word was ticked, `presented` all trials. Words are in the order in which they
+    were offered, participants and stimuli in natural order.
+    """
 
     ticked: Counts
     presented: Counts
@@ -33,12 +36,12 @@ class Selections:
 
     @property
     def trials(self) -> int:
-        """Return how many trials were answered."""
+        """The number of answered trials."""
         return int(self.presented.sum())
 
     @property
     def any_ticked(self) -> Floats:
-        """Return 1 where a participant ticked the word in at least one trial with the stimulus, else 0."""
+        """For each participant, stimulus and word: 1 if it was ticked in at least one trial, else 0."""
         return (self.ticked > 0).astype(np.float64)
 
 
@@ -55,10 +58,9 @@ def gather_selections(
     """Return the selections of a long table of ticked words, and of the trials in which words could be ticked.
 
     `trials` has one row per answered trial, also where nothing was ticked; `trial` are the columns that, with the
-    participant, name a trial. A row that stands twice counts once. Without `offered` the words that were ticked are
-    all that is known, and a word that nobody ticked is not among them.
-    Raises UnknownColumn, BadValue (a word that was not offered, a trial that is not among the trials, a trial with two
-    stimuli) or BadOption.
+    participant, name a trial. A duplicate row counts once. Without `offered` only words that somebody ticked are
+    included. Raises UnknownColumn, BadValue (a word that was not offered, a trial that is not among the trials, a trial
+    with two stimuli) or BadOption.
     """
     names = [participant, *trial]
     check_columns(trials, [*names, stimulus])
@@ -91,7 +93,7 @@ def gather_selections(
 
 
 def check_words(words: pd.DataFrame, names: Sequence[Hashable]) -> None:
-    """Refuse a table of words without one of these columns, or with a word that is no text; it may be empty."""
+    """Refuse a table of words without one of these columns, or with a word that is not text; it may be empty."""
     if not isinstance(words, pd.DataFrame):
         raise UnknownColumn(f"words is a {type(words).__name__}; expected a pandas DataFrame, one row per word")
     if len(words):

@@ -1,4 +1,4 @@
-"""The Bradley-Terry model, with ties and a bias for the first place where requested."""
+"""The Bradley-Terry model, optionally with ties and a bias for the first place."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def bradley_terry(
 ) -> Scale:
     """Return the worths of items from choices between pairs of them, by maximum likelihood.
 
-    A value is a log odds: P(i over j) = 1 / (1 + exp(value_j - value_i)). With `tie`, P(tie) is proportional to
-    exp(tie + (value_i + value_j) / 2); with `first`, what comes first has `position` added to its value against the
-    second one (ties unchanged). One row per comparison, or per `count` of them.
-    Raises NoEstimate where the likelihood has no finite maximum (naming the items), UnknownColumn, BadValue, TooFew.
-    Sources: Bradley & Terry 1952; Ford 1957 (existence); Davidson 1970 (ties); Davidson & Beaver 1977 (position).
+    A value is a log odds: P(i over j) = 1 / (1 + exp(value_j - value_i)). With `tie`, P(tie) is proportional to exp(tie
+    + (value_i + value_j) / 2); with `first`, `position` is added to the value of the item presented first (ties
+    unchanged). One row per comparison, or per `count` of them. Raises NoEstimate where the likelihood has no finite
+    maximum (naming the items), UnknownColumn, BadValue, TooFew. Sources: Bradley & Terry 1952; Ford 1957 (existence);
+    Davidson 1970 (ties); Davidson & Beaver 1977 (position).
     """
     check_share(confidence, "confidence")
     counted = gather_choices(data, winner, loser, tie, first, count)
@@ -76,7 +76,7 @@ def bradley_terry(
 
 
 def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:
-    """Return what each parameter adds to each alternative's utility; the first item's value is 0."""
+    """Return the contribution of each parameter to each alternative's utility; the first item's value is 0."""
     pairs, items = len(counted.one), len(counted.items)
     design = np.zeros((pairs, 3 if ties else 2, items + ties + position))
     rows = np.arange(pairs)
@@ -90,7 +90,7 @@ def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Float
 
 
 def _advantages(design: Floats, counts: Floats) -> Floats:
-    """Return, of each answer that was given, its design minus that of each other answer to the pair; equal rows once.
+    """Return each observed answer's design minus that of every other answer to the pair, without duplicate rows.
 
     `design` has shape (pairs, answers, parameters), `counts` (pairs, answers), the result (differences, parameters).
     """
@@ -102,14 +102,14 @@ def _advantages(design: Floats, counts: Floats) -> Floats:
 
 
 def _values(most: Maximum, size: int) -> tuple[Floats, Floats]:
-    """Return the values of `size` items, the first one's 0, and their covariance."""
+    """Return the values of `size` items, the first of which is 0, and their covariance."""
     covariance = np.zeros((size, size))
     covariance[1:, 1:] = most.covariance[: size - 1, : size - 1]
     return np.concatenate(([0.0], most.parameters[: size - 1])), covariance
 
 
 def pair_table(counted: Counted, fitted: Floats) -> pd.DataFrame:
-    """Return each pair's counts beside the shares that the model expects."""
+    """Return each pair's counts with the shares expected by the model."""
     columns: dict[str, object] = {
         "one": [counted.items[i] for i in counted.one.tolist()],
         "two": [counted.items[i] for i in counted.two.tolist()],

@@ -1,4 +1,4 @@
-"""Comparisons of pairs to counts: who won, who lost, what was tied, and what came first."""
+"""Counts of pairwise comparisons: wins, losses, ties, and which item came first."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TRUE, FALSE = ("true", "1", "1.0", "yes"), ("false", "0", "0.0", "no", "")
 class Counted:
     """One row per ordered pair that was compared: `counts` (pairs, 3) of wins of `one`, wins of `two`, ties.
 
-    `ordered` says whether `one` is what was presented first; if not, `one` stands before `two` in label order.
+    `ordered` says whether `one` was presented first; if not, `one` is before `two` in label order.
     """
 
     items: tuple[Hashable, ...]
@@ -31,14 +31,14 @@ class Counted:
     ordered: bool
 
     def wins(self) -> Floats:
-        """Return how often each item (row) was chosen over each other one (column)."""
+        """Return how often each item (row) was chosen over each other item (column)."""
         table = np.zeros((len(self.items), len(self.items)))
         np.add.at(table, (self.one, self.two), self.counts[:, 0])
         np.add.at(table, (self.two, self.one), self.counts[:, 1])
         return table
 
     def tied(self) -> Floats:
-        """Return how often each two items were tied, in both halves of the table."""
+        """Return how often each two items were tied, as a symmetric matrix."""
         table = np.zeros((len(self.items), len(self.items)))
         np.add.at(table, (self.one, self.two), self.counts[:, 2])
         return table + table.T
@@ -54,9 +54,9 @@ def gather_choices(
 ) -> Counted:
     """Return the comparisons of a table, one row per comparison, or per `count` of them.
 
-    `tie` names a column that is true where neither won, `first` one that holds the item presented first.
-    Raises UnknownColumn, BadValue (an item against itself, a count that is not a whole number from 0, a first item
-    that is neither of the two), TooFew (fewer than two items).
+    `tie` names a column that is true where neither won, `first` one that holds the item presented first. Raises
+    UnknownColumn, BadValue (an item against itself, a count that is not a whole number from 0, a first item that is not
+    in the pair), TooFew (fewer than two items).
     """
     named = [winner, loser, *(name for name in (tie, first, count) if name is not None)]
     check_columns(data, named)
@@ -90,7 +90,7 @@ def gather_choices(
 
 
 def _counts_of(column: pd.Series[Any], name: Hashable) -> Floats:
-    """Return how many comparisons each row stands for. Raises BadValue for other than whole numbers from 0."""
+    """Return how many comparisons each row represents. Raises BadValue for values that are not whole numbers from 0."""
     counts = numbers_of(column, name)
     wrong = np.flatnonzero(~((counts >= 0) & (counts == np.floor(counts)))).tolist()
     if wrong:

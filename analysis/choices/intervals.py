@@ -1,4 +1,4 @@
-"""Intervals for a threshold and a JND: by profile likelihood, and by resampling the answers."""
+"""Intervals for a threshold and a JND, by profile likelihood and by resampling the answers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROUGH = 1e-7  # of the log likelihood: enough to scan by, and for a mean over dr
 
 
 class Interval(NamedTuple):
-    """Its ends (NaN where open) and what to know of them."""
+    """An interval: its ends (NaN if open) and notes on them."""
 
     low: float
     high: float
@@ -39,8 +39,8 @@ class Interval(NamedTuple):
 class Resampled:
     """Percentile intervals, and the deviance's Monte Carlo p, from answers simulated by the fitted function.
 
-    `lost` is the share of simulated data sets whose fit ran to the edge of what is looked for (a step, a flat line):
-    they count as the extremes that they are.
+    `lost` is the share of simulated data sets whose fit ran to the edge of the search (a step, a flat line); these
+    count as extremes.
     """
 
     threshold: Interval
@@ -53,13 +53,13 @@ class Resampled:
 def profile_interval(
     fit: Psychometric, which: Which, confidence: float = 0.95, draws: int = CORRECTING_DRAWS, seed: int = 0
 ) -> Interval:
-    """Return where twice the fall of the profile log likelihood reaches the chi squared quantile (1 df).
+    """Return the points at which twice the fall of the profile log likelihood reaches the chi squared quantile (1 df).
 
     The quantile is widened by Bartlett's factor: the mean of twice that fall at the estimate over `draws` sets of
-    answers simulated by the fitted function, where the mean is above 1 (chi squared's). `draws=0`: as it is.
-    An end that is not reached within 40 standard errors, or only where no fit is looked for (ten ranges of levels away;
-    a spread of a ten-thousandth or a thousand of them), is NaN and marked as open.
-    Sources: Venzon & Moolgavkar 1988; Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
+    answers simulated by the fitted function, if the mean is above 1 (chi squared's); `draws=0` leaves it unchanged. An
+    end that is not reached within 40 standard errors, or only outside the search (ten ranges of levels away; a spread
+    below a ten-thousandth or above a thousand of them), is NaN and marked as open. Sources: Venzon & Moolgavkar 1988;
+    Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
     check_share(confidence, "confidence")
     if draws:
@@ -83,7 +83,7 @@ def profile_ends(
     draws: int,
     seeds: Sequence[int],
 ) -> Floats:
-    """Return the same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
+    """Return the ends of the profile intervals of many fits at the same levels, (fits, 2), in the level's units."""
     by = by_threshold(spec.shape, spec.threshold) if which == "threshold" else by_jnd(spec.shape, spec.jnd)
     # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
     free = problem.free.copy()
@@ -114,7 +114,7 @@ def profile_ends(
 
 
 def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: float) -> Floats:
-    """Return the first values on one side at which the profiles fall to what is allowed; NaN where they never do."""
+    """Return the first values on one side at which the profiles fall by the allowed amount; NaN where they never do."""
     start = place[:, 0]
     step = step * np.minimum((edge - start) / (step * REACH), 1.0)  # no further than a fit is looked for
     scan = np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
@@ -139,10 +139,10 @@ def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: f
 def _bartlett(
     problem: Problem, turned: Problem, place: Floats, most: Fitted, draws: int, seeds: Sequence[int]
 ) -> Floats:
-    """Return Bartlett's factor of each fit, 1 or more, from answers that the fit simulates.
+    """Return Bartlett's factor of each fit, at least 1, from answers simulated by the fit.
 
-    The mean of twice the fall at the parameters that simulate, whose noise the score statistic at the same parameters
-    takes out: its mean is exactly 1.
+    It is the mean of twice the fall at the simulating parameters; the score statistic at the same parameters, whose
+    mean is exactly 1, serves as a control variate.
     """
     factors = np.ones(len(place))
     chunk = max(1, AT_ONCE // draws)
@@ -165,7 +165,7 @@ def _bartlett(
 
 
 def _score_statistics(turned: Problem, place: Floats, hits: Floats) -> Floats:
-    """Return the squared efficient score of the first coordinate over its variance: (fits, draws)."""
+    """Return the squared efficient score of the first coordinate over its variance, (fits, draws)."""
     hit, miss, tilt = shares(turned, place)
     pull = (hits - turned.trials * hit[:, None]) / (hit * miss)[:, None]
     slope = pull @ tilt
@@ -184,7 +184,7 @@ def _score_statistics(turned: Problem, place: Floats, hits: Floats) -> Floats:
 def _profiles(turned: Problem, place: Floats, values: Floats, done: float) -> Floats:
     """Return the log likelihoods (fits, values) at values of the first coordinate, maximised over the rest.
 
-    The search begins at two starts.
+    The search starts at two points.
     """
     many = np.repeat(place, values.shape[1], axis=0)
     many[:, 0] = values.ravel()
@@ -192,9 +192,9 @@ def _profiles(turned: Problem, place: Floats, values: Floats, done: float) -> Fl
 
 
 def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
-    """Return the log likelihoods from these parameters, and from them with the lowest rates, each fit's better one.
+    """Return the better log likelihood of two searches: from these parameters, and from these with the lowest rates.
 
-    A coordinate that rests may lie beyond the bounds, which hold for what moves only.
+    A fixed coordinate may be outside the bounds, which only apply to free ones.
     """
     low_rates = place.copy()
     low_rates[:, 2:] = problem.low[2:]
@@ -205,7 +205,7 @@ def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
 
 
 def resampled_answers(fit: Psychometric, draws: int = 1000, confidence: float = 0.95, seed: int = 0) -> Resampled:
-    """Draw answers from the fitted function at the same levels and fit them again (parametric bootstrap).
+    """Return intervals from answers drawn from the fitted function and fitted again (parametric bootstrap).
 
     Sources: Wichmann & Hill 2001b (intervals), 2001a (deviance: the p counts the observed one as a draw).
     """

@@ -1,4 +1,4 @@
-"""Maximum likelihood of many psychometric functions at once: a grid of starts, damped scoring within bounds."""
+"""Maximum likelihood of many psychometric functions at once: a grid of starts, then damped scoring within bounds."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SHIFT = 1e-4  # of a standard error, for differences of the slope
 
 @dataclass(frozen=True)
 class Problem:
-    """`t` (levels), `trials` (levels), `hits` (fits, levels); the model's shape and coordinates.
+    """The data and model of many fits: `t` (levels), `trials` (levels), `hits` (fits, levels), shape and coordinates.
 
-    The parameters are (first, second, guess, lapse); `low` and `high` (4) bound them, `free` (4) says which move.
-    `equal_rates`: the guess rate is the lapse rate, whatever its own place says.
+    The parameters are (first, second, guess, lapse); `low` and `high` (4) bound them, `free` (4) says which are
+    estimated. `equal_rates`: the guess rate equals the lapse rate, and its own parameter is ignored.
     """
 
     t: Floats
@@ -41,7 +41,7 @@ class Problem:
 
 
 class Fitted(NamedTuple):
-    """Parameters (fits, 4), log likelihoods (fits), expected information (fits, 4, 4), and whether each arrived."""
+    """Parameters (fits, 4), log likelihoods (fits), expected information (fits, 4, 4), and which fits converged."""
 
     parameters: Floats
     log_likelihood: Floats
@@ -50,7 +50,7 @@ class Fitted(NamedTuple):
 
 
 def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the probabilities of a hit and of a miss, and the derivatives (fits, levels, 4) of the first."""
+    """Return the probabilities of hit and miss, and the derivatives (fits, levels, 4) of the first."""
     centre, log_spread, slopes = problem.coordinates.native(place[:, 0], place[:, 1])
     lapse = place[:, 3:4]
     guess = lapse if problem.equal_rates else place[:, 2:3]
@@ -68,19 +68,19 @@ def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def likelihoods(problem: Problem, place: Floats) -> Floats:
-    """Return the log likelihood of each fit (without the binomial constant)."""
+    """Return the log likelihood of each fit, without the binomial constant."""
     hit, miss, _ = shares(problem, place)
     result: Floats = (xlogy(problem.hits, hit) + xlogy(problem.trials - problem.hits, miss)).sum(axis=1)
     return result
 
 
 def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
-    """Lead each fit uphill from its start.
+    """Maximise the likelihood of each fit from its start.
 
-    Scoring (expected information) with Marquardt's damping, near the top Newton's method (observed information, by
-    differences of the slope); a parameter at a bound rests while the slope pushes it out. At the very top, where the
-    likelihood's own rounding hides whether a step is better, the steps are trusted. A fit is done when its next step
-    promises a gain below `done` of the log likelihood.
+    The method is scoring (expected information) with Marquardt's damping, near the maximum Newton's method (observed
+    information, by differences of the gradient); a parameter stays at a bound while the gradient points outwards. At
+    the maximum, where rounding hides whether a step is better, steps are accepted unchecked. A fit ends when the
+    predicted gain of its next step is below `done` of the log likelihood.
     """
     place = np.clip(start, problem.low, problem.high)
     value = likelihoods(problem, place)
@@ -106,7 +106,7 @@ def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
 
 
 def _slope(problem: Problem, place: Floats) -> Floats:
-    """Return the slope of each log likelihood, (fits, 4)."""
+    """Return the gradient of each log likelihood, (fits, 4)."""
     hit, miss, tilt = shares(problem, place)
     pull = problem.hits / hit - (problem.trials - problem.hits) / miss
     result: Floats = (pull[:, None, :] @ tilt)[:, 0, :]
@@ -122,7 +122,7 @@ def _information(problem: Problem, place: Floats) -> Floats:
 
 
 def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """Return the damped step of each fit and what it promises to gain; parameters that rest do not move."""
+    """Return the damped step of each fit and its predicted gain; fixed parameters do not move."""
     slope, information = _slope(problem, place), _information(problem, place)
     outward = ((place <= problem.low) & (slope < 0)) | ((place >= problem.high) & (slope > 0))
     moving = problem.free & ~outward
@@ -139,7 +139,7 @@ def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bo
 
 
 def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
-    """Return the observed information of what moves, where it is positive definite; else the expected one."""
+    """Return the observed information of free parameters if it is positive definite, else the expected one."""
     slope = _slope(problem, place)
     observed = expected.copy()
     for i in np.flatnonzero(problem.free).tolist():
@@ -165,7 +165,7 @@ def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray
 
 
 def best_of_starts(problem: Problem, starts: int) -> Fitted:
-    """Lead the most promising points of a grid uphill and return the best one for every fit."""
+    """Maximise from the most promising points of a grid, and return the best result of every fit."""
     span = float(problem.t[-1])
     centres = np.linspace(-0.25, 1.25, 13) * span
     spreads = np.log(np.array([0.02, 0.06, 0.15, 0.4, 1.0]) * span)

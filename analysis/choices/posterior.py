@@ -1,4 +1,4 @@
-"""The Bayesian posterior of a psychometric function on a grid, with overdispersed answers, as psignifit 4 has it.
+"""The Bayesian posterior of a psychometric function on a grid, with overdispersed answers, as in psignifit 4.
 
 The priors are those of psignifit 4 (Schütt et al. 2016, 2.2).
 """
@@ -37,7 +37,7 @@ FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)
 Axis: TypeAlias = tuple[Floats, Floats]  # points and their weights
 NEGLIGIBLE = 1e-4  # of the highest marginal: where the fine grid begins and ends
 UP_TO_HALF = (0.0, 0.5)
-"""Where a rate that the task leaves free is looked for; the prior makes high ones unlikely."""
+"""The range of an unconstrained rate; the prior makes high values unlikely."""
 BETA = 10.0
 
 
@@ -83,9 +83,9 @@ def posterior(
 ) -> Posterior:
     """Return the posterior under the priors of psignifit 4, with beta-binomial answers (or binomial ones).
 
-    Also answers that step from one side to the other, or are all alike, have a posterior: it then shows mostly the
-    prior, which is built from the levels tested. Data and rates as for `fit_psychometric`.
-    Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
+    Answers that step from one side to the other, or are all equal, have a posterior too: it then mostly shows the
+    prior, which follows from the tested levels. Data and rates as for `fit_psychometric`. Source: Schütt, Harmeling,
+    Macke & Wichmann 2016, appendix A.
     """
     check_share(confidence, "confidence")
     answers = gather_levels(data, level, correct, n)
@@ -96,7 +96,7 @@ def posterior(
 def posterior_of(
     answers: Levels, spec: FunctionSpec, overdispersed: bool = True, confidence: float = 0.95
 ) -> Posterior:
-    """Return the same for counted levels: on a coarse grid over the priors, then on a fine one where the mass lies."""
+    """Return the posterior of counted levels, on a coarse grid over the priors, then a fine one where the mass is."""
     problem = problem_of(answers, spec)
     of = tested(problem.t)
     coarse = _coarse_axes(spec, of, overdispersed)
@@ -128,7 +128,7 @@ def posterior_of(
 
 
 def _coarse_axes(spec: FunctionSpec, of: Tested, overdispersed: bool) -> list[Axis]:
-    """Return even steps of threshold, width, guess, lapse and eta over all that the priors allow."""
+    """Return equal steps of threshold, width, guess, lapse and eta over the support of the priors."""
     bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
     bounds += [(0.0, 0.0) if spec.equal_rates else spec.guess, spec.lapse]
     bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
@@ -136,7 +136,7 @@ def _coarse_axes(spec: FunctionSpec, of: Tested, overdispersed: bool) -> list[Ax
 
 
 def _fine_axes(coarse: list[Axis], mass: Floats) -> list[Axis]:
-    """Return finer axes over where the marginal of the coarse `mass` is not negligible, and one coarse step beyond."""
+    """Return finer axes over the range where the marginal of `mass` is not negligible, plus one coarse step."""
     fine = FINE if len(coarse[2][0]) == 1 else FINE_WITH_GUESS
     axes = []
     for i, (points, _) in enumerate(coarse):
@@ -148,7 +148,7 @@ def _fine_axes(coarse: list[Axis], mass: Floats) -> list[Axis]:
 
 
 def _even(low: float, high: float, count: int) -> Axis:
-    """Return equal steps and the weights of the trapezoid rule."""
+    """Return equal steps with the weights of the trapezoid rule."""
     if high <= low:
         return np.array([low]), np.ones(1)
     weights = np.ones(count)
@@ -157,7 +157,7 @@ def _even(low: float, high: float, count: int) -> Axis:
 
 
 def _gauss(low: float, high: float, count: int) -> Axis:
-    """Return the nodes and weights of Gauss and Legendre: few are enough for the rates, whose density is smooth."""
+    """Return Gauss-Legendre nodes and weights; a few are enough for the rates, whose density is smooth."""
     if high <= low:
         return np.array([low]), np.ones(1)
     nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -185,7 +185,7 @@ def _mass(axes: list[Axis], problem: Problem, spec: FunctionSpec, of: Tested) ->
 
 
 def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Floats) -> Floats:
-    """Return the log probability of the answers without the binomial coefficient; eta squared is a variance's share."""
+    """Return the log probability of the answers without the binomial coefficient; eta^2 is a share of variance."""
     hit, miss = np.maximum(hit, 1e-12), np.maximum(miss, 1e-12)
     plain: Floats = xlogy(hits, hit) + xlogy(trials - hits, miss)
     if eta.size == 1 and float(eta.ravel()[0]) == 0:
@@ -210,7 +210,7 @@ def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
 
 @dataclass(frozen=True)
 class Tested:
-    """What the priors are built from: the lowest and highest level tested, and the smallest step between two."""
+    """The basis of the priors: the lowest and highest level tested, and the smallest step between two."""
 
     low: float
     high: float
@@ -218,7 +218,7 @@ class Tested:
 
     @property
     def range(self) -> float:
-        """Return the distance from the lowest to the highest level."""
+        """The distance from the lowest to the highest level."""
         return self.high - self.low
 
 
@@ -228,13 +228,13 @@ def tested(levels: Floats) -> Tested:
 
 
 def threshold_prior(place: Floats, of: Tested) -> Floats:
-    """Return a prior even over the levels tested, falling as a cosine to 0 half a range beyond them."""
+    """Return a prior that is flat over the tested levels, and falls as a cosine to 0 half a range beyond them."""
     beyond = np.maximum(of.low - place, place - of.high) / (of.range / 2)
     return np.where(beyond <= 0, 1.0, np.where(beyond < 1, (1 + np.cos(np.pi * np.minimum(beyond, 1))) / 2, 0.0))
 
 
 def width_prior(width: Floats, of: Tested) -> Floats:
-    """Return a prior even from two steps to the range (x.95 - x.05), rising from one step, 0 from three ranges on."""
+    """Return a prior that is flat from two steps to the range (x.95 - x.05), 0 below a step and above 3 ranges."""
     rise = np.clip((width - of.step) / of.step, 0, 1)
     fall = np.clip((width - of.range) / (2 * of.range), 0, 1)
     result: Floats = (1 - np.cos(np.pi * rise)) / 2 * (1 + np.cos(np.pi * fall)) / 2

@@ -40,8 +40,8 @@ class Psychometric:
 
     `threshold` is the level at which F = `at` (psi = `share_at`), `jnd` as `jnd_kind` says, both in the level's units.
     `centre` and `spread` are the shape's own parameters (see `shapes`; of the log level for "weibull"). `slope` is that
-    of psi at the threshold, per unit of level. `deviance` (`df`) is against free shares at every level. `table`:
-    level, n, hits, share, expected, deviance_residual. `assumed` says in words what the task assumes of the two rates.
+    of psi at the threshold, per unit of level. `deviance` (`df`) is against free shares at every level. `table`: level,
+    n, hits, share, expected, deviance_residual. `assumed` describes the task's assumptions about the two rates.
     """
 
     function: str
@@ -84,16 +84,15 @@ def fit_psychometric(
 ) -> Psychometric:
     """Fit a psychometric function to answers at levels: one row per trial, or counts `correct` of `n`.
 
-    The task decides which rates are free. "symmetric" (a comparison with a standard, both answers alike): one lapse
-    rate on both sides, none with `lapse=0`. "forced_choice": guess is 1 / `alternatives`, the lapse rate free.
-    "yes_no": a guess (false-alarm) rate and a lapse rate of their own. A free rate lies between 0 and 0.25; `guess` and
-    `lapse` set other bounds (lowest, highest) or fix a rate where the task leaves it free.
-    `threshold` is a value of F, so 0.5 is halfway between guess and 1 - lapse whatever these are. JND:
-    "half_interquartile" (x.75 - x.25) / 2 of F, or "x84_x50", the standard deviation of a cumulative Gaussian.
-    `falling`: hits become rarer as the level rises.
-    Raises NoEstimate where the answers do not rise, are all alike, or step from one side to the other; BadValue,
-    TooFew, UnknownColumn, BadOption (also for a rate that the task decides).
-    Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with bounds; docs/decisions/0012.
+    The task decides which rates are free. "symmetric" (a comparison with a standard): one lapse rate on both sides,
+    none with `lapse=0`. "forced_choice": guess is 1 / `alternatives`, the lapse rate free. "yes_no": a guess
+    (false-alarm) rate and a lapse rate of their own. A free rate lies between 0 and 0.25; `guess` and `lapse` set other
+    bounds (lowest, highest) or fix a rate where the task leaves it free. `threshold` is a value of F, so 0.5 is halfway
+    between guess and 1 - lapse whatever these are. JND: "half_interquartile" (x.75 - x.25) / 2 of F, or "x84_x50", the
+    standard deviation of a cumulative Gaussian. `falling`: hits become rarer as the level rises. Raises NoEstimate
+    where the answers do not rise, are all equal, or step from one side to the other; BadValue, TooFew, UnknownColumn,
+    BadOption (also for a rate that the task decides). Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with
+    bounds; docs/decisions/0012.
     """
     answers = gather_levels(data, level, correct, n)
     spec = function_spec(function, rates_of(task, alternatives, guess, lapse), threshold, jnd, falling)
@@ -101,7 +100,7 @@ def fit_psychometric(
 
 
 def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
-    """Return the same for counted levels."""
+    """Return the fit of counted levels."""
     problem = problem_of(answers, spec)
     fits = best_of_starts(problem, STARTS)
     refuse_no_estimate(answers, spec, problem, fits, 0)
@@ -155,10 +154,7 @@ def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
 
 
 def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fits: Fitted, i: int) -> None:
-    """Refuse fit `i` of those to answers at the same levels where it determines no threshold or no slope.
-
-    Raises NoEstimate.
-    """
+    """Raise NoEstimate where fit `i` of several to answers at the same levels determines no threshold or no slope."""
     reached = float(fits.log_likelihood[i])
     turned = Levels(problem.t, problem.hits[i], problem.trials)
     refuse_flat(turned, reached, spec.guess, spec.lapse)
@@ -176,7 +172,7 @@ def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fi
 
 
 def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:
-    """Return the signed roots of each level's share of the deviance."""
+    """Return the signed square roots of each level's contribution to the deviance."""
     share = hits / trials
     parts = trials * (rel_entr(share, expected) + rel_entr(1 - share, 1 - expected))
     result: Floats = np.sign(share - expected) * np.sqrt(2 * np.maximum(parts, 0.0))

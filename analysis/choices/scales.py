@@ -1,7 +1,7 @@
-"""A scale of items: values, covariance, differences and fit, whatever model they come from; whether one exists.
+"""A scale of items by any model: values, covariance, differences and fit, and whether it exists.
 
 Choices among alternatives whose utilities are linear in some parameters are fitted by maximum likelihood with Newton's
-method. There is no scale where one group of items never lost to the rest.
+method. No scale exists if one group of items never lost to the rest.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def value_table(counted: Counted, values: Floats, covariance: Floats, confidence
 
 
 def constraint_matrix(items: tuple[Hashable, ...], constraint: Hashable) -> Floats:
-    """Return the matrix that turns values with an arbitrary zero into values under the constraint.
+    """Return the matrix that turns values with any zero into values under the constraint.
 
     Raises UnknownColumn for a reference that is not an item.
     """
@@ -108,7 +108,7 @@ def differences(scale: Scale, correction: str = "holm") -> pd.DataFrame:
 
 
 def effect_table(names: list[str], estimates: Floats, variances: Floats, confidence: float) -> pd.DataFrame:
-    """Return parameters beside the items' values, each with its Wald test."""
+    """Return parameters other than the items' values, each with its Wald test."""
     half = float(ndtri((1 + confidence) / 2))
     rows = [
         {"effect": name, "estimate": b, "se": se, "z": b / se, "p": p_of_z(b / se)}
@@ -124,7 +124,7 @@ def p_of_z(z: float) -> float:
 
 
 def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[float, int, float, tuple[str, ...]]:
-    """Return the deviance against free probabilities for every pair, df, p, and a note."""
+    """Return the deviance against a model with free probabilities for every pair, with df, p, and a note."""
     total = counts.sum(axis=1, keepdims=True)
     expected = total * fitted
     deviance = max(0.0, 2 * float((xlogy(counts, counts) - xlogy(counts, expected)).sum()))
@@ -138,7 +138,7 @@ def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[f
 
 
 class Maximum(NamedTuple):
-    """Where a likelihood is largest: parameters, their covariance (inverse information), log likelihood."""
+    """The maximum of a likelihood: parameters, their covariance (inverse information), log likelihood."""
 
     parameters: Floats
     covariance: Floats
@@ -147,15 +147,15 @@ class Maximum(NamedTuple):
 
 
 def inverse(information: Floats) -> Floats:
-    """Return the covariance of estimates with this information."""
+    """Return the covariance of estimates with this information matrix."""
     return np.asarray(np.linalg.inv(information), dtype=np.float64)
 
 
 def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
     """Return the maximum for `design` (contexts, alternatives, parameters) and `counts` (contexts, alternatives).
 
-    The likelihood is concave, so there is one maximum; its existence is the caller's to check.
-    Raises NoEstimate where Newton's method does not arrive. Source: McFadden 1974.
+    The likelihood is concave, so there is one maximum; the caller must check that it exists. Raises NoEstimate where
+    Newton's method does not converge. Source: McFadden 1974.
     """
     total = counts.sum(axis=1)
     place = np.zeros(design.shape[2])
@@ -179,7 +179,7 @@ def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
 
 
 def _around(design: Floats, counts: Floats, total: Floats, place: Floats) -> tuple[float, Floats, Floats, Floats]:
-    """Return the log likelihood, its slope, its curvature (positive) and the probabilities at some parameters."""
+    """Return the log likelihood, its gradient, its (positive) curvature and the probabilities at some parameters."""
     utility = design @ place
     log_share = utility - logsumexp(utility, axis=1, keepdims=True)
     share = np.exp(log_share)
@@ -193,7 +193,7 @@ def _around(design: Floats, counts: Floats, total: Floats, place: Floats) -> tup
 def refuse_unconnected(counted: Counted) -> None:
     """Refuse comparisons in which some item cannot be reached from every other through wins or ties.
 
-    Ford 1957: exactly then the maximum of the likelihood is not at finite worths. Raises NoEstimate naming the items.
+    Exactly then the maximum of the likelihood is not at finite worths (Ford 1957). Raises NoEstimate naming the items.
     """
     beats = (counted.wins() + counted.tied()) > 0
     weak, group = connected_components(csr_array(beats), connection="weak")
@@ -222,9 +222,10 @@ def _names(items: tuple[Hashable, ...], chosen: Any) -> str:
 
 
 def refuse_separated(better: Floats, names: list[str]) -> None:
-    """Refuse a model that some change of its parameters fits ever better: rows of `better` are what each answer adds.
+    """Refuse a model whose likelihood grows without limit along some direction of its parameters.
 
-    Albert & Anderson 1984, by a linear programme: a direction along which no answer becomes less likely, some more.
+    Rows of `better` are the contrasts of the answers. A linear programme looks for a direction along which no answer
+    becomes less likely, and some more (Albert & Anderson 1984).
     """
     if not len(better):
         return

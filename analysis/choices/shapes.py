@@ -30,7 +30,7 @@ Mapped = tuple[Floats, Floats, Floats]
 
 @dataclass(frozen=True)
 class Shape:
-    """`share` is F, `rest` 1 - F with its digits kept, `steepness` F', `place` the z at which F has a value."""
+    """A shape: `share` is F, `rest` 1 - F without lost digits, `steepness` F', `place` the z at which F has a value."""
 
     name: str
     logarithmic: bool
@@ -81,7 +81,7 @@ SHAPES: Mapping[str, Shape] = {
 
 @dataclass(frozen=True)
 class Coordinates:
-    """`native` maps (first, second) to (centre, log spread, derivatives[..., 2, 2]); `of` is its inverse.
+    """A set of coordinates: `native` maps (first, second) to (centre, log spread, derivatives[..., 2, 2]), `of` back.
 
     `ends_in_spread`: the second coordinate is the log spread itself.
     """
@@ -92,7 +92,7 @@ class Coordinates:
 
 
 def own() -> Coordinates:
-    """Return the coordinates (centre, log spread) as they are."""
+    """Return the coordinates (centre, log spread) themselves."""
 
     def native(first: Floats, second: Floats) -> Mapped:
         return first, second, np.broadcast_to(np.eye(2), (*first.shape, 2, 2))
@@ -101,7 +101,7 @@ def own() -> Coordinates:
 
 
 def by_threshold(shape: Shape, level: float) -> Coordinates:
-    """Return the coordinates (the t at which F is `level`, log spread)."""
+    """Return the coordinates (t at which F is `level`, log spread)."""
     z = shape.place(level)
 
     def native(first: Floats, second: Floats) -> Mapped:
@@ -114,12 +114,12 @@ def by_threshold(shape: Shape, level: float) -> Coordinates:
 
 
 def ends(kind: JndKind) -> tuple[float, float, float]:
-    """Return the weight, and the upper and lower value of F between whose levels the JND lies."""
+    """Return the weight, and the two values of F whose levels' difference is the JND."""
     return (0.5, 0.75, 0.25) if kind == "half_interquartile" else (1.0, float(ndtr(1.0)), 0.5)
 
 
 def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
-    """Return the coordinates (log JND, the remaining one): the centre, or for a logarithmic shape the log spread."""
+    """Return the coordinates (log JND, centre), for a logarithmic shape (log JND, log spread)."""
     weight, high, low = ends(kind)
     up, down = shape.place(high), shape.place(low)
     if shape.logarithmic:
@@ -135,7 +135,7 @@ def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
 
 
 def _logarithmic(weight: float, up: float, down: float) -> Coordinates:
-    """Return the coordinates of JND = weight (exp(centre + up s) - exp(centre + down s)), s the spread."""
+    """Return the coordinates of JND = weight (exp(centre + up s) - exp(centre + down s)), with the spread s."""
 
     def gap(log_spread: Floats) -> tuple[Floats, Floats]:
         s = np.exp(log_spread)

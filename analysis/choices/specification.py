@@ -1,6 +1,6 @@
-"""The specification of a psychometric function, the answers at each level, and the fit of the one to the other.
+"""The specification of a psychometric function, the answers at each level, and the problem of fitting them.
 
-Also the ways in which answers can fail to determine a threshold, each refused by name.
+Answers that do not determine a threshold are refused with the reason.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
 Rate: TypeAlias = float | Bounds
 FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
 ESTIMATED = (0.0, 0.25)
-"""Where a rate that the task leaves free is looked for, unless the caller says otherwise."""
+"""The range of a rate that the task leaves free, unless the caller gives another."""
 WICHMANN_HILL = (0.0, 0.06)
-"""Where the lapse rate was looked for before a task was declared: Wichmann & Hill 2001."""
+"""The range of the lapse rate in plans without a task (Wichmann & Hill 2001)."""
 
 
 @dataclass(frozen=True)
 class Levels:
-    """`levels` ascending and distinct, `trials` at each, `hits` (correct, or "yes") among them."""
+    """Answers by level: `levels` ascending and distinct, `trials` at each, `hits` (correct, or "yes") among them."""
 
     levels: Floats
     hits: Floats
@@ -79,7 +79,7 @@ def log_likelihood(hits: Floats, trials: Floats, share: Floats) -> float:
 
 
 def refuse_flat(answers: Levels, reached: float, guess: Bounds, lapse: Bounds) -> None:
-    """Refuse answers that one constant share fits as well as any rising function does. Raises NoEstimate."""
+    """Refuse answers that a constant share fits as well as any rising function. Raises NoEstimate."""
     share = float(answers.hits.sum() / answers.trials.sum())
     level = min(max(share, guess[0]), 1 - lapse[0])
     if log_likelihood(answers.hits, answers.trials, np.full_like(answers.trials, level)) < reached - ALIKE:
@@ -94,7 +94,7 @@ def refuse_flat(answers: Levels, reached: float, guess: Bounds, lapse: Bounds) -
 
 
 def refuse_step(answers: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False) -> None:
-    """Refuse answers that a step fits as well as any slope does: the slope then has no estimate. Raises NoEstimate."""
+    """Refuse answers that a step fits as well as any slope, which then has no estimate. Raises NoEstimate."""
     count = len(answers.levels)
     places = [j for j in range(count) if _step(answers, j, guess, lapse, equal_rates) >= reached - ALIKE]
     if not places:
@@ -108,7 +108,7 @@ def refuse_step(answers: Levels, reached: float, guess: Bounds, lapse: Bounds, e
 
 
 def _step(answers: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bool) -> float:
-    """Return the log likelihood of a step at level j, whose own share is free."""
+    """Return the log likelihood of a step at level j, where the share is free."""
     low = _pooled(answers, slice(0, j), *guess)
     high = _pooled(answers, slice(j + 1, None), 1 - lapse[1], 1 - lapse[0])
     if equal_rates:
@@ -129,9 +129,9 @@ def _pooled(answers: Levels, part: slice, low: float, high: float) -> float:
 
 @dataclass(frozen=True)
 class FunctionSpec:
-    """The specification of a fit: the model, the level of F that is the threshold, the JND's definition.
+    """The specification of a fit: the model, the level of F that is the threshold, the definition of the JND.
 
-    `assumed` says in words which rates the task fixes, ties or leaves free; `equal_rates`: guess is the lapse rate.
+    `assumed` describes which rates the task fixes, ties or leaves free; `equal_rates`: guess equals the lapse rate.
     """
 
     shape: Shape
@@ -145,7 +145,7 @@ class FunctionSpec:
 
 
 class Rates(NamedTuple):
-    """Bounds of the guess and the lapse rate, whether they are one rate, and what that assumes in words."""
+    """Bounds of the guess and the lapse rate, whether they are equal, and a description of these assumptions."""
 
     guess: Bounds
     lapse: Bounds
@@ -160,7 +160,7 @@ def rates_of(
     lapse: Rate | None,
     estimated: Bounds = ESTIMATED,
 ) -> Rates:
-    """Return what the task makes of the two rates. Raises BadOption, also for a rate that the task already decides.
+    """Return the two rates of a task. Raises BadOption, also for a given rate that the task already determines.
 
     `estimated` bounds a free rate that is not given. None as a task is for analysis plans written before tasks were
     declared: guess 0 and lapse from 0 to 0.06 unless given.
@@ -218,7 +218,7 @@ def _bounds(rate: Rate, name: str) -> Bounds:
 
 
 def problem_of(answers: Levels, spec: FunctionSpec, hits: Floats | None = None) -> Problem:
-    """Return the fit in its own coordinates: t from the lowest level on, bounds as wide as the levels suggest."""
+    """Return the fit in its own coordinates: t starts at the lowest level, bounds follow from the levels."""
     order = slice(None, None, -1) if spec.falling else slice(None)
     levels = (-answers.levels if spec.falling else answers.levels)[order]
     if spec.shape.logarithmic and levels[0] <= 0:
@@ -233,7 +233,7 @@ def problem_of(answers: Levels, spec: FunctionSpec, hits: Floats | None = None) 
 
 
 def unit_of(answers: Levels, spec: FunctionSpec) -> float:
-    """Return the levels in a step of 1 on the fit's axis: a power of two near their range, so that no unit matters."""
+    """Return the levels in a step of 1 on the fit's axis: a power of two near their range, so that units cancel."""
     if spec.shape.logarithmic:
         return 1.0
     return float(np.ldexp(1.0, int(np.frexp(answers.levels[-1] - answers.levels[0])[1])))
@@ -247,7 +247,7 @@ def quantities(spec: FunctionSpec, answers: Levels, place: Floats) -> tuple[Floa
 
 
 def to_level(t: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
-    """Return a place on the fit's axis as a level."""
+    """Return the level at a point of the fit's axis."""
     if spec.shape.logarithmic:
         return np.asarray(answers.levels[0] * np.exp(t))
     shift = t * unit_of(answers, spec)
@@ -255,5 +255,5 @@ def to_level(t: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
 
 
 def to_size(log_jnd: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
-    """Return a logarithm of a JND on the fit's axis as a difference of levels."""
+    """Return the difference of levels for the logarithm of a JND on the fit's axis."""
     return np.asarray(np.exp(log_jnd) * (answers.levels[0] if spec.shape.logarithmic else unit_of(answers, spec)))

@@ -1,4 +1,4 @@
-"""Staircases: the rule that was followed, the reversals, and the threshold that they give."""
+"""Staircases: the rule that was followed, the reversals, and the threshold."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ FOLLOWED = 0.9  # of the moves: below, the rule counts as unknown
 
 @dataclass(frozen=True)
 class Rule:
-    """After `down` hits in a row the level goes down (harder), after `up` misses in a row it goes up.
+    """An up-down rule: the level goes down (harder) after `down` hits in a row, up after `up` misses in a row.
 
-    `down_step` and `up_step` are the usual sizes of a move. `converges_at` is the share of hits where the staircase
-    comes to rest. `followed` is the share of trials that the rule explains.
+    `down_step` and `up_step` are the usual sizes of a move. `converges_at` is the share of hits to which the staircase
+    converges. `followed` is the share of trials that the rule explains.
     """
 
     down: int
@@ -35,10 +35,10 @@ class Rule:
 
 @dataclass(frozen=True)
 class Staircase:
-    """`reversals`: trial (1 is the first), level, kind ("peak" or "valley"), used. `threshold` is the mean of the used.
+    """The result: `reversals` (trial, level, kind "peak" or "valley", used) and `threshold`, the mean of the used ones.
 
     `spread` is the standard deviation of the used reversals (n - 1); neighbours depend on each other, so it is no
-    standard error. `rule` is None where none is followed.
+    standard error. `rule` is None if none explains the trials. Trials count from 1.
     """
 
     reversals: pd.DataFrame
@@ -54,9 +54,9 @@ def staircase(
 ) -> Staircase:
     """Return the threshold of one staircase from its last `last` reversals (rows in order of trials, or by `order`).
 
-    An even number is used, so that peaks and valleys balance. Easier levels are higher; give the negative level where
-    they are lower. Raises TooFew for fewer than two reversals, NoEstimate where the level never changes, BadValue.
-    Source: Levitt 1971.
+    An even number is used, so that peaks and valleys balance. Higher levels must be easier; negate the levels if they
+    are not. Raises TooFew for fewer than two reversals, NoEstimate where the level never changes, BadValue. Source:
+    Levitt 1971.
     """
     if isinstance(last, bool) or not isinstance(last, int) or last < 2 or last % 2:
         raise BadOption(f"last={shown(last)}: expected an even number of reversals from 2")
@@ -97,7 +97,7 @@ def staircase(
 
 
 def _leap_notes(levels: Floats, first_reversal: int) -> list[str]:
-    """Note the first move after trial `first_reversal` that is more than twice every move before it.
+    """Return notes on the first move after trial `first_reversal` that is more than twice every move before it.
 
     It may be the first move of another staircase in the same table.
     """
@@ -113,7 +113,7 @@ def _leap_notes(levels: Floats, first_reversal: int) -> list[str]:
 
 
 def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:
-    """Return the up-down rule that explains the most moves, if it explains nine in ten; the simplest of equal ones."""
+    """Return the simplest up-down rule among those that explain most moves, if it explains nine in ten."""
     tried = [
         (_explained(levels, hits, down, up), -down - up, down, up)
         for down in range(1, MOST_IN_A_ROW + 1)
@@ -148,8 +148,7 @@ def explaining_rule(levels: Floats, hits: Floats) -> Rule | None:
 def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
     """Return the share of moves (a change after a trial, or none) that the rule predicts.
 
-    At an end of the range no move counts as a predicted one.
-    The count starts anew after each move.
+    At an end of the range, no move counts as predicted. The counts of hits and misses restart after each move.
     """
     low, high = float(levels.min()), float(levels.max())
     run, right = 0, 0

@@ -44,11 +44,11 @@ def thurstone(
 ) -> Scale:
     """Return the values of items in units of a difference's standard deviation: P(i over j) = Phi(value_i - value_j).
 
-    "likelihood" is maximum likelihood: proportions of 0 and 1 count as what they are. "least_squares" is the classical
-    solution, the mean of each item's normal deviates: every pair must have been compared and neither item always
-    chosen (IncompleteCells), and it has no standard errors (NaN).
-    Raises NoEstimate where no finite estimate exists, UnknownColumn, BadValue, TooFew, BadOption.
-    Sources: Thurstone 1927; Mosteller 1951 (least squares); Bock & Jones 1968 (likelihood).
+    "likelihood" is maximum likelihood, which allows proportions of 0 and 1. "least_squares" is the classical solution,
+    the mean of each item's normal deviates: every pair must have been compared and neither item always chosen
+    (IncompleteCells), and it has no standard errors (NaN). Raises NoEstimate where no finite estimate exists,
+    UnknownColumn, BadValue, TooFew, BadOption. Sources: Thurstone 1927; Mosteller 1951 (least squares); Bock & Jones
+    1968 (likelihood).
     """
     check_share(confidence, "confidence")
     if method not in ("likelihood", "least_squares"):
@@ -103,7 +103,7 @@ def _least_squares(counted: Counted) -> tuple[Floats, Floats]:
 
 
 def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
-    """Return the values (the first 0), covariance (expected information), shares and likelihood, by Newton's method."""
+    """Return values (the first 0), covariance (expected information), shares and likelihood, by Newton's method."""
     pairs, items = len(counted.one), len(counted.items)
     design = np.zeros((pairs, items))
     design[np.arange(pairs), counted.one] = 1.0
@@ -135,7 +135,7 @@ def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
 
 
 def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats]:
-    """Return the log likelihood, slope and (positive) curvature; density over tail keeps its digits far out."""
+    """Return the log likelihood, gradient and (positive) curvature; density over tail loses no digits far out."""
     z = design @ place
     won, lost = log_ndtr(z), log_ndtr(-z)
     up, down = np.exp(-0.5 * z * z - LOG_ROOT - won), np.exp(-0.5 * z * z - LOG_ROOT - lost)

@@ -22,12 +22,12 @@ def circular_triads(
     tie: Hashable | None = None,
     count: Hashable | None = None,
 ) -> pd.DataFrame:
-    """Return how many triads of items are intransitive, for all choices together and for each participant.
+    """Return how many triads of items are intransitive, over all choices and for each participant.
 
-    Between two items the one chosen more often leads; a pair without a leader makes no triad. Columns: `who`
-    ("all together" or the participant), `triads` (with a leader in every pair), `circular`, `expected` (a quarter of
-    them, if every pair were decided by a coin), `consistence` (Kendall's zeta: 1 without a circular triad; NaN unless
-    every pair has a leader), `note`. Source: Kendall & Babington Smith 1940.
+    Of two items the one chosen more often leads; a pair without a leader makes no triad. Columns: `who` ("all together"
+    or the participant), `triads` (with a leader in every pair), `circular`, `expected` (a quarter of them, if every
+    pair were decided by a coin), `consistence` (Kendall's zeta: 1 without a circular triad; NaN unless every pair has a
+    leader), `note`. Source: Kendall & Babington Smith 1940.
     """
     items = len(gather_choices(data, winner, loser, tie, None, count).items)
     whole = _row(POOLED, data, winner, loser, tie, count, items)

@@ -1,1 +1,1 @@
-"""A second opinion: tables of `regenerate` compared with pingouin and statsmodels."""
+"""A cross-check: results of `regenerate` compared with pingouin and statsmodels."""

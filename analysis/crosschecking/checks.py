@@ -1,4 +1,4 @@
-"""Each answer of a plan compared with another package's: the largest relative difference, or why it is not checked."""
+"""Comparison of each answer of a plan with another package's: the largest relative difference, or why there is none."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ FILE = "crosscheck.json"
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """One answer compared with another package's, or the reason why it is not (`package` then may be "").
+    """The comparison of one answer with another package's, or the reason why there is none (`package` then may be "").
 
-    `difference` is the largest relative difference over `numbers` numbers, `where` the number it is of.
+    `difference` is the largest relative difference over `numbers` numbers, `where` names that number.
     """
 
     test: str
@@ -72,7 +72,7 @@ class CrossCheck:
         return self.difference is not None and not self.difference <= LIMIT
 
     def checked_with(self) -> str:
-        """Return package and version, or why there is none."""
+        """Return package and version, or the reason why none was used."""
         return f"not checked: {self.reason}" if self.reason else f"{self.package} {self.version}"
 
     def text(self) -> str:
@@ -84,7 +84,7 @@ class CrossCheck:
 
 
 def difference_text(check: CrossCheck) -> str:
-    """Return the largest relative difference as a reader needs it, "" where nothing was compared."""
+    """Return the largest relative difference as text, "" if nothing was compared."""
     if check.difference is None:
         return ""
     if math.isinf(check.difference):
@@ -93,7 +93,7 @@ def difference_text(check: CrossCheck) -> str:
 
 
 def cross_check(answered: Sequence[QuestionResult], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
-    """Check every answer of a kind that another package has, in the plan's order."""
+    """Check every answer of a kind that another package supports, in the plan's order."""
     comparable = [
         answered_test
         for answered_test in answered
@@ -129,7 +129,7 @@ def _checked(answered: QuestionResult) -> CrossCheck:
 
 
 def difference(pair: Pair) -> float:
-    """Return the relative difference of one number: 0 where neither has one, infinite where only one of them has."""
+    """Return the relative difference of one number: 0 if both are undefined, infinite if only one of them is."""
     ours = math.nan if pair.ours is None else float(pair.ours)
     theirs = pair.theirs
     if math.isnan(ours) or math.isnan(theirs):
@@ -275,7 +275,7 @@ def _numbers(column: pd.Series[Any]) -> Any:
 
 
 def _fixed_columns(table: pd.DataFrame, model: Model, effects: Sequence[str]) -> list[Any]:
-    """Return the columns of the fixed effects, read from the names of our coefficients, such as "car[K8]:damping"."""
+    """Return the columns of the fixed effects from the names of Palpate's coefficients, such as "car[K8]:damping"."""
     parts: dict[str, dict[str, Any]] = {name: {name: _numbers(table[name])} for name in model.numeric}
     for name in model.fixed:
         if name not in parts:
@@ -298,7 +298,7 @@ def _model_pairs(
     answer: Answer, coefficients: Sequence[Row], effects: Sequence[Row], frame: pd.DataFrame,
     columns: Mapping[str, str], names: Mapping[str, str], slopes: Sequence[str], reml: bool,
 ) -> Iterator[Pair]:  # fmt: skip
-    """Yield coefficients, standard errors, F, variances and likelihood; `names`: those of groups and slopes."""
+    """Yield coefficients, standard errors, F, variances and likelihood; `names` are those of groups and slopes."""
     groups = [name for name in names.values() if name not in slopes]
     start = {names[group]: matrix for group, matrix in _covariances(answer).items()}
     fitted = packages.statsmodels_mixed_model(frame, list(columns.values()), groups, slopes, reml, start)
@@ -384,7 +384,7 @@ def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
 
 
 def disagreements(checks: Sequence[CrossCheck] | None) -> list[CrossCheck]:
-    """Return the answers of which another package gives another number, where it is not known to be wrong."""
+    """Return the answers for which another package gives another number without being known to be wrong."""
     return [check for check in checks or () if check.disagrees]
 
 
@@ -408,5 +408,5 @@ def sentence(checks: Sequence[CrossCheck] | None) -> str:
 
 
 def line_of(checks: Sequence[CrossCheck]) -> str:
-    """Return the second opinion on one test in a sentence, "" where there is none."""
+    """Return the cross-check of one test as a sentence, "" if there is none."""
     return f"Checked with another package: {sentence(checks)}" if checks else ""

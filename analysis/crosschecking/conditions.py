@@ -1,7 +1,7 @@
-"""Data on which pingouin or statsmodels are known to be wrong or to answer another question.
+"""Data for which pingouin or statsmodels are known to be wrong, or to compute something else.
 
-Each condition looks at the data alone, before anything is compared, and gives the reason or "". They are listed with
-examples in docs/reference/crosscheck.md; a test holds each one to data on which the package still fails.
+Each condition depends on the data only, before anything is compared, and returns the reason or "". They are listed with
+examples in docs/reference/crosscheck.md; a test checks each one on data for which the package still fails.
 """
 
 from __future__ import annotations
@@ -18,37 +18,37 @@ from palpate.analysis.plans.answers import Value
 from palpate.analysis.statistics.doubles import Floats
 
 MOST_APART = 1e4
-"""Values so many times their residual lose half of a double's digits in sums of squares."""
+"""The ratio of values to their residual at which sums of squares lose half of a double's digits."""
 MOST_APART_PAIRED = 1e7
 LARGEST, SMALLEST = 1e100, 1e-100
 NEARLY_TIED = 1e-9
 MOST_BETWEEN = 1e3
 NEAR_ZERO = 1e-3
-"""Statistics and coefficients are compared to LIMIT of this where they are smaller; p values never are."""
+"""The least size that statistics and coefficients are compared with; p values have none."""
 MOST_VALUES = 50_000
 MOST_VALUES_SQUARED = 2_000
-"""The same where a package makes a matrix of all values by all values."""
+"""The most values for a package that makes a matrix of all values by all values."""
 PINGOUIN, STATSMODELS, SCIPY = "pingouin", "statsmodels", "scipy"
 
 
 def incomplete(wide: pd.DataFrame) -> str:
     """Return the reason if some cell has no value.
 
-    Pingouin drops or averages without a word, AnovaRM counts whom it should not.
+    Pingouin drops or averages silently; AnovaRM counts participants that it should not.
     """
     return "a cell is missing, which the packages drop or average without a word" if wide.isna().any(axis=None) else ""
 
 
 def out_of_range(values: Floats) -> str:
-    """Return the reason if squares of the values leave the range of doubles."""
+    """Return the reason if squares of the values overflow or underflow double precision."""
     largest = float(np.abs(values).max(initial=0.0))
     return "squares of the values leave the range of doubles" if largest > LARGEST or 0 < largest < SMALLEST else ""
 
 
 def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
-    """Return the reason if some effect's residual is nothing, or so small that sums of squares drown it in rounding.
+    """Return the reason if some effect's residual is zero, or too small for sums of squares in double precision.
 
-    `cells` has participants along its first axis and a factor within them along each other one; `groups` names each
+    `cells` has participants along its first axis and a within factor along each other one; `groups` has each
     participant's group.
     """
     largest = float(np.abs(cells).max()) or 1.0
@@ -88,7 +88,7 @@ def _size(values: Floats) -> float:
 
 
 def another_type(sizes: Sequence[int], sum_of_squares: str) -> str:
-    """Return the reason if groups are of unequal sizes: pingouin's mixed ANOVA is type II, ours is not then."""
+    """Return the reason if group sizes are unequal: pingouin's mixed ANOVA is then type II, Palpate's is not."""
     unequal = len(set(sizes)) > 1 and sum_of_squares == "III"
     return "pingouin's mixed ANOVA is of type II, another number for groups of unequal sizes" if unequal else ""
 
@@ -96,7 +96,7 @@ def another_type(sizes: Sequence[int], sum_of_squares: str) -> str:
 def undefined_pair(wide: pd.DataFrame) -> str:
     """Return the reason if the difference of a pair does not vary.
 
-    Pingouin's t is infinite then, or the pair leaves its family.
+    Pingouin's t is then infinite, or the pair is left out of its family.
     """
     values = wide.to_numpy(dtype=float) / (float(np.abs(wide.to_numpy()).max()) or 1.0)
     for a, b in combinations(range(values.shape[1]), 2):
@@ -108,7 +108,7 @@ def undefined_pair(wide: pd.DataFrame) -> str:
 
 
 def constant_groups(values: Floats, groups: Sequence[str]) -> str:
-    """Return the reason if a t test between groups has no variance, or one that drowns in rounding."""
+    """Return the reason if a t test between groups has no variance, or a variance that is only rounding."""
     labels, x = np.array(groups), values / (float(np.abs(values).max()) or 1.0)
     for a, b in combinations(np.unique(labels), 2):
         rest = np.concatenate([x[labels == label] - x[labels == label].mean() for label in (a, b)])
@@ -118,7 +118,7 @@ def constant_groups(values: Floats, groups: Sequence[str]) -> str:
 
 
 def nearly_tied(wide: pd.DataFrame) -> str:
-    """Return the reason if values of one participant differ only by rounding: SciPy ranks 0.1 + 0.2 above 0.3."""
+    """Return the reason if values of one participant differ only by rounding, as SciPy ranks 0.1 + 0.2 above 0.3."""
     values = np.sort(wide.to_numpy(dtype=float), axis=1)
     gaps = np.diff(values, axis=1)
     near = (gaps > 0) & (gaps <= NEARLY_TIED * np.abs(values).max(axis=1, keepdims=True))
@@ -126,7 +126,7 @@ def nearly_tied(wide: pd.DataFrame) -> str:
 
 
 def nearly_equal_differences(levels: Mapping[str, Floats]) -> str:
-    """Return the reason if differences of two levels are equal, or zero, but for rounding: SciPy ranks them."""
+    """Return the reason if differences of two levels are equal or zero except for rounding, since SciPy ranks them."""
     for a, b in combinations(levels, 2):
         sizes = np.sort(np.append(np.abs(levels[a] - levels[b]), 0.0))
         gaps, largest = np.diff(sizes), float(np.abs([levels[a], levels[b]]).max())
@@ -136,7 +136,7 @@ def nearly_equal_differences(levels: Mapping[str, Floats]) -> str:
 
 
 def far_from_zero(values: Floats) -> str:
-    """Return the reason if values are so large that means computed another way make other ties."""
+    """Return the reason if values are so large that means computed in another way have other ties."""
     largest, apart = float(np.abs(values).max()), float(np.ptp(values))
     if largest > MOST_APART * apart > 0:
         return f"values are {largest / apart:.0e} times as large as they differ: ties of aligned ones are rounding"
@@ -144,13 +144,13 @@ def far_from_zero(values: Floats) -> str:
 
 
 def all_tied(wide: pd.DataFrame) -> str:
-    """Return the reason if nobody's values differ: there are no ranks."""
+    """Return the reason if nobody's values differ, so that there are no ranks."""
     same = (wide.nunique(axis=1) == 1).all()
     return "nobody's values differ: there are no ranks" if same else ""
 
 
 def undefined_icc(values: Floats) -> str:
-    """Return the reason if an ICC's denominator is not positive: pingouin gives a reliability above 1."""
+    """Return the reason if an ICC's denominator is not positive, where pingouin returns a reliability above 1."""
     n, k = values.shape
     b = k * values.mean(axis=1).var(ddof=1)
     j = n * values.mean(axis=0).var(ddof=1)
@@ -163,10 +163,10 @@ def undefined_icc(values: Floats) -> str:
 
 
 def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]) -> str:
-    """Return the reason if groups lie so far apart that MixedLM stops early, or not at all: a variance of zero.
+    """Return the reason if groups are so far apart that MixedLM stops early or not at all, or a variance is zero.
 
-    `fixed` are the columns of the fixed effects. Decided by least squares: the mean square of each grouping factor,
-    adjusted for the fixed effects and the other factors, over that of the residual.
+    `fixed` are the columns of the fixed effects. The criterion, by least squares, is the mean square of each grouping
+    factor, adjusted for the fixed effects and the other factors, over that of the residual.
     """
     dummies = [pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy() for labels in groups]
     whole = np.column_stack([fixed, *dummies])
@@ -188,17 +188,17 @@ def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]
 
 
 def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:
-    """Return the sum of squares that least squares leaves, and the rank of the columns."""
+    """Return the residual sum of squares of a least-squares fit, and the rank of the columns."""
     solved, _, rank, _ = np.linalg.lstsq(columns, values - values.mean(), rcond=1e-10)
     return float(((values - values.mean() - columns @ solved) ** 2).sum()), int(rank)
 
 
 class NotChecked(ValueError):
-    """Why an answer is not compared."""
+    """The answer is not compared; the message is the reason."""
 
 
 class Pair(NamedTuple):
-    """One number of ours and theirs. `decimals`: theirs is rounded to so many; `floor`: the least size to relate to."""
+    """Palpate's value and the package's, rounded to `decimals`; `floor` is the least size to compare with."""
 
     where: str
     ours: Value
@@ -208,7 +208,7 @@ class Pair(NamedTuple):
 
 
 def refuse(*reasons: str) -> None:
-    """Raise NotChecked with the first reason that is one."""
+    """Raise NotChecked with the first reason that is not empty."""
     for reason in reasons:
         if reason:
             raise NotChecked(reason)
@@ -221,7 +221,7 @@ def demand_size(values: int, most: int | None = None) -> None:
 
 
 def cells_of(rows: pd.DataFrame, factors: Sequence[str], value: str = "value") -> pd.DataFrame:
-    """Return the mean of each cell under plain names: f0, f1, ... (labels as text) and y."""
+    """Return the mean of each cell under plain column names: f0, f1, ... (labels as text) and y."""
     named = rows.loc[rows[value].notna(), [*factors, value]]
     named.columns = pd.Index([*(f"f{i}" for i in range(len(factors))), "y"])
     keys = list(named.columns[:-1])

@@ -1,7 +1,7 @@
-"""Calls of pingouin, statsmodels and SciPy, and how their tables' columns correspond to ours: only this file knows.
+"""Calls of pingouin, statsmodels and SciPy, and the mapping of their tables' columns to Palpate's, both only here.
 
-Every call takes plain tables and is quiet: what the packages warn of is found by comparing. Every reader gives numbers
-by (row, column), an effect's factors joined by ":", columns named as our own functions name them.
+Every call takes plain tables and suppresses warnings, since the comparison shows their effects. Every reader returns
+numbers by (row, column), with an effect's factors joined by ":" and Palpate's names of columns.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ WITHIN_COLUMNS = {"F": "F", "p_unc": "p_unc", "p_GG_corr": "p_GG_corr", "eps": "
 ICC_TYPES = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
 """The order of the rows of pingouin.intraclass_corr."""
 MOST_EXACT, MOST_TURNED = 50, 10
-"""Of so many values exact p of ranks are asked for, and with ties or zeros by turning every sign."""
+"""The most values for exact p of ranks, and with ties or zeros by permuting every sign."""
 GRADIENT = 1e-8
-"""Where the search of a mixed model ends."""
+"""The gradient at which the search of a mixed model ends."""
 ICC_INTERVAL_DECIMALS, ALPHA_INTERVAL_DECIMALS, CORRELATION_INTERVAL_DECIMALS = 2, 3, 2
-"""To how many decimals pingouin rounds these intervals."""
+"""The number of decimals to which pingouin rounds these intervals."""
 
 
 def quietly(call: Callable[P, T]) -> Callable[P, T]:
-    """Return the same call with warnings off."""
+    """Return the call with warnings suppressed."""
 
     @wraps(call)
     def silent(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -42,21 +42,21 @@ def quietly(call: Callable[P, T]) -> Callable[P, T]:
 
 
 def _module(name: str) -> Any:
-    """Import a package's module; statsmodels turns its warnings on at import, so they are turned off again."""
+    """Import a package's module, and disable the warnings that statsmodels enables at import."""
     module = import_module(name)
     warnings.simplefilter("ignore")
     return module
 
 
 def read_table(table: pd.DataFrame, rows: Iterable[Any], columns: Mapping[str, str]) -> Numbers:
-    """Read the numbers of a table with one row per label in `rows`; `columns` maps our column names to the table's."""
+    """Return the numbers of a table with one row per label in `rows`; `columns` maps our column names to its own."""
     present = {ours: table[theirs].tolist() for ours, theirs in columns.items() if theirs in table}
     return {(str(row), ours): float(own[i]) for i, row in enumerate(rows) for ours, own in present.items()}
 
 
 @quietly
 def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
-    """Run an ANOVA of one or two repeated factors with Greenhouse-Geisser's correction, one value per cell."""
+    """Run an ANOVA with one or two repeated factors and Greenhouse-Geisser's correction, with one value per cell."""
     pingouin = _module("pingouin")
     factors = list(within) if len(within) > 1 else within[0]
     result: pd.DataFrame = pingouin.rm_anova(table, dv=dv, within=factors, subject=subject, correction=True)
@@ -64,7 +64,7 @@ def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject
 
 
 def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
-    """Read the effects of pingouin's ANOVA within or between participants."""
+    """Return the numbers of pingouin's ANOVA within or between participants, by effect."""
     table = table[table["Source"] != "Residual"]
     columns = {**WITHIN_COLUMNS, "np2": "np2"}
     return read_table(table, table["Source"].str.replace(" * ", ":", regex=False), columns)
@@ -72,7 +72,7 @@ def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
 
 @quietly
 def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
-    """Run AnovaRM with any number of factors, not corrected; memory grows with the square of the rows."""
+    """Run AnovaRM with any number of factors, without correction; memory grows with the square of the rows."""
     result: pd.DataFrame = (
         _module("statsmodels.stats.anova").AnovaRM(table, dv, subject, within=list(within)).fit().anova_table
     )
@@ -80,13 +80,13 @@ def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subj
 
 
 def read_statsmodels_within(table: pd.DataFrame) -> Numbers:
-    """Read F and the uncorrected p of every effect."""
+    """Return F and the uncorrected p of every effect."""
     return read_table(table, table.index, {"F": "F Value", "p_unc": "Pr > F"})
 
 
 @quietly
 def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_of_squares: str = "II") -> pd.DataFrame:
-    """Run an ANOVA between groups, one value per participant."""
+    """Run an ANOVA between groups with one value per participant."""
     pingouin = _module("pingouin")
     factors = list(between) if len(between) > 1 else between[0]
     result: pd.DataFrame = pingouin.anova(table, dv=dv, between=factors, ss_type=len(sum_of_squares))
@@ -95,7 +95,7 @@ def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_o
 
 @quietly
 def pingouin_mixed(table: pd.DataFrame, dv: str, within: str, between: str, subject: str) -> pd.DataFrame:
-    """Run a mixed ANOVA of one factor within and one between participants, sums of squares of type II."""
+    """Run a mixed ANOVA with one factor within and one between participants, type II sums of squares."""
     pingouin = _module("pingouin")
     result: pd.DataFrame = pingouin.mixed_anova(
         table, dv=dv, within=within, between=between, subject=subject, correction=True, effsize="ng2"
@@ -141,18 +141,19 @@ def pingouin_friedman(table: pd.DataFrame, dv: str, within: str, subject: str) -
 
 
 def read_pingouin_friedman(table: pd.DataFrame) -> dict[str, float]:
-    """Read chi-squared, its degrees of freedom and p, and W."""
+    """Return chi-squared, its degrees of freedom and p, and W."""
     row = table.iloc[0]
     return {"chi2": float(row["Q"]), "ddof1": float(row["ddof1"]), "p_unc": float(row["p_unc"]), "W": float(row["W"])}
 
 
 @quietly
 def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
-    """Run Wilcoxon's signed ranks of a minus b: W of the positive ones, RBC, p of the normal approximation and exact.
+    """Run Wilcoxon's signed-rank test of a minus b.
 
-    RBC is left out where differences of zero are ranked (pingouin never does that), the normal p where W is nearer to
-    its mean than the correction for continuity (SciPy corrects past it), the exact p of many values where some are tied
-    or zero (SciPy's is for none; of few values all signs are turned). Without any difference there is no number.
+    Returns W of the positive ranks, RBC, and p exact and by normal approximation. RBC is left out where zero
+    differences are ranked (pingouin never does), the normal p where W is closer to its mean than the continuity
+    correction (SciPy overcorrects), the exact p of many values with ties or zeros (SciPy's assumes none; for few values
+    all signs are permuted). Without any difference the result is empty.
     """
     pingouin = _module("pingouin")
     sizes = abs(a - b)[a != b]
@@ -179,7 +180,7 @@ def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
 
 @quietly
 def pingouin_rank_sums(a: Any, b: Any) -> dict[str, float]:
-    """Run Mann & Whitney's test: U of a as W, RBC, p of the normal approximation, exact where nothing is tied."""
+    """Run Mann & Whitney's test; return U of a as W, RBC, p by normal approximation, and exact p without ties."""
     pingouin = _module("pingouin")
     normal = pingouin.mwu(a, b, method="asymptotic").iloc[0]
     numbers = {"W": float(normal["U_val"]), "RBC": float(normal["RBC"]), "p_normal": float(normal["p_val"])}
@@ -196,14 +197,14 @@ def scipy_studentized_range(q: float, k: int) -> float:
 
 @quietly
 def pingouin_icc(table: pd.DataFrame, dv: str, targets: str, raters: str) -> pd.DataFrame:
-    """Return the six intraclass correlations; its 95 % intervals are rounded."""
+    """Return the six intraclass correlations, with rounded 95 % intervals."""
     pingouin = _module("pingouin")
     result: pd.DataFrame = pingouin.intraclass_corr(table, targets=targets, raters=raters, ratings=dv)
     return result
 
 
 def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
-    """Read by type (ICC1, ..., ICC3k): ICC, F, p and the rounded ends of the interval."""
+    """Return ICC, F, p and the rounded ends of the interval by type (ICC1, ..., ICC3k)."""
     return {
         (kind, name): float(value)
         for kind, row in zip(ICC_TYPES, table.to_dict("records"), strict=True)
@@ -215,7 +216,7 @@ def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
 
 @quietly
 def pingouin_alpha(wide: pd.DataFrame, confidence: float = 0.95) -> dict[str, float]:
-    """Return Cronbach's alpha of the columns, and its interval, rounded."""
+    """Return Cronbach's alpha of the columns and its rounded interval."""
     pingouin = _module("pingouin")
     alpha, (low, high) = pingouin.cronbach_alpha(wide, ci=confidence)
     return {"alpha": float(alpha), "ci_low": float(low), "ci_high": float(high)}
@@ -228,7 +229,7 @@ def statsmodels_kappa(counts: Any) -> float:
 
 
 def nested(table: pd.DataFrame, groups: Sequence[str]) -> bool:
-    """Return whether the levels of every other grouping column lie within those of the first."""
+    """Return whether the levels of every other grouping column are nested in those of the first."""
     first, *others = groups
     return all(bool((table.groupby(name, observed=True)[first].nunique() == 1).all()) for name in others)
 
@@ -242,12 +243,13 @@ def statsmodels_mixed_model(
     reml: bool = True,
     start: Mapping[str, Any] = MappingProxyType({}),
 ) -> Any:
-    """Fit a linear mixed model of column `y` on the columns `fixed` (one of ones among them) by MixedLM.
+    """Fit a linear mixed model of column `y` on the columns `fixed` (including one of ones) by MixedLM.
 
-    One of `groups` has a random intercept and the correlated random `slopes`; with several, each has an intercept. The
-    first of these is MixedLM's group where the others lie within it; else they are components of one group, whose
-    matrix has a row and a column for every value. BFGS goes on to a gradient of GRADIENT, for its default stops short,
-    and begins at `start`: each group's covariance matrix over the residual variance (left alone it is often lost).
+    One of `groups` has a random intercept and the correlated random `slopes`; with several, each has an intercept. If
+    the others are nested in the first of these, it is MixedLM's group; otherwise they are components of one group,
+    whose matrix has a row and a column for every value. BFGS continues to a gradient of GRADIENT, since its default
+    stops early, and starts at `start`: each group's covariance matrix over the residual variance (with the default
+    start it often fails).
     """
     import numpy as np
 
@@ -272,7 +274,7 @@ def statsmodels_mixed_model(
 
 
 def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
-    """Read estimates and standard errors by column, log likelihood, and variances by group and "Residual"."""
+    """Return estimates and standard errors by column, log likelihood, and variances by group and "Residual"."""
     numbers = {(str(name), "estimate"): float(value) for name, value in fitted.fe_params.items()}
     errors = fixed_covariance(fitted).diagonal() ** 0.5
     numbers |= {(str(name), "se"): float(value) for name, value in zip(fitted.fe_params.index, errors, strict=True)}
@@ -288,9 +290,10 @@ def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
 
 
 def fixed_covariance(fitted: Any) -> Any:
-    """Return the covariance of the fixed effects at the fitted variances, as lme4 gives it.
+    """Return the covariance of the fixed effects at the fitted variances, as in lme4.
 
-    MixedLM's own is a part of the inverse of the whole observed information, where variances are uncertain too.
+    MixedLM's own is a part of the inverse of the observed information of all parameters, which includes the uncertainty
+    of the variances.
     """
     import numpy as np
 
@@ -300,7 +303,7 @@ def fixed_covariance(fitted: Any) -> Any:
 
 
 def wald_f(fitted: Any, columns: Sequence[str]) -> float:
-    """Return F that the fixed effects of these columns are all zero, from their covariance."""
+    """Return F of the hypothesis that the fixed effects of these columns are all zero, from their covariance."""
     import numpy as np
 
     places = [fitted.fe_params.index.get_loc(name) for name in columns]

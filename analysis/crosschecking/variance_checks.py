@@ -1,4 +1,4 @@
-"""Analyses of variance, pairs of levels, their equivalence and tests of ranks compared with another package's."""
+"""Comparison of analyses of variance, pairs of levels, their equivalence and rank tests with another package's."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from palpate.analysis.plans.answers import Answer, QuestionResult
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 LEAST_TAIL = 1e-9
-"""SciPy's tail of the studentized range is one less its distribution: a smaller one has no six digits."""
+"""The least tail of SciPy's studentized range with six digits, since it is 1 minus the distribution."""
 ALIGNED_DECIMALS = 9
 
 
@@ -41,7 +41,7 @@ def check_anova(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) ->
 
 
 def crossed(settings: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str], list[str], list[str]]:
-    """Return the means of a design's cells, the plain names of its factors, and which are within and between."""
+    """Return the means of a design's cells, the plain names of its factors, and the within and the between factors."""
     within, between = list(settings.within), list(settings.between)
     cells = cells_of(rows, ["participant", *within, *between])
     named = dict(zip((*within, *between), cells.columns[1:], strict=False))
@@ -51,9 +51,9 @@ def crossed(settings: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, 
 def anova_of(
     cells: pd.DataFrame, own: list[str], groups: list[str], sum_of_squares: str
 ) -> tuple[str, Callable[[], packages.Numbers]]:
-    """Return the package that has this analysis of variance of complete `cells` (f0: participants), and its call.
+    """Return the package that supports this analysis of variance of complete `cells` (f0: participants), and its call.
 
-    Raises NotChecked where neither has it, or is known to be wrong on these data.
+    Raises NotChecked where neither supports it, or it is known to be wrong on these data.
     """
     demand_size(len(cells))
     if not own:
@@ -80,12 +80,12 @@ def anova_of(
 
 
 def by_effect(numbers: packages.Numbers) -> dict[tuple[frozenset[str], str], float]:
-    """Return the numbers by an effect's factors, in whatever order they are named, and the column."""
+    """Return the numbers by an effect's set of factors, in any order, and the column."""
     return {(frozenset(source.split(":")), column): value for (source, column), value in numbers.items()}
 
 
 def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], packages.Numbers]) -> Iterator[Pair]:
-    """Yield F, p (corrected as in the row), epsilon and eta squared of every effect; `named`: its factors' names."""
+    """Yield F, p (corrected as in the row), epsilon and eta squared of every effect; `named` maps factors' names."""
     by_factors = by_effect(run())
     for row in answer.rows:
         effect = str(row["effect"])
@@ -109,7 +109,7 @@ def _anova_pairs(answer: Answer, named: Mapping[str, str], run: Callable[[], pac
 
 
 def parts_of(effect: str, named: Mapping[str, str]) -> list[str]:
-    """Return the plain names of an effect's factors, whose own names may hold a colon."""
+    """Return the plain names of an effect's factors, whose own names may contain a colon."""
     names = sorted(named, key=len, reverse=True)
     plain = []
     for name in names:
@@ -126,7 +126,7 @@ def check_pairs(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) ->
 
 
 def _levels(rows: pd.DataFrame, factor: str) -> tuple[dict[str, Any], bool]:
-    """Return the values of each level, and whether they are paired: then in the order of the participants."""
+    """Return the values of each level, and whether they are paired, in the order of the participants."""
     cells = cells_of(rows, ["participant", factor])
     demand_size(len(cells))
     values = cells["y"].to_numpy()
@@ -202,7 +202,7 @@ def _friedman_pairs(
 
 
 def check_nemenyi(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """Check mean ranks by pandas, and p by SciPy's studentized range, where that has digits."""
+    """Check mean ranks by pandas, and p by SciPy's studentized range where that is accurate."""
     settings: Any = answered.settings
     cells = cells_of(rows, ["participant", settings.factor])
     _demand_ranks(cells, "f0", "f1")
@@ -244,7 +244,7 @@ def check_wilcoxon(answered: QuestionResult, answer: Answer, rows: pd.DataFrame)
 
 
 def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], settings: Any, paired: bool) -> Iterator[Pair]:
-    """Yield W, rank-biserial correlation and p of each pair, and p adjusted where the packages have every p."""
+    """Yield W, rank-biserial correlation and p of each pair, and adjusted p if the packages give every p."""
     known: list[float | None] = []
     for row in answer.rows:
         a, b = levels[str(row["A"])], levels[str(row["B"])]
@@ -264,7 +264,7 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], settings: Any, pa
 
 
 def check_aligned_ranks(answered: QuestionResult, answer: Answer, rows: pd.DataFrame) -> Checked:
-    """Check each effect: aligned by means of pandas, ranked, and its analysis of variance by another package."""
+    """Check each effect: align by means with pandas, rank, and run another package's analysis of variance."""
     settings: Any = answered.settings
     cells, named, own, groups = crossed(settings, rows)
     values = cells["y"].to_numpy()
@@ -278,9 +278,9 @@ def check_aligned_ranks(answered: QuestionResult, answer: Answer, rows: pd.DataF
 
 
 def _aligned(cells: pd.DataFrame, factors: Sequence[str], effect: Sequence[str]) -> pd.Series[Any]:
-    """Return the ranks of the values less their cells' means, with the effect's own part added again.
+    """Return the ranks of the values minus their cells' means plus the effect's own part.
 
-    Rounded first, so that values which differ by rounding are ties.
+    The values are rounded first, so that those which differ by rounding are ties.
     """
 
     def means(names: Sequence[str]) -> Any:

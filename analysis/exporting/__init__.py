@@ -1,1 +1,1 @@
-"""Sharing a study's data: BIDS, Psych-DS, plain CSV, Parquet; nothing that says who somebody is."""
+"""Sharing a study's data as BIDS, Psych-DS, plain CSV or Parquet, without anything that identifies a person."""

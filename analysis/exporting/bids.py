@@ -1,4 +1,4 @@
-"""BIDS: the data set's files beside the recordings (the Brain Imaging Data Structure, here of behaviour alone)."""
+"""BIDS: the files of a data set except recordings (the Brain Imaging Data Structure, here of behaviour only)."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from palpate.protocols.files import write_text
 from palpate.protocols.tasks import TASKS
 
 VERSION = "1.11.1"
-"""The newest that the validator's embedded schema (1.2.7) knows."""
+"""The newest version that the validator's embedded schema (1.2.7) supports."""
 BIDS_NAMES = {"onset_s": "onset", "response_time_s": "response_time"}
-"""BIDS has names of its own for these; both in seconds."""
+"""BIDS's own names of these columns, both in seconds."""
 STATUS = Column("trial_status", "What became of the trial: answered and captured ones count.")
 _FILE = Column("stim_file", "The stimulus' file, within the folder stimuli.")
 
@@ -43,7 +43,10 @@ _FILE = Column("stim_file", "The stimulus' file, within the folder stimuli.")
 def write_bids(
     data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch, recordings: bool
 ) -> None:
-    """Write the whole data set. Raises what `write_recordings` raises, and ExportRefused on what BIDS cannot hold."""
+    """Write the whole data set.
+
+    Raises as `write_recordings` does, and ExportRefused on data that BIDS cannot represent.
+    """
     files = stimulus_files(data_set.source, data_set.without)
     task = label(data_set.source.study.study)
     _write_participants(data_set, guard, draft)
@@ -80,7 +83,7 @@ def _data_set_description(description: Description) -> dict[str, Any]:
 
 
 def _file_lines(study: str, task: str) -> list[str]:
-    """Say what stands in which file of the data set, for its README."""
+    """Return lines for the README that describe the files of the data set."""
     return [
         f"`sub-*/ses-*/beh/*_task-{task}_beh.tsv`: the trials of a session with their answers, one row for each answer;"
         " a trial without one has a row of its own. What the columns mean stands in `task-*_beh.json`.",
@@ -91,7 +94,7 @@ def _file_lines(study: str, task: str) -> list[str]:
 
 
 def _write_stimuli(data_set: DataSet, guard: Guard, files: StimulusFiles, draft: Path) -> None:
-    """Write the table of stimuli with its sidecar, and copy their files; nothing where the study has no such table."""
+    """Write the table of stimuli with its sidecar, and copy their files; do nothing if the study has no such table."""
     stimuli = data_set.table("stimuli")
     if stimuli is None:
         return
@@ -117,7 +120,7 @@ def _write_participants(data_set: DataSet, guard: Guard, draft: Path) -> None:
 
 
 def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[BehaviourTable]:
-    """Yield the tables of a session that the study can fill."""
+    """Yield the tables of a session that the study has data for."""
     yield task_table(data_set, task, files)
     for make in (questionnaire_table, suggestions_table, switch_table, anchor_table):
         if (table := make(data_set, task)) is not None:
@@ -127,7 +130,7 @@ def _behaviour_tables(data_set: DataSet, task: str, files: bool) -> Iterator[Beh
 def _write_session(
     data_set: DataSet, guard: Guard, session: SharedSession, task: str, files: bool, draft: Path
 ) -> None:
-    """Write the tables of a session, and with the participant's last one the table of sessions."""
+    """Write the tables of a session, and after the participant's last session the table of sessions."""
     for behaviour in _behaviour_tables(data_set, task, files):
         name = f"{session_folder(session)}/beh/{file_stem(session)}_task-{behaviour.task}_{behaviour.suffix}.tsv"
         table = Table(behaviour.task, "", behaviour.columns, lambda behaviour=behaviour: behaviour.rows(session))  # type: ignore[misc]
@@ -169,7 +172,7 @@ def column_entries(columns: Sequence[Column]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class BehaviourTable:
-    """A table that each session has: its task's label and suffix, columns, what its sidecar says, and its rows."""
+    """A table of each session: its task's label and suffix, columns, sidecar entries, and rows."""
 
     task: str
     suffix: str
@@ -179,7 +182,7 @@ class BehaviourTable:
 
 
 def task_table(data_set: DataSet, task: str, files: bool) -> BehaviourTable:
-    """Return the trials of a session, one row for each answer, and one for each trial without any."""
+    """Return the table of a session's trials, with one row per answer, and one for each trial without an answer."""
     study = data_set.source.study
     own = data_set.table(TASKS[study.task].answers)
     columns = own.columns if own is not None else ()
@@ -191,7 +194,7 @@ def task_table(data_set: DataSet, task: str, files: bool) -> BehaviourTable:
 
 
 def _bids_columns(columns: list[Column]) -> tuple[Column, ...]:
-    """Return the columns by BIDS's names; onset first, as in its other tables of trials."""
+    """Return the columns with BIDS's names and onset first, as in other tables of trials."""
     named = [replace(column, name=BIDS_NAMES.get(column.name, column.name)) for column in columns]
     named = [column for column in named if column.name != "status"]
     return tuple(sorted(named, key=lambda column: column.name != "onset"))
@@ -214,7 +217,7 @@ def _trial_rows(data_set: DataSet, session: SharedSession, files: bool) -> Itera
 
 
 def questionnaire_table(data_set: DataSet, task: str) -> BehaviourTable | None:
-    """Return the questionnaire at the session's end: one row, a column for each item; None without one."""
+    """Return the questionnaire at the session's end: one row with a column per item; None without one."""
     form = data_set.source.study.questionnaire
     if form is None or "questionnaire" not in data_set.source.study.closing:
         return None
@@ -235,7 +238,7 @@ def questionnaire_table(data_set: DataSet, task: str) -> BehaviourTable | None:
 
 
 def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
-    """Return the words that were suggested at the session's end, one a row; None where the study asks for none."""
+    """Return the words suggested at the session's end, one per row; None if the study asks for none."""
     if "suggestions" not in data_set.source.study.closing or "word" in data_set.without:
         return None
     columns = (
@@ -254,7 +257,7 @@ def suggestions_table(data_set: DataSet, task: str) -> BehaviourTable | None:
 
 
 def anchor_table(data_set: DataSet, task: str) -> BehaviourTable | None:
-    """Return the references that were felt before a block, one a row; None where the study has none."""
+    """Return the references felt before a block, one per row; None if the study has none."""
     table = data_set.table("anchors")
     if table is None:
         return None
@@ -269,7 +272,7 @@ def anchor_table(data_set: DataSet, task: str) -> BehaviourTable | None:
 
 
 def switch_table(data_set: DataSet, task: str) -> BehaviourTable | None:
-    """Return when the participant changed between the sides of a comparison, as events; None without sides."""
+    """Return the times at which the participant switched sides of a comparison, as events; None without sides."""
     if not data_set.source.study.sides:
         return None
     sides = {side: f"the participant changed to {side}" for side in data_set.source.study.sides}

@@ -1,4 +1,4 @@
-"""Recordings in BIDS: positions as motion data, other streams as continuous recordings; what was lost reads n/a.
+"""Recordings in BIDS: positions as motion data, other streams as continuous recordings; lost samples are n/a.
 
 A stream is written piece by piece, so that an hour of it needs no more memory than a second.
 """
@@ -50,7 +50,7 @@ ROWS = 4096
 
 @dataclass(frozen=True)
 class RecordingCounts:
-    """How many recordings were written, how many of them with gaps, and how many could not be or do not count."""
+    """The numbers of recordings that were written, that have gaps, that could not be written, and that do not count."""
 
     files: int = 0
     gappy: int = 0
@@ -90,7 +90,7 @@ class RecordingCounts:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a recording of a session goes, and what every such recording holds of itself."""
+    """The place of a session's recordings, and the metadata that they share."""
 
     draft: Path
     session: SharedSession
@@ -108,7 +108,7 @@ class _Place:
         )
 
     def about(self, stream: Stream, not_finite: int) -> dict[str, Any]:
-        """Return what a recording's JSON file says of it; gaps are named by the number of the row, from 0."""
+        """Return the metadata in a recording's JSON file; gaps are named by the number of the row, from 0."""
         entries = {
             "StreamName": stream.name, "Trial": stream.trial, "Attempt": stream.attempt, "Recording": stream.act,
             "Stimulus": self.attempt.stimulus_of(stream.act), "NominalRate": stream.rate_hz,
@@ -119,10 +119,10 @@ class _Place:
 
 
 def write_recordings(source: Source, session: SharedSession, task: str, draft: Path, guard: Guard) -> RecordingCounts:
-    """Write every stream of the attempts that count. Raises ExportRefused where the ledger is not at hand, or another
-    one.
+    """Write every stream of the attempts that count.
 
-    Raises StreamError on streams whose blocks do not fit together.
+    Raises ExportRefused where the ledger is missing or another one, StreamError on streams whose blocks do not fit
+    together.
     """
     path = source.lab / "sessions" / session.row["file"]
     if not path.is_file():
@@ -170,9 +170,7 @@ def _write_physio(place: _Place, stream: Stream) -> None:
 
 
 def _write_motion(place: _Place, stream: Stream) -> None:
-    """Write a motion file; it holds no start and no gaps, so these are events of the recording, in a table beside
-    it.
-    """
+    """Write a motion file, and beside it a table of events with the start and the gaps, which the file cannot hold."""
     before = f"_tracksys-{label(stream.name)}"
     path = place.path(stream, "motion", before, "_motion.tsv")
     rate = stream.timing.rate_hz
@@ -192,7 +190,7 @@ def _write_motion(place: _Place, stream: Stream) -> None:
 
 
 def _events(stream: Stream, not_finite: int) -> str:
-    """Return the recording as a whole, with when it began in the session; then each gap."""
+    """Return a table of events: the whole recording with its start in the session, then each gap."""
     rate = stream.timing.rate_hz
     rows = max(stream.blocks[-1].first + stream.blocks[-1].count, *(gap.first + gap.lost for gap in stream.gaps), 0)
     whole = f"{not_finite} values were not finite" if not_finite else NOT_AVAILABLE
@@ -206,7 +204,7 @@ def _events(stream: Stream, not_finite: int) -> str:
 
 
 def _channels(stream: Stream) -> str:
-    """Return one row for each column of the motion file."""
+    """Return a table with one row for each column of the motion file."""
     lines = [("name", "component", "type", "tracked_point", "units")]
     lines += [(axis, axis, "POS", stream.name, unit) for axis, unit in zip(stream.channels, stream.units, strict=True)]
     lines += [("latency", NOT_AVAILABLE, "LATENCY", NOT_AVAILABLE, "s")]
@@ -214,7 +212,7 @@ def _channels(stream: Stream) -> str:
 
 
 def _pieces(stream: Stream) -> Iterator[tuple[int, Array]]:
-    """Yield the number of a piece's first row, and its rows: samples from number 0 on, NaN for each that was lost."""
+    """Yield the number of each piece's first row, and its rows: samples from number 0 on, NaN for lost ones."""
     expected, width = 0, len(stream.channels)
     for numbers, values in stream.pieces():
         yield from _missing_rows(expected, int(numbers[0]), width)
@@ -230,14 +228,12 @@ def _missing_rows(first: int, end: int, width: int) -> Iterator[tuple[int, Array
 
 
 def _lost_cells(stream: Stream) -> int:
-    """Return how many cells read n/a because their samples were lost."""
+    """Return how many cells are n/a because their samples were lost."""
     return stream.lost * len(stream.channels)
 
 
 def _write_rows(file: IO[bytes], rows: Array) -> int:
-    """Write rows with nine digits, which bring a float32 back; return how many values are not finite: they read n/a
-    too.
-    """
+    """Write rows with nine digits, which restore a float32; return how many values are n/a since not finite."""
     not_finite = int(np.count_nonzero(~np.isfinite(rows)))
     form = "\t".join(["%.9g"] * rows.shape[1]) + "\n"
     for start in range(0, len(rows), ROWS):
@@ -248,21 +244,21 @@ def _write_rows(file: IO[bytes], rows: Array) -> int:
 
 @contextmanager
 def _open_gzip(path: Path) -> Iterator[IO[bytes]]:
-    """Open a gzip file without name and time in its head: equal data, equal bytes."""
+    """Open a gzip file without name and time in its header, so that equal data give equal bytes."""
     with open_bytes(path) as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file  # type: ignore[misc]
 
 
 def label(name: str) -> str:
-    """Return a name as BIDS allows it within a file's name: letters and digits."""
+    """Return a name in the form that BIDS allows within a file name: letters and digits."""
     return re.sub(r"[^A-Za-z0-9]", "", name)
 
 
 def session_folder(session: SharedSession) -> str:
-    """Return a session's folder, as sub-P001/ses-01."""
+    """Return a session's folder, such as sub-P001/ses-01."""
     return f"sub-{session.participant}/ses-{session.number:02d}"
 
 
 def file_stem(session: SharedSession) -> str:
-    """Return how a session's files begin, as sub-P001_ses-01."""
+    """Return the beginning of a session's file names, such as sub-P001_ses-01."""
     return session_folder(session).replace("/", "_")

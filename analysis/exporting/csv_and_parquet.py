@@ -24,7 +24,7 @@ from palpate.protocols.files import open_bytes, write_text
 
 STUDY = "study.json"
 ROWS = 50_000
-"""Rows that stand in memory at a time."""
+"""Number of rows in memory at a time."""
 
 
 def write_csv_files(
@@ -42,7 +42,7 @@ def write_csv_files(
 def write_parquet_files(
     data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
 ) -> None:
-    """Write a Parquet file for each table, its columns' meanings in it; codebook.csv and so on as for CSV."""
+    """Write a Parquet file for each table with the descriptions of its columns; codebook.csv and so on as for CSV."""
     pyarrow = _pyarrow()
     kinds = {"text": pyarrow.string(), "number": pyarrow.float64(), "whole": pyarrow.int64(), "truth": pyarrow.bool_()}
     for table in watch(data_set.tables, "writing tables"):

@@ -1,4 +1,4 @@
-"""Who took part, by pseudonym: group, row of the counterbalancing square, and what they answered about themselves."""
+"""Participants by pseudonym: group, row of the counterbalancing square, and answers about themselves."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OWN = ("participant", "group", "counterbalancing_row", "sessions", "simulated")
 
 @dataclass(frozen=True)
 class ParticipantTable:
-    """The participants' table: a column for each question that was put."""
+    """The table of participants, with a column for each question that was asked."""
 
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]
@@ -34,12 +34,12 @@ class ParticipantTable:
     """Question -> its column, and whether it asks for a number, a choice or a text."""
 
     def table(self) -> Table:
-        """Return the table as one to be shared."""
+        """Return the participants as a shared table."""
         return Table("participants", "One row for each participant, by pseudonym.", self.columns, lambda: self.rows)
 
 
 def participant_table(source: Source) -> ParticipantTable:
-    """Return everybody who has a session among those that are shared; the last answer that was one counts."""
+    """Return everybody with a shared session; the last valid answer to each question counts."""
     events = schema.events
     questions: dict[str, Question] = {}
     rows: dict[str, Row] = {}
@@ -81,11 +81,11 @@ def participant_table(source: Source) -> ParticipantTable:
 
 
 def without_small_groups(people: ParticipantTable, least: int) -> tuple[ParticipantTable, tuple[str, ...]]:
-    """Return the people with no answer about themselves that fewer than `least` of them share, and what was done.
+    """Return the people without answers about themselves that fewer than `least` of them share, and notes on changes.
 
-    A choice that fewer gave is withheld; where that leaves fewer than `least` without an answer, so is the next
-    smallest, or the blank would tell it. Numbers become means of at least `least` people of like number (univariate
-    microaggregation, Defays & Nanopoulos 1993), to one decimal. Answers in words stay as they are.
+    A choice that fewer made is withheld; if that leaves fewer than `least` without an answer, the next rarest choice is
+    withheld too, since the blank would reveal the first. Numbers become means of at least `least` people with similar
+    numbers (univariate microaggregation, Defays & Nanopoulos 1993), to one decimal. Answers in words are unchanged.
     """
     rows, columns, measures = [dict(row) for row in people.rows], list(people.columns), []
     for question, (name, kind) in people.kinds.items():
@@ -111,7 +111,7 @@ def without_small_groups(people: ParticipantTable, least: int) -> tuple[Particip
 
 
 def _average_small_groups(answered: list[dict[str, Any]], name: str, least: int) -> bool:
-    """Put means in the place of numbers, or nothing where there are fewer than `least`; whether any changed."""
+    """Replace numbers by means of small groups, or withhold all if they are too few; return whether any changed."""
     before = [row[name] for row in answered]
     ordered = sorted(answered, key=lambda row: float(row[name]))
     groups = [ordered[first : first + least] for first in range(0, len(ordered), least)]
@@ -140,5 +140,5 @@ def _column(question: Question, described: Mapping[str, Any]) -> Column:
 
 
 def _name(question: str) -> str:
-    """Return the question's column: its name, unless the table has a column of that name."""
+    """Return the column of a question: its name, unless the table already has such a column."""
     return f"answer_{question}" if question in _OWN else question

@@ -1,4 +1,4 @@
-"""What a data set says of itself: name, licence, authors, and a text for whoever opens its folder."""
+"""The description of a data set: name, licence, authors, and a text for readers of its folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from palpate.protocols.extras import installed_version
 from palpate.protocols.wording import count
 
 LAB_DESCRIPTION = "dataset_description.json"
-"""In the lab's folder, where the lab wants to say more of its data: those of BIDS's keys that are the lab's to say."""
+"""The file in the lab's folder with further metadata of its data, by those BIDS keys that a lab may set."""
 NO_LICENCE = "None stated: all rights reserved"
 _TEXTS = ("License", "Acknowledgements", "HowToAcknowledge", "DatasetDOI")
 _LISTS = ("Authors", "Funding", "EthicsApprovals", "ReferencesAndLinks", "Keywords")
@@ -26,7 +26,7 @@ _LISTS = ("Authors", "Funding", "EthicsApprovals", "ReferencesAndLinks", "Keywor
 
 @dataclass(frozen=True)
 class Description:
-    """The data set's name, what it is in a sentence, and what the lab says of it."""
+    """The data set's name, a one-sentence summary, and the lab's own metadata."""
 
     name: str
     description: str
@@ -36,13 +36,14 @@ class Description:
 
     @property
     def licence(self) -> str:
-        """Return the lab's licence, or that none is stated."""
+        """The lab's licence, or a statement that there is none."""
         return str(self.of_lab.get("License", NO_LICENCE))
 
 
 def describe(source: Source, dated: bool = False) -> Description:
-    """Return what is to be said of the data set. Raises ExportRefused on a description of the lab's that cannot be
-    used.
+    """Return the description of the data set.
+
+    Raises ExportRefused where the lab's own description is unusable.
     """
     study = source.study
     title = study.title or study.study
@@ -55,12 +56,12 @@ def describe(source: Source, dated: bool = False) -> Description:
 
 
 def palpate_version() -> str:
-    """Return the version that exports."""
+    """Return the version of Palpate that exports."""
     return installed_version("palpate") or "not installed"
 
 
 def readme_text(description: Description, source: Source, holds: Sequence[str]) -> str:
-    """Return the README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
+    """Return the README: a summary, the contents, what was left out and why. `holds` are lines about the format."""
     never = [why for _, why in source.left_out if why.startswith("the participant ")]
     others = [
         f"{session.participant}, session {session.session.rpartition('/')[2]}: {why}"
@@ -91,13 +92,13 @@ def readme_text(description: Description, source: Source, holds: Sequence[str]) 
 
 
 def changes_text(source: Source) -> str:
-    """Return CHANGES in the form that BIDS requires; without a date, since none leaves the lab."""
+    """Return CHANGES in the form that BIDS requires, without a date, since dates do not leave the lab."""
     sessions = count(len(source.sessions), "session")
     return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions}, study {source.digest[:12]}.\n"
 
 
 def json_for_people(value: Any) -> str:
-    """Return JSON that is indented for people to read."""
+    """Return indented JSON for human readers."""
     return json_text(value, indent=2)
 
 
@@ -127,5 +128,5 @@ def withheld_lines(data_set: DataSet) -> list[str]:
 
 
 def redacted_lines(guard: Guard) -> list[str]:
-    """Return a line about what was blackened, where anything was."""
+    """Return a line about redacted texts if there are any."""
     return [f"Blackened, because it looked as if it identifies a person: {place}." for place in guard.redacted]

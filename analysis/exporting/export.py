@@ -1,4 +1,4 @@
-"""Write the requested data set to a folder, all of it or nothing."""
+"""Writing the requested data set to a folder, all or nothing."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from palpate.analysis.ratings.sources import DataRequest
 from palpate.studies.participants.identities import identities
 
 LEAST_PEOPLE = 3
-"""So many share an answer about themselves that leaves a lab, as in an analysis plan."""
+"""The least number of people who share an answer about themselves that is exported, as in an analysis plan."""
 Format = Literal["bids", "psych-ds", "csv", "parquet"]
 
 
 @dataclass(frozen=True)
 class Choices:
-    """How a data set is to be shared.
+    """How a data set is shared.
 
-    `without` names columns and questions to leave out, `dates` keeps when sessions began, `free_text` what was written
-    in an interview; `least_people` is how many must share an answer about themselves for it to be shown; `redact`
-    blackens texts that look as if they said who somebody is, `recordings` says whether BIDS gets the streams.
+    `without` names columns and questions to leave out, `dates` includes the times at which sessions began, `free_text`
+    what was written in an interview; `least_people` is how many must share an answer about themselves for it to be
+    included; `redact` replaces texts that may identify somebody, `recordings` includes the streams in BIDS.
     """
 
     format: Format
@@ -44,7 +44,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written."""
+    """The outcome of an export."""
 
     folder: Path
     format: Format
@@ -59,8 +59,8 @@ class Exported:
 def export(request: DataRequest, folder: Path, choices: Choices, watch: Watch = no_progress) -> Exported:
     """Write the study's data to `folder`, all of it or nothing.
 
-    Raises ExportRefused on what may not or cannot be shared, DataRefused where no session is left, ParticipantError on
-    a lab's files about people that cannot be used, StreamError on recordings whose blocks do not fit together.
+    Raises ExportRefused on data that may not or cannot be shared, DataRefused if no session is left, ParticipantError
+    if a lab's file about people is unusable, StreamError on recordings whose blocks do not fit together.
     """
     demand_place(folder, choices.replace)
     if choices.format == "parquet":

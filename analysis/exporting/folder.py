@@ -1,4 +1,4 @@
-"""The folder of an export: whole or not at all, and never in the place of anything but an export."""
+"""The folder of an export: complete or absent, and never in place of anything but an export."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from palpate.protocols.canonical import json_text
 from palpate.protocols.files import staged_folder, write_text
 
 MARK = ".palpate-export.json"
-"""Lies in every export: what it is, and the names of its files."""
+"""The file in every export that describes it and names its files."""
 
 
 @contextmanager
 def export_folder(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
-    """Yield an empty folder beside `folder` to write into, which takes its place when everything went well.
+    """Yield an empty folder beside `folder` to write into, which replaces it if no error occurs.
 
-    Raises ExportRefused where there is something already: only an export, and nothing added to it, is replaced.
+    Raises ExportRefused if the folder exists, unless it is an export without added files.
     """
     demand_place(folder, replace)
     with staged_folder(folder) as draft:
@@ -29,7 +29,7 @@ def export_folder(folder: Path, replace: bool, about: dict[str, Any]) -> Iterato
 
 
 def demand_place(folder: Path, replace: bool) -> None:
-    """Raise ExportRefused unless `folder` is not there, empty, or an earlier export that is to be replaced."""
+    """Raise ExportRefused unless `folder` is absent, empty, or an earlier export that is to be replaced."""
     if not folder.exists() and not folder.is_symlink():
         return
     if folder.is_symlink() or not folder.is_dir():
@@ -47,7 +47,7 @@ def demand_place(folder: Path, replace: bool) -> None:
 
 
 def read_mark(folder: Path) -> dict[str, Any]:
-    """Return what the export in `folder` is. Raises ExportRefused where there is none."""
+    """Return the description of the export in `folder`. Raises ExportRefused if there is none."""
     try:
         mark = json.loads((folder / MARK).read_text("utf-8"))
         if isinstance(mark, dict) and isinstance(mark.get("files"), list):

@@ -1,4 +1,4 @@
-"""What says who somebody is, by the name of a column or by what stands in it: refused, file, column and row named."""
+"""Refusal of identifying data, by the name of a column or the content of a cell, with file, column and row."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ IDENTIFYING_WORDS = frozenset(
     )
     for word in line.split()
 )
-"""More words, in more languages, than those that participants.json may not hold (studies/participants/sidecar.py)."""
+"""Words in more languages than those that participants.json may not contain (studies/participants/sidecar.py)."""
 _MONTH = r"(?:jan|feb|mar|mär|maer|apr|may|mai|jun|jul|aug|sep|oct|okt|nov|dec|dez)[a-zä]*\.?"
 _DAY, _IN_YEAR, _YEAR = r"(?:0?[1-9]|[12]\d|3[01])", r"(?:0?[1-9]|1[0-2])", r"(?:(?:19|20)\d\d|\d\d)"
 IDENTIFYING_PATTERNS: Mapping[str, re.Pattern[str]] = {
@@ -55,9 +55,9 @@ REDACTED = "[redacted]"
 
 @dataclass(frozen=True)
 class Guard:
-    """Refuses; `people` are those whom the lab knows by name, so that their names and contacts are looked for, too.
+    """A check for identifying data; `people` are those whose names and contacts the lab knows.
 
-    With `redact`, a text that looks as if it said who somebody is gives way to REDACTED; `redacted` tells where.
+    With `redact`, a text that may identify somebody is replaced by REDACTED; `redacted` lists the places.
     """
 
     people: Mapping[str, Identity] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Guard:
     redacted: list[str] = field(default_factory=list)
 
     def demand_columns(self, file: str, columns: Iterable[str]) -> None:
-        """Raise ExportRefused on a column whose name says that it is about who somebody is."""
+        """Raise ExportRefused on a column whose name suggests that it identifies people."""
         for name in columns:
             if word := identifying_word(name):
                 raise ExportRefused(
@@ -74,7 +74,7 @@ class Guard:
                 )
 
     def watched(self, table: Table, file: str) -> Iterator[Row]:
-        """Yield the table's rows as they are. Raises ExportRefused at the first that says who somebody is."""
+        """Yield the table's rows unchanged. Raises ExportRefused at the first one that identifies somebody."""
         free = [column for column in table.columns if column.free_answer]
         for number, row in enumerate(table.rows(), start=1):
             # The value as it is, or REDACTED (nothing in the place of a number). No error shows the value itself.
@@ -97,7 +97,7 @@ class Guard:
             yield {**row, **checked} if checked else row
 
     def demand_pseudonyms(self, participants: Iterable[str]) -> None:
-        """Raise ExportRefused on a pseudonym that holds a number as of identity, or its bearer's name."""
+        """Raise ExportRefused on a pseudonym that contains an identity number or the participant's name."""
         for place, pseudonym in enumerate(participants, start=1):
             own = self.people.get(pseudonym, Identity()).name or ""
             words = unicodedata.normalize("NFKC", own).casefold().split()
@@ -109,7 +109,7 @@ class Guard:
                 )
 
     def looks(self, text: str) -> str | None:
-        """Return what in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
+        """Return what identifies somebody in a text ('an e-mail address', ...), None if nothing does."""
         plain = unicodedata.normalize("NFKC", text).casefold()
         kind = next((what for what, pattern in IDENTIFYING_PATTERNS.items() if pattern.search(plain)), None)
         numbers = [match[0] for match in _DIGITS.finditer(plain) if not re.fullmatch(r"\d+\.\d+", match[0])]
@@ -129,9 +129,7 @@ class Guard:
 
 
 def identifying_word(name: str) -> str | None:
-    """Return the word in a column's name that says who somebody is, in any of a dozen languages; None where there is
-    none.
-    """
+    """Return the word in a column's name that suggests identifying data, in a dozen languages; None if none does."""
     if word := identifying(name):
         return word
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFC", name))
@@ -143,8 +141,9 @@ def identifying_word(name: str) -> str | None:
 
 
 def _mentions(text: str, known: str) -> bool:
-    """Return whether a text holds a name. Korean, Chinese and Japanese ones stand in it without blanks: particles
-    follow at once.
+    """Return whether a text contains a name.
+
+    Korean, Chinese and Japanese names need no blanks around them, since particles follow at once.
     """
     if _has_no_blanks(known):
         return known.replace(" ", "") in text.replace(" ", "")

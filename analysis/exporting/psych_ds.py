@@ -1,4 +1,4 @@
-"""Psych-DS: the tables as CSV files under data/, their columns described for schema.org."""
+"""Psych-DS: tables as CSV files under data/, with columns described for schema.org."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ VERSION = "Psych-DS 0.4.0"
 def write_psych_ds(
     data_set: DataSet, description: Description, guard: Guard, draft: Path, watch: Watch = no_progress
 ) -> None:
-    """Write dataset_description.json, README.md, CHANGES.md, data/study-STUDY_description-TABLE_data.csv,
-    materials/.
+    """Write dataset_description.json, README.md, CHANGES.md, data/ and materials/.
+
+    Tables are data/study-STUDY_description-TABLE_data.csv.
     """
     study = re.sub(r"[^A-Za-z0-9]", "", data_set.source.study.study)
     holds = []

@@ -1,4 +1,4 @@
-"""The ratings of an export, read back as the table that every analysis begins with: the same, bit for bit."""
+"""The ratings of an export, read back bit for bit as the table that every analysis begins with."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Cells = dict[str, str]
 
 
 def exported_ratings(folder: Path) -> pd.DataFrame:
-    """Return the ratings that count of an export to BIDS or CSV, practice left out: one row for each.
+    """Return the ratings of a BIDS or CSV export that count, without practice, one per row.
 
     Equal to `read_ratings(...).table` of the sessions that were exported. Raises ExportRefused where the folder is no
-    such export, or one of a study without ratings.
+    such export, or the study has no ratings.
     """
     mark = read_mark(folder)
     if mark.get("format") not in ("bids", "csv"):
@@ -68,7 +68,7 @@ def _csv_ratings(folder: Path) -> Iterator[Cells]:
 
 
 def _bids_ratings(folder: Path) -> Iterator[Cells]:
-    """Yield the session's tables of its task: those whose columns hold ratings."""
+    """Yield the tables of sessions whose columns have ratings."""
     groups = {row["participant_id"]: row["group"] for row in _tsv_rows(folder / "participants.tsv")}
     for path in sorted(folder.glob("sub-*/ses-*/beh/*_beh.tsv")):
         subject, session = path.relative_to(folder).parts[:2]
@@ -85,7 +85,7 @@ def _csv_rows(path: Path) -> Iterator[Cells]:
 
 
 def _tsv_rows(path: Path) -> Iterator[Cells]:
-    """Yield the rows of a BIDS table, which knows no quotes; n/a becomes an empty text."""
+    """Yield the rows of a BIDS table, which has no quotes; n/a becomes an empty text."""
     header, *lines = path.read_text("utf-8").removesuffix("\n").split("\n")
     for line in lines:
         cells = ["" if cell == NOT_AVAILABLE else cell for cell in line.split("\t")]

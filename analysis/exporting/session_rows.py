@@ -16,29 +16,29 @@ from palpate.studies.collecting import schema
 
 Key = tuple[int, int]
 AGE, OLDEST = "age", 89
-"""BIDS recommends this cap: the oldest are few enough to be known by their age."""
+"""The cap of ages that BIDS recommends: the oldest are few enough to be recognised by their age."""
 
 
 @dataclass(frozen=True)
 class SessionRows:
-    """One session's rows; what several tables need of it is read once."""
+    """The rows of one session; data that several tables need are read once."""
 
     source: Source
     session: SharedSession
 
     @cached_property
     def events(self) -> list[dict[str, Any]]:
-        """Return the session's events."""
+        """The session's events."""
         return self.source.of(self.session, schema.events, "seq")
 
     @cached_property
     def trials_by_number(self) -> dict[int, dict[str, Any]]:
-        """Return the session's planned trials by number."""
+        """The session's planned trials by number."""
         return {row["trial"]: row for row in self.source.of(self.session, schema.trials, "trial")}
 
     @cached_property
     def onsets(self) -> dict[Key, float]:
-        """Return when each (trial, attempt) began, in seconds since the session did."""
+        """The time at which each (trial, attempt) began, in seconds since the session's start."""
         return {
             (event["trial"], event["attempt"]): event["t_ns"] / NS
             for event in self.events if event["kind"] == "trial_started"
@@ -46,7 +46,7 @@ class SessionRows:
 
     @cached_property
     def request_s(self) -> dict[int, float]:
-        """Return for the number of each reply when its request came, in seconds since the session began."""
+        """The time of each reply's request by the reply's number, in seconds since the session's start."""
         times, last = {}, 0.0
         for event in self.events:
             if event["kind"] == "request":
@@ -57,13 +57,13 @@ class SessionRows:
 
     @cached_property
     def seconds(self) -> dict[int, float | None]:
-        """Return for the number of each reply how long the answer took, in seconds."""
+        """How many seconds each answer took, by the reply's number."""
         return {
             event["seq"]: json.loads(event["body"]).get("seconds") for event in self.events if event["kind"] == "reply"
         }
 
     def session_row(self) -> Row:
-        """Return what is known of the session as a whole."""
+        """Return the row of the session as a whole."""
         row = self.session.row
         same = (
             "status", "seed", "trials_planned", "trials_answered", "sittings", "duration_s", "study_digest",
@@ -73,7 +73,7 @@ class SessionRows:
                 **{name: row[name] for name in same}, "simulated": bool(row["simulated"])}  # fmt: skip
 
     def trials(self) -> Iterator[Row]:
-        """Yield each planned trial, whatever became of it."""
+        """Yield each planned trial, whatever its outcome."""
         for number, row in self.trials_by_number.items():
             onset = self.onsets.get((number, row["attempts"]))
             yield {
@@ -85,7 +85,7 @@ class SessionRows:
             }
 
     def ratings(self) -> Iterator[Row]:
-        """Yield each answer to an attribute, also those that were revised since, and those of practice trials."""
+        """Yield each answer to an attribute, including revised ones and those of practice trials."""
         place = {attribute.name: n for n, attribute in enumerate(self.source.study.attributes)}
         rows = self.source.of(self.session, schema.responses, "trial", "attempt")
         for row in sorted(rows, key=lambda r: (r["trial"], r["attempt"], place.get(r["attribute"], len(place)))):
@@ -101,7 +101,7 @@ class SessionRows:
                    "counts": bool(row["counts"])}  # fmt: skip
 
     def answers(self) -> Iterator[Row]:
-        """Yield the last answer to each question outside trials; none of consent and eligibility, which all have."""
+        """Yield the last answer to each question outside trials, except consent and eligibility, which all have."""
         last: dict[tuple[str, str], dict[str, Any]] = {}
         for row in self.source.of(self.session, schema.answers, "seq"):
             if row["form"] not in ("consent", "eligibility"):
@@ -113,7 +113,7 @@ class SessionRows:
             yield {**self._who(), "form": form, "item": item, "value": value, "value_number": number}
 
     def switches(self) -> Iterator[Row]:
-        """Yield each change between the sides of a comparison."""
+        """Yield each switch between the sides of a comparison."""
         for row in self.source.of(self.session, schema.switches, "seq", "n"):
             yield {**self._who(), "trial": row["trial"], "number": row["n"] + 1, "side": row["side"],
                    "at_s": row["at_s"], "onset_s": self.request_s[row["seq"]] + row["at_s"]}  # fmt: skip
@@ -125,14 +125,14 @@ class SessionRows:
             yield {**self._who(), **{name: row[name] for name in same}, "onset_s": self.request_s[row["seq"]]}
 
     def own(self, name: str) -> Iterator[Row]:
-        """Yield the rows of a table that a form brings with it."""
+        """Yield the rows of a form's own table."""
         names = [column.name for column in own_tables()[name].columns]
         for row in self.source.of(self.session, schema.form_tables[name], "seq", *names):
             values = {name: row[name] for name in names}
             yield {**self._of_trial(row["trial"], row["attempt"]), **values, "counts": bool(row["counts"])}
 
     def streams(self) -> Iterator[Row]:
-        """Yield each recording of a stream: its blocks joined, the samples that are missing between them counted."""
+        """Yield each recording of a stream with joined blocks and the number of samples missing between them."""
         recordings: dict[tuple[Any, ...], Row] = {}
         times: dict[tuple[int | None, int | None, str], int] = {}
         for row in self.source.of(self.session, schema.streams, "seq", "block"):
@@ -157,7 +157,7 @@ class SessionRows:
         return {"participant": self.session.participant, "session": self.session.number}
 
     def _of_trial(self, number: int | None, attempt: int | None) -> Row:
-        """Return what the rows of a trial share; outside trials nothing but who."""
+        """Return the columns that rows of a trial share; outside trials only the participant and session."""
         if number is None or attempt is None:
             return {**self._who(), "trial": None}
         about = _trial_columns_of(self.trials_by_number[number])

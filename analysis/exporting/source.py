@@ -1,4 +1,4 @@
-"""What is shared: one version of a study and its sessions, in a collected database."""
+"""The shared data: one version of a study and its sessions, in a collected database."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ _CHOICE_COLUMNS = tuple(column.name for column in fields(SessionRow))
 
 
 class Watch(Protocol):
-    """Hands the items through one by one, and may show how far it is."""
+    """A function that passes items through one by one, and may show progress."""
 
     def __call__(self, items: Iterable[Any], doing: str, total: int | None = None, /) -> Iterable[Any]: ...
 
 
 def no_progress(items: Iterable[Any], _doing: str, _total: int | None = None, /) -> Iterable[Any]:
-    """Return the items, and show nothing."""
+    """Return the items without showing progress."""
     return items
 
 
 @dataclass(frozen=True)
 class SharedSession:
-    """A session that is shared: the row of the table `sessions`, and its number among the participant's."""
+    """A shared session: the row of the table `sessions`, and its number among the participant's."""
 
     name: str
     participant: str
@@ -52,7 +52,7 @@ class SharedSession:
 
 @dataclass(frozen=True)
 class Source:
-    """A study as it was run, the sessions that are shared, those that are not with the reason, and where rows lie."""
+    """A study as it was run, the sessions that are shared, the others with the reason, and where rows are."""
 
     lab: Path
     study: Study
@@ -65,7 +65,7 @@ class Source:
 
     @property
     def of_people(self) -> bool:
-        """Return whether a person sat in any of the sessions; devices may have been twins."""
+        """Whether a real person took part in any of the sessions; devices may have been simulated."""
         events = schema.events
         first = select(events.c.body).where(
             events.c.seq == 0, events.c.session.in_([session.name for session in self.sessions])
@@ -74,7 +74,7 @@ class Source:
 
     @property
     def participants(self) -> tuple[str, ...]:
-        """Return the pseudonyms, in natural order."""
+        """The pseudonyms in natural order."""
         return tuple(dict.fromkeys(session.participant for session in self.sessions))
 
     def of(self, session: SharedSession, table: Any, *order: str) -> list[dict[str, Any]]:
@@ -85,10 +85,10 @@ class Source:
 
 @contextmanager
 def open_source(request: DataRequest, watch: Watch = no_progress) -> Iterator[Source]:
-    """Yield the requested study and sessions; session files are gathered into a database in memory first.
+    """Yield the requested study and sessions; session files are first collected into a temporary database.
 
-    Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
-    DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
+    Sessions of people who withdrew, declined or were not eligible are left out. Raises ExportRefused or DataRefused
+    where there are none, and LedgerError or CollectError on an unusable file or database.
     """
     engine = scratch_database() if request.url is None else open_database(request.url, lab=request.lab)
     try:

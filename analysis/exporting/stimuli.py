@@ -1,4 +1,4 @@
-"""The study's stimuli: their table, and their files where a licence says that they may be shared."""
+"""The study's stimuli: their table, and their files if a licence allows sharing them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.protocols.wording import count
 from palpate.studies.catalogue import SHIPPED, names
 
 FILE = "file"
-"""The column of a stimulus table that names a stimulus' file in the study's folder."""
+"""The column of a stimulus table that names a file in the study's folder."""
 LICENCES = ("LICENSE*", "LICENCE*", "NOTICE*")
 SHIPPED_LICENCE = """\
 The files in this folder are those of a study that Palpate ships: Palpate's licence holds for them,
@@ -24,7 +24,7 @@ a NOTICE beside them says otherwise.
 
 @dataclass(frozen=True)
 class StimulusFiles:
-    """Which stimulus files are shared: path within the export -> where it lies; `note` says so for the README."""
+    """The stimulus files that are shared: path within the export -> source; `note` is the README's line about them."""
 
     files: dict[str, Path]
     notices: dict[str, Path]
@@ -33,7 +33,7 @@ class StimulusFiles:
 
 
 def stimulus_table(source: Source, taken: frozenset[str] = frozenset()) -> Table:
-    """Return the stimuli that the shared sessions could present: all of the study's, with their columns."""
+    """Return all of the study's stimuli with their columns."""
     columns = list(dict.fromkeys(name for stimulus in source.study.stimuli for name in stimulus.columns))
     clash = {"stimulus", "sha256"} & set(columns) | taken & set(columns)
     if clash:
@@ -57,9 +57,7 @@ def stimulus_table(source: Source, taken: frozenset[str] = frozenset()) -> Table
 
 
 def stimulus_files(source: Source, without: Collection[str] = ()) -> StimulusFiles:
-    """Return the stimuli's files, if the licence of the study's folder is known and they are those that were
-    presented.
-    """
+    """Return the stimuli's files if the licence of the study's folder is known and the files are those presented."""
     if FILE in without:
         return StimulusFiles({}, {}, False, "The stimuli's files were left out.")
     digests = {
@@ -87,7 +85,7 @@ def _no_files(why: str) -> StimulusFiles:
 
 
 def copy_files(files: StimulusFiles, to: Path) -> None:
-    """Copy the files and the notices of their licence."""
+    """Copy the files and their licence notices."""
     for name, path in {**files.notices, **files.files}.items():
         write_bytes(to / name, path.read_bytes())
     if files.ours and files.files:

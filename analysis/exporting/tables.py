@@ -1,4 +1,4 @@
-"""The tables of a data set, each with what its columns mean: the codebook of every format."""
+"""The tables of a data set with the meaning of their columns, which is the codebook of every format."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ ROWS: dict[str, PerSession] = {
     "anchors": lambda session: session.anchors(),
     "streams": lambda session: session.streams(),
 }
-"""What a session gives to each table."""
+"""By table: a function that returns the rows of a session."""
 CODEBOOK_COLUMNS = (
     Column("table", "The table."),
     Column("column", "The column."),
@@ -91,32 +91,32 @@ CODEBOOK_COLUMNS = (
 
 @dataclass(frozen=True)
 class DataSet:
-    """A data set: its source, its tables, and the columns that were left out on purpose."""
+    """A data set: its source, its tables, and the columns that were deliberately left out."""
 
     source: Source
     tables: tuple[Table, ...]
     without: tuple[str, ...]
     withheld: tuple[str, ...] = ()
-    """What was withheld, or averaged, because few participants answered so."""
+    """What was withheld or averaged because few participants gave the same answer."""
 
     def table(self, name: str) -> Table | None:
-        """Return a table by its name, where there is such a one."""
+        """Return a table by name, None if there is none."""
         return next((table for table in self.tables if table.name == name), None)
 
     def rows_of(self, name: str, session: SharedSession) -> list[Row]:
-        """Return the rows of one session in a table that has some."""
+        """Return the rows of one session in a table by session."""
         return list(_rows_of(name, SessionRows(self.source, session)))
 
 
 def build_data_set(
     source: Source, without: Iterable[str] = (), dates: bool = False, free_text: bool = False, least_people: int = 1
 ) -> DataSet:
-    """Return the data set's tables, those that the study cannot fill left out.
+    """Return the data set's tables, without those that the study has no data for.
 
-    `without` names columns, or questions that were put to participants, to be left out wherever they stand; `dates`
-    keeps when sessions began, `free_text` what was written in an interview. Answers about themselves that fewer than
-    `least_people` real participants share are withheld. Raises ExportRefused on a name that no column has, or one that
-    a table needs.
+    `without` names columns, or questions to participants, to be left out everywhere; `dates` includes the times at
+    which sessions began, `free_text` what was written in an interview. Answers about themselves that fewer than
+    `least_people` real participants share are withheld. Raises ExportRefused on an unknown name, or one that a table
+    needs.
     """
     left_out = frozenset(without)
     participants = participant_table(source)
@@ -140,7 +140,7 @@ def build_data_set(
 
 
 def _with_protected_answers(table: Table, who: ParticipantTable) -> Table:
-    """Return a table in which answers about people stand as they do in the table of people."""
+    """Return a table with answers about people protected as in the table of people."""
     if table.name != "answers":
         return table
     by_person = {str(row["participant"]): row for row in who.rows}
@@ -159,8 +159,9 @@ def _with_protected_answers(table: Table, who: ParticipantTable) -> Table:
 
 
 def _without_answers(table: Table, items: frozenset[str], free_text: bool) -> Table:
-    """Return a table without the answers to questions that are left out, and without what people wrote freely in an
-    interview unless `free_text`: that leaves the lab only on request.
+    """Return a table without the answers to questions that are left out.
+
+    Free text of an interview is left out too unless `free_text`: it leaves the lab only on request.
     """
     if table.name != "answers":
         return table
@@ -298,7 +299,7 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
 
 
 def codebook(data_set: DataSet) -> Table:
-    """Return one row for each column of each table."""
+    """Return a table with one row for each column of each table."""
 
     def rows() -> Iterator[Row]:
         for table in data_set.tables:
@@ -311,7 +312,7 @@ def codebook(data_set: DataSet) -> Table:
 
 
 def shared_definition(data_set: DataSet) -> dict[str, Any]:
-    """Return the study's definition as it was compiled, without the stimulus columns that were left out."""
+    """Return the study's definition as compiled, without the stimulus columns that were left out."""
     definition = dict(data_set.source.definition)
     definition["stimuli"] = [
         {**stimulus, "columns": {k: v for k, v in stimulus.get("columns", {}).items() if k not in data_set.without}}

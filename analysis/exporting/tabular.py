@@ -1,4 +1,4 @@
-"""A table to be shared: its columns with what they mean, and its rows one after another."""
+"""A table to be shared: its columns with their meaning, and its rows one after another."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Value = str | float | int | bool | None
 Row = dict[str, Value]
 _NO_LEVELS: Mapping[str, str] = MappingProxyType({})
 NOT_AVAILABLE = "n/a"
-"""How BIDS says that a value is missing."""
+"""BIDS's text for a missing value."""
 _LARGEST = 2**53
 
 
@@ -28,10 +28,10 @@ class ExportRefused(ValueError):
 
 @dataclass(frozen=True)
 class Column:
-    """A column: what it means, its kind, unit and levels.
+    """A column: its meaning, kind, unit and levels.
 
-    Without a `key` column the table means nothing, so it cannot be left out. `free_answer` marks what a participant
-    said freely, in words or as a number. `low` and `high` are the least and the greatest value that it may hold.
+    A `key` column cannot be left out, since the table is meaningless without it. `free_answer` marks participants' free
+    answers, in words or numbers. `low` and `high` are the least and the greatest possible value.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; `rows` makes its rows anew at every call, so that a large one never stands in memory whole."""
+    """A table; `rows` generates its rows at every call, so that a large table is never in memory as a whole."""
 
     name: str
     description: str
@@ -55,11 +55,11 @@ class Table:
     rows: Callable[[], Iterable[Row]]
 
     def without(self, names: frozenset[str]) -> Table:
-        """Return the table without the columns of these names; the rows may still hold them."""
+        """Return the table without the columns with these names; the rows may still have them."""
         return replace(self, columns=tuple(column for column in self.columns if column.name not in names))
 
     def renamed(self, names: Mapping[str, str]) -> Table:
-        """Return the table with columns under other names."""
+        """Return the table with renamed columns."""
         columns = tuple(replace(column, name=names.get(column.name, column.name)) for column in self.columns)
 
         def rows() -> Iterator[Row]:
@@ -70,7 +70,7 @@ class Table:
 
 
 def cell_text(value: Value, missing: str = "") -> str:
-    """Return the text of a value; `missing` where there is none."""
+    """Return the text of a value; `missing` for None."""
     if value is None or value == "":
         return missing
     if isinstance(value, bool):
@@ -83,9 +83,9 @@ def cell_text(value: Value, missing: str = "") -> str:
 
 
 def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
-    """Write a comma-separated table, RFC 4180 with LF; how many rows it has. A missing value is an empty cell.
+    """Write a comma-separated table (RFC 4180 with LF); return the number of rows. A missing value is an empty cell.
 
-    A text that a spreadsheet would run as a formula gets an apostrophe before it.
+    A text that a spreadsheet would run as a formula is prefixed with an apostrophe.
     """
     names = [column.name for column in table.columns]
     with open_text(path) as file:
@@ -102,11 +102,11 @@ def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
 
 
 def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
-    """Write a tab-separated table as BIDS wants it; how many rows it has. A missing value is n/a.
+    """Write a tab-separated table in BIDS's form; return the number of rows. A missing value is n/a.
 
-    BIDS knows no quotes: runs of blanks and line breaks in a participant's words become one blank, and words that a
-    spreadsheet would run as a formula get an apostrophe before them; elsewhere tabs and line breaks are refused, as is
-    a text that reads n/a.
+    BIDS has no quotes: runs of blanks and line breaks in a participant's words become one blank, and words that a
+    spreadsheet would run as a formula are prefixed with an apostrophe; elsewhere tabs, line breaks and the text n/a are
+    refused.
     """
     with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
@@ -118,7 +118,7 @@ def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
 
 
 def tsv_lines(where: str, table: Table, rows: Iterable[Row]) -> Iterable[Sequence[str]]:
-    """Yield the cells of each row as BIDS has them."""
+    """Yield the cells of each row in BIDS's form."""
     names = [(column.name, column.free_answer) for column in table.columns]
     for number, row in enumerate(rows, start=1):
         yield [_tsv_cell(where, number, name, row.get(name), free_answer) for name, free_answer in names]

@@ -1,4 +1,4 @@
-"""Recordings and pictures of textures as numbers: what models of attributes learn from (thesis 3.4).
+"""Features of recordings and pictures of textures, for models of attributes (thesis 3.4).
 
 Those of doors are in `palpate.signals.doors`.
 """

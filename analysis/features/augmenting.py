@@ -1,4 +1,4 @@
-"""Further versions of a picture for training: turned, mirrored, with noise (thesis 3.4.2)."""
+"""Augmented versions of a picture for training: rotated, mirrored, with noise (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from numpy.random import PCG64, Generator, SeedSequence
 from palpate.analysis.features.pictures import Gray
 
 NOISE_SD = 0.01
-"""Of full scale: a camera's own noise at middle brightness. The thesis says Gaussian, not how much."""
+"""SD of the noise relative to full scale: a camera's own at middle brightness. The thesis gives no value."""
 
 
 def varied(values: Gray, chance: Generator, noise_sd: float = NOISE_SD) -> Gray:
-    """Return a square turned by any angle, mirrored or not along each axis, with Gaussian noise; brightness stays in 0
-    to 1.
+    """Return a square rotated by a random angle, randomly mirrored along each axis, with Gaussian noise, within 0 to 1.
 
-    What a turn brings in at the corners is the picture mirrored at its edges, as Keras' RandomRotation fills them (the
-    thesis augments by TensorFlow); pixels between others are interpolated linearly.
+    Corners are filled by mirroring the picture at its edges, like Keras' RandomRotation (the thesis augments by
+    TensorFlow); pixels are interpolated linearly.
     """
     from scipy.ndimage import rotate
 
@@ -32,6 +31,6 @@ def varied(values: Gray, chance: Generator, noise_sd: float = NOISE_SD) -> Gray:
 
 
 def chance_of(picture_sha256: str, version: int, seed: int = 0) -> Generator:
-    """Return the random numbers for a version (1, 2, ...) of a picture: its content and the seed decide, no order."""
+    """Return the random generator for a version (1, 2, ...) of a picture, which depends on its content and the seed."""
     content = int.from_bytes(hashlib.sha256(picture_sha256.encode()).digest()[:8], "big")
     return Generator(PCG64(SeedSequence([seed, version, content])))

@@ -1,4 +1,4 @@
-"""Co-occurrence of gray levels: which brightness lies beside which (thesis 3.4.2)."""
+"""Co-occurrence of gray levels of neighbouring pixels (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 from palpate.analysis.features.pictures import Gray, PictureError
 
 LEVELS = 16
-"""Thesis 3.4.2: 16 gray levels, hence 16 x 16 numbers."""
+"""Number of gray levels (thesis 3.4.2), hence 16 x 16 numbers."""
 DISTANCES = (1,)
-"""Pixels between the two that are counted: neighbours; the thesis does not say."""
+"""Distance of a pair in pixels: neighbours; the thesis does not say."""
 ANGLES = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)
-"""Their directions, in radians, whose matrices are averaged: a texture has no up; the thesis does not say."""
+"""Directions in radians whose matrices are averaged, since a texture has no orientation; the thesis does not say."""
 
 
 def glcm(values: Gray) -> NDArray[np.float32]:
-    """Return the (256,) shares of pairs of neighbours by their levels, row (one level) after row; they sum to 1.
+    """Return the shares (256,) of pairs of neighbours by their two levels, row by row; they sum to 1.
 
-    `values` (rows, columns) are brightness from 0 to 1, of which the levels are sixteenths. The mean over the four
-    directions of scikit-image's `graycomatrix` (distance 1, symmetric, normed). Raises PictureError on fewer than 2 x 2
-    pixels and on numbers outside 0 to 1.
+    `values` (rows, columns) are brightness from 0 to 1, which is quantised to sixteenths. The result is the mean over
+    the four directions of scikit-image's `graycomatrix` (distance 1, symmetric, normed). Raises PictureError on fewer
+    than 2 x 2 pixels and on numbers outside 0 to 1.
     """
     from skimage.feature import graycomatrix
 
@@ -31,9 +31,7 @@ def glcm(values: Gray) -> NDArray[np.float32]:
 
 
 def levels(values: Gray) -> NDArray[np.uint8]:
-    """Return brightness from 0 to 1 as levels 0 to 15, each a sixteenth of the way. Raises PictureError outside 0
-    to 1.
-    """
+    """Return brightness from 0 to 1 as levels 0 to 15, each a sixteenth. Raises PictureError outside 0 to 1."""
     if not (np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1):
         raise PictureError("brightness is not from 0 to 1 everywhere")
     return np.minimum(values * LEVELS, LEVELS - 1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""A picture of a surface as what is looked at: its middle as a gray square, and patches of it (thesis 3.4.2)."""
+"""Pictures of surfaces as input of features: the middle as a gray square, and its patches (thesis 3.4.2)."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
 
 Gray = NDArray[np.float32]
 SIDE, PATCH = 1568, 224
-"""Pixels: of the square that is cut out of a picture, and of a patch of it (thesis 3.4.2)."""
+"""Pixels of the square that is cut out of a picture, and of a patch of it (thesis 3.4.2)."""
 LEAST = PATCH
-"""A picture whose shorter side has fewer pixels shows less than one patch should."""
+"""Least pixels of a picture's shorter side, one patch."""
 WHITE_16, WHITE_8 = 65535.0, 255.0
 RAW = b"FOVb"
-"""How Sigma's raw format begins, which is recorded but not decoded."""
+"""The first bytes of Sigma's raw format, which is recorded but not decoded."""
 
 
 class PictureError(ValueError):
-    """A picture that cannot be used: the message says where, what is wrong and what to do."""
+    """A picture that cannot be used; the message says where, what is wrong and what to do."""
 
 
 @dataclass(frozen=True)
 class Looking:
-    """Where a square is looked at: patches of `patch` pixels whose corners lie `stride` pixels apart.
+    """The patches of a square: `patch` pixels wide, with corners `stride` pixels apart.
 
-    The thesis says 49 "partially overlapping" patches of 224 pixels in 1568; 7 x 224 is 1568, so the default is its
-    7 x 7 without overlap. `grid`: only so many along each side, spread evenly over all (1: the middle one).
+    The thesis says 49 "partially overlapping" patches of 224 pixels in 1568; 7 x 224 is 1568, so the default is its 7 x
+    7 without overlap. `grid`: only this many along each side, evenly spread (1: the middle one).
     """
 
     side: int = SIDE
@@ -51,7 +51,7 @@ class Looking:
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """Return where patches begin along each side."""
+        """The first pixels of the patches along each side."""
         every = self._all()
         if self.grid is None:
             return every
@@ -64,9 +64,9 @@ class Looking:
 
 @dataclass(frozen=True)
 class Square:
-    """The middle of a picture: (side, side) of brightness from 0 to 1, and what is odd about it.
+    """The middle of a picture: (side, side) of brightness from 0 to 1, and notes on oddities.
 
-    `blank`: it is of one brightness, and shows nothing.
+    `blank`: it has a single brightness.
     """
 
     values: Gray
@@ -75,11 +75,11 @@ class Square:
 
 
 def square(data: bytes, where: str, side: int = SIDE) -> Square:
-    """Return the middle of the picture in the bytes of a file, cut to a square, of `side` pixels, in gray.
+    """Return the middle of the picture in a file's bytes as a gray square of `side` pixels.
 
-    Colours are weighed as ITU-R 601 does (0.299, 0.587, 0.114); 16 bits stay 16 bits; a square of another size is
-    resampled (Lanczos). Raises PictureError on what is no picture or ends too soon, on one with fewer than 224 pixels
-    on its shorter side, with transparent parts, or whose white is not known.
+    Colours are weighted by ITU-R 601 (0.299, 0.587, 0.114); 16 bits stay 16 bits; a square of another size is resampled
+    (Lanczos). Raises PictureError on an invalid or truncated picture, fewer than 224 pixels on the shorter side,
+    transparent parts, or an unknown white level.
     """
     from PIL import Image
 
@@ -97,7 +97,7 @@ def square(data: bytes, where: str, side: int = SIDE) -> Square:
 
 
 def patches(values: Gray, looking: Looking) -> Gray:
-    """Return the patches of a square, (patches, patch, patch), row after row. Raises PictureError for another size."""
+    """Return the patches of a square, (patches, patch, patch), row by row. Raises PictureError for another size."""
     size, starts = looking.patch, looking.starts
     if values.shape != (looking.side, looking.side):
         raise PictureError(f"a square of {values.shape} pixels: {looking.side} x {looking.side} are expected")
@@ -105,7 +105,7 @@ def patches(values: Gray, looking: Looking) -> Gray:
 
 
 def _cut(data: bytes, where: str) -> Image:
-    """Return the middle square, every pixel read. Raises PictureError."""
+    """Return the middle square with every pixel read. Raises PictureError."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     if data.startswith(RAW):

@@ -1,4 +1,4 @@
-"""A tool's contact with one texture, filtered and at 1 kHz, its axes still apart (thesis 3.4.1)."""
+"""Signals of a tool's contact with one texture, filtered at 1 kHz, with axes still apart (thesis 3.4.1)."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from palpate.signals.one_axis import dft321
 
 RATE_HZ = 1000.0
 TRIM_S = 2.5
-"""Taken off both ends of an exploration: the tool is put down and lifted there."""
+"""Seconds removed at both ends of an exploration, where the tool is put down and lifted."""
 BAND_HZ = (20.0, 500.0)
-"""Of acceleration; at 1 kHz the upper edge lies at half the rate and is left out (palpate.signals.filters)."""
+"""The band of acceleration; at 1 kHz the upper edge is at half the rate and is left out (palpate.signals.filters)."""
 SEGMENT_S = 0.5
 SEGMENT = round(SEGMENT_S * RATE_HZ)
-"""Samples of a segment; what is left over at the end of a stretch is in none."""
+"""Samples of a segment; the remainder of a stretch is unused."""
 CONTACT_N = 0.15
-"""A segment whose mean normal force is below this has no contact: the tool was lifted, or only brushed the surface.
-Force sensors of tools drift by a few hundredths of a newton; explorations press with 0.2 N and more."""
+"""Least mean normal force of a segment with contact: below, the tool was lifted or only brushed the surface.
+
+Force sensors of tools drift by a few hundredths of a newton; explorations press with 0.2 N and more.
+"""
 
 
 class FeatureError(ValueError):
-    """Signals that have no features: the message says where, what is wrong and what is expected."""
+    """Signals without features; the message says where, what is wrong and what is expected."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Samples that follow one another at 1 kHz: acceleration (n, axes) in m/s^2, speed (n,) in mm/s, force (n,) in N.
+    """Consecutive samples at 1 kHz: acceleration (n, axes) in m/s^2, speed (n,) in mm/s, force (n,) in N.
 
     Acceleration is band-passed and free of gravity, speed and force are low-passed. `first` is the number of its first
-    sample since the exploration began. Raises FeatureError where lengths differ, where there is no axis, and on a
-    number that is not finite.
+    sample since the exploration began. Raises FeatureError where lengths differ or there is no axis, and on numbers
+    that are not finite.
     """
 
     axes: Array
@@ -57,21 +59,21 @@ class Stretch:
                 )
 
     def cut(self, start: int, stop: int) -> Stretch:
-        """Return its samples [start, stop)."""
+        """Return the samples [start, stop)."""
         part = slice(start, stop)
         return Stretch(self.axes[part], self.speed_mm_s[part], self.force_N[part], self.first + start)
 
 
 @dataclass(frozen=True)
 class Touch:
-    """Everything recorded of one texture, in stretches with gaps between them. `where` names it in messages."""
+    """All recordings of one texture, in stretches with gaps between them. `where` names it in messages."""
 
     where: str
     stretches: tuple[Stretch, ...]
 
     @property
     def seconds(self) -> float:
-        """Return how long all stretches are together."""
+        """The duration of all stretches together."""
         return sum(len(stretch.axes) for stretch in self.stretches) / RATE_HZ
 
 
@@ -89,9 +91,9 @@ class Segments:
 
 
 def contact(touch: Touch) -> NDArray[np.bool_]:
-    """Return whether the tool was in contact during each segment: (segments,), in the order of `segments`.
+    """Return whether the tool was in contact in each segment, (segments,), in the order of `segments`.
 
-    Raises FeatureError where it never was, for `CONTACT_N` on the mean of a segment.
+    The criterion is a mean force of at least `CONTACT_N`. Raises FeatureError if it never was.
     """
     mean_N = np.array([part.force_N.mean() for stretch in touch.stretches for part in _cut(stretch)])
     pressed = mean_N >= CONTACT_N
@@ -104,9 +106,9 @@ def contact(touch: Touch) -> NDArray[np.bool_]:
 
 
 def segments(touch: Touch) -> Segments:
-    """Return the segments of every stretch, one after another, none over a hole.
+    """Return the segments of every stretch, one after another, none across a gap.
 
-    DFT321 sees one segment at a time: its spectrum is exactly the root of the summed spectra of the axes, and its
+    DFT321 processes one segment at a time: its spectrum is exactly the root of the summed spectra of the axes, and its
     energy stays in the segment. Raises FeatureError where no stretch is as long as a segment.
     """
     parts = [part for stretch in touch.stretches for part in _cut(stretch)]

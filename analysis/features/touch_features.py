@@ -1,4 +1,4 @@
-"""All that models know of touch: rows of numbers, one a segment, by kind (thesis 3.4.1, 3.6.7, Table 3.5)."""
+"""Features of touch for models: one row per segment, by kind (thesis 3.4.1, 3.6.7, Table 3.5)."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from palpate.signals.arrays import Array
 FRAME_S = 0.025
 FRAME = round(FRAME_S * RATE_HZ)
 HOP = FRAME / 2
-"""Half a frame is 12.5 samples: frames start at round(12.5 i), halves to the even side."""
+"""Samples between frames, half a frame: frames start at round(12.5 i), halves rounded to even."""
 FRAMES = round(SEGMENT / HOP)
 COEFFICIENTS = FRAME // 2 + 1
-"""13, as many as the bins of a frame's spectrum, and as there are mel bands."""
+"""Number of coefficients, which equals the bins of a frame's spectrum and the mel bands."""
 HAND_STATISTICS = ("speed min", "speed max", "speed mean", "force min", "force max", "force mean")
 FLOOR = 1e-10
-"""Powers below are taken for it (librosa's own floor): silence is -100 dB re 1 (m/s^2)^2 of a spectrum's bin."""
+"""The least power (librosa's own floor): silence is -100 dB re 1 (m/s^2)^2 in a spectrum's bin."""
 WAVELET, WAVELET_LEVELS = "db4", 5
-"""Daubechies' with four vanishing moments; at 1 kHz its bands part at 250, 125, 62.5, 31.25 and 15.6 Hz."""
+"""Daubechies' wavelet with four vanishing moments; at 1 kHz its bands divide at 250, 125, 62.5, 31.25 and 15.6 Hz."""
 WAVELET_STATISTICS = ("mean size", "standard deviation", "power in dB", "entropy")
 SIZES = {
     "mfcc": FRAMES * COEFFICIENTS,
@@ -31,22 +31,22 @@ SIZES = {
 
 
 def starts() -> NDArray[np.int64]:
-    """Return where each of the 40 frames begins in a segment padded by 12 zeros on either side: it is centred there."""
+    """Return the start of each of the 40 frames in a segment padded by 12 zeros on either side."""
     return np.asarray(np.rint(HOP * np.arange(FRAMES)), dtype=np.int64)
 
 
 def frames(vibration: Array) -> Array:
-    """Return segments (s, 500) under Hann's window, split into frames (s, 40, 25)."""
+    """Return segments (s, 500) under Hann's window, divided into frames (s, 40, 25)."""
     padded = np.pad(windowed(vibration), ((0, 0), (FRAME // 2, FRAME // 2)))
     return np.asarray(padded[:, starts()[:, None] + np.arange(FRAME)])
 
 
 def mfcc(vibration: Array) -> Array:
-    """Return the coefficients (s, 40, 13) of segments (s, 500) in m/s^2: time first, coefficient 0 (the level)
-    first.
+    """Return cepstral coefficients (s, 40, 13), by time and number (0 is the level), of segments (s, 500) in m/s^2.
 
-    The power of each frame's 13 bins, librosa's mel bands (13, Slaney's scale and norm, 0 to 500 Hz), decibels with a
-    floor, and librosa's orthonormal cosine transform. A frame has no window of its own: the segment had one.
+    They are the power of each frame's 13 bins, librosa's mel bands (13, Slaney's scale and norm, 0 to 500 Hz), decibels
+    with a floor, and librosa's orthonormal cosine transform. Frames have no window of their own, since the segment had
+    one.
     """
     from librosa.feature import melspectrogram
     from librosa.feature import mfcc as cepstra
@@ -64,21 +64,21 @@ def hand(speed_mm_s: Array, force_N: Array) -> Array:
 
 
 def windowed(vibration: Array) -> Array:
-    """Return segments (..., n) under Hann's window, the periodic one that spectra are computed with."""
+    """Return segments (..., n) under the periodic Hann window."""
     from librosa.filters import get_window
 
     return np.asarray(vibration * get_window("hann", vibration.shape[-1], fftbins=True))
 
 
 def decibels(power: Array) -> Array:
-    """Return 10 log10 of powers, none below `FLOOR`; one value knows nothing of another (no `top_db`)."""
+    """Return 10 log10 of powers, at least `FLOOR`; each value is independent of the others (no `top_db`)."""
     from librosa import power_to_db
 
     return np.asarray(power_to_db(power, ref=1.0, amin=FLOOR, top_db=None))
 
 
 def spectrum(vibration: Array) -> Array:
-    """Return the power in dB (s, 250) of the discrete Fourier transform of segments (s, 500) at 2, 4, ... 500 Hz."""
+    """Return the power in dB (s, 250) of the discrete Fourier transform of segments (s, 500) at 2, 4, ..., 500 Hz."""
     from scipy.fft import rfft
 
     return decibels(np.abs(rfft(windowed(vibration), axis=-1)[..., 1:]) ** 2)
@@ -87,10 +87,10 @@ def spectrum(vibration: Array) -> Array:
 def wavelets(vibration: Array) -> Array:
     """Return `WAVELET_STATISTICS` of each of 6 bands (s, 24) of segments (s, 500) in m/s^2, the slowest band first.
 
-    A segment is under Hann's window here too: at bare ends the slowest bands would hold what the ends' mirror images
-    make of faster ones. Of a band's coefficients: the mean of their absolute values, their standard deviation and mean
-    power (Gueler and Uebeyli 2005; power in dB with the floor of spectra.FLOOR), and the Shannon entropy in nats of how
-    their energy is shared out (Rosso et al. 2001), 0 where there is none.
+    Hann's window is applied here too: otherwise mirroring at the ends would put faster components into the slowest
+    bands. The statistics of a band's coefficients are the mean of their absolute values, their standard deviation and
+    mean power (Gueler and Uebeyli 2005; power in dB with the floor `FLOOR`), and the Shannon entropy in nats of the
+    distribution of their energy (Rosso et al. 2001), 0 without energy.
     """
     from pywt import wavedec
     from scipy.special import entr
@@ -109,8 +109,8 @@ def wavelets(vibration: Array) -> Array:
 def touch_features(touch: Touch) -> dict[str, NDArray[np.float32]]:
     """Return a row for each segment with contact, by kind: mfcc (s, 520), hand (s, 6), dft (s, 250), dwt (s, 24).
 
-    A row of `mfcc` is frame after frame: reshaped to (40, 13) it is time by coefficient. Raises FeatureError where no
-    stretch is as long as a segment, and where there is no contact.
+    A row of `mfcc` reshaped to (40, 13) is time by coefficient. Raises FeatureError where no stretch is as long as a
+    segment, and where there is no contact.
     """
     cut = segments(touch).only(contact(touch))
     kinds = {
