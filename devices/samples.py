@@ -1,4 +1,4 @@
-"""Physical samples: the experimenter puts one in place and says so (thesis 3.3.2, 4.7.1)."""
+"""Physical samples: the experimenter puts a sample in place and confirms it (thesis 3.3.2, 4.7.1)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from palpate.protocols.events import Aside, Present, Reply
 from palpate.protocols.study import Stimulus
 
 TELLING = ("label", "material", "position")
-"""Columns of a stimulus table that say which sample is meant and where it lies."""
+"""Columns of a stimulus table that identify the sample and its place."""
 
 
 def described(stimulus: Stimulus, blind: Sequence[str] = ()) -> str:
-    """Describe the stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3).
+    """Return the stimulus by its id and its columns: T07 (sandpaper P60, box 3).
 
-    Where columns are `blind` neither they nor the id, which may reveal them, are shown: sandpaper P60, box 3.
+    If columns are `blind`, neither they nor the id, which may reveal them, are shown: sandpaper P60, box 3.
     """
     seen = [name for name in TELLING if name not in blind]
     texts = [text for name in seen if (text := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
@@ -27,15 +27,15 @@ def described(stimulus: Stimulus, blind: Sequence[str] = ()) -> str:
 
 
 def mounting(stimulus: Stimulus, blind: Sequence[str] = ()) -> Prompt:
-    """Return what the experimenter has to do before the participant can feel the stimulus."""
+    """Return the prompt to put the stimulus in place before the participant can feel it."""
     return Prompt(f"Put in place: {described(stimulus, blind)}")
 
 
 @dataclass
 class HandMounted:
-    """Samples that a person mounts, while the participant is asked to wait.
+    """A presenter of samples that a person mounts, while the participant is asked to wait.
 
-    The participant explores without a time limit and answers while feeling, so the presentation ends where the
+    The participant explores without a time limit and answers while feeling, so the presentation ends when the
     experimenter confirms: `seconds` is how long the change took.
     """
 
@@ -43,7 +43,7 @@ class HandMounted:
     blind: Sequence[str] = ()
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
-        """Demand the sample and wait for the confirmation; an aside leaves the demand standing."""
+        """Prompt for the sample and wait for the confirmation; the prompt stays after an aside."""
         self.act = act = going_on(self.act, request, now_ns)
         desk.demand(mounting(request.trial.stimulus, self.blind))
         aside = act.wait("changing_sample", window, desk, now_ns, lambda: desk.answer() is not None)

@@ -1,4 +1,4 @@
-"""The scene of the twins of sensors: the truth of one act, before any sensor has measured it."""
+"""The scene that simulated sensors measure: the true signals of an act, before any sensor."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Protocol
 from palpate.signals.arrays import Array
 
 PIECE_S = 0.25
-"""How much of a scene is made at a time, about: memory stays small however long the scene is."""
+"""Approximate length of a piece of a scene, so that memory stays small for a scene of any length."""
 
 
 class Scene(Protocol):
-    """One act in front of the sensors. Every signal begins at the act's start; once the act is over, rest follows.
+    """An act in front of the sensors. Every signal begins at the act's start; after its end follows rest.
 
-    The iterators never end; each yields pieces of any length from the first sample on, and can be asked for anew.
+    The iterators never end; each yields pieces of any length from the first sample on, and can be requested again.
     """
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:

@@ -1,4 +1,4 @@
-"""Where a tablet's or a tracker's samples come from: what every source can do, and the clock it is started with."""
+"""Sources of a tablet's or tracker's samples: their interface, and the clock that they are started with."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 Elapsed = Callable[[], float]
-"""Seconds since sampling was started."""
+"""Seconds since sampling started."""
 Opened_co = TypeVar("Opened_co", covariant=True)
 Batch_co = TypeVar("Batch_co", covariant=True)
 
 
 class Source(Protocol[Opened_co, Batch_co]):
-    """A way to samples. One thread pulls, another may start and stop."""
+    """A source of samples. One thread pulls, another may start and stop."""
 
     def open(self) -> Opened_co:
-        """Connect, and return what is known of the source. Raises DeviceError."""
+        """Connect, and return facts about the source. Raises DeviceError."""
 
     def expect(self, scene: Scene | None) -> None:
-        """Take the scene that is sensed from the next start on; only a twin uses it."""
+        """Set the scene that is sensed from the next start on; only a twin uses it."""
 
     def start(self, elapsed_s: Elapsed) -> None:
-        """Begin to sample; earlier samples are not given. Raises DeviceError."""
+        """Begin to sample; earlier samples are dropped. Raises DeviceError."""
 
     def pull(self, timeout_s: float) -> Batch_co:
-        """Return what came since the last pull, waiting at most that long. Raises DeviceFault."""
+        """Return the samples since the last pull, waiting at most `timeout_s` for some. Raises DeviceFault."""
 
     def stop(self) -> None:
-        """End sampling; also where it has not started."""
+        """Stop sampling, also if it has not started."""
 
     def close(self) -> None:
         """Disconnect."""
@@ -43,7 +43,7 @@ class Source(Protocol[Opened_co, Batch_co]):
 
 @dataclass(kw_only=True)
 class TimedSource:
-    """The part of a twin or a recording that gives each sample once its time has passed since the start."""
+    """The base of twins and recordings, which give each sample once its time since the start has passed."""
 
     elapsed_s: Elapsed | None = None
     stopped: Event = field(default_factory=Event)
@@ -54,7 +54,7 @@ class TimedSource:
         self.stopped.clear()
 
     def stop(self) -> None:
-        """Give no more samples."""
+        """Stop giving samples."""
         self.elapsed_s = None
         self.stopped.set()
 

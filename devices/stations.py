@@ -1,4 +1,4 @@
-"""Where a lab keeps what belongs to one computer: its screen's calibration, its rig."""
+"""The folder of a computer's own settings in a lab: its screen's calibration, its rig."""
 
 from __future__ import annotations
 

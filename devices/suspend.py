@@ -1,4 +1,4 @@
-"""Detection of a suspended computer: a clock that goes on meanwhile, against one that stops.
+"""Detect that the computer was suspended, by a clock that goes on meanwhile and another that stops.
 
 Session time stops while a computer is suspended (Linux, macOS), so nothing else would show it.
 """
@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from palpate.protocols.events import NS
 
 _CLOCKS = (("CLOCK_BOOTTIME", "CLOCK_MONOTONIC"), ("CLOCK_MONOTONIC", "CLOCK_UPTIME_RAW"))
-"""On Linux and on macOS: what goes on, and what stops."""
+"""On Linux and on macOS: the clock that goes on, and the clock that stops."""
 LEAST_NS = NS // 10
-"""The two clocks are read one after the other, which a busy computer may interrupt."""
+"""Least difference that counts: the clocks are read one after the other, which a busy computer may interrupt."""
 
 
 def suspended_ns() -> int:
-    """Return how long this computer was suspended since it was started; 0 where no clock tells (Windows)."""
+    """Return how long this computer was suspended since it was started; 0 if no clock shows it (Windows)."""
     for goes_on, stops in _CLOCKS:
         if hasattr(time, goes_on) and hasattr(time, stops):
             return time.clock_gettime_ns(getattr(time, goes_on)) - time.clock_gettime_ns(getattr(time, stops))
@@ -27,7 +27,7 @@ def suspended_ns() -> int:
 
 @dataclass
 class SuspendWatch:
-    """Notices that the computer was suspended since the last call."""
+    """A detector of a suspension of the computer since the last call."""
 
     count_ns: Callable[[], int] = suspended_ns
     seen_ns: int = field(init=False)
@@ -36,7 +36,7 @@ class SuspendWatch:
         self.seen_ns = self.count_ns()
 
     def message(self) -> str | None:
-        """Return what to say of it; None where it was not suspended since the last call."""
+        """Return a message if the computer was suspended since the last call, else None."""
         slept_ns = self.count_ns() - self.seen_ns
         if slept_ns < LEAST_NS:
             return None

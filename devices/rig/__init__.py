@@ -1,1 +1,1 @@
-"""A lab's devices as one file names them: the rig."""
+"""The rig: a lab's devices as listed in one file."""

@@ -1,6 +1,6 @@
-"""The result of calibrating a device: the settings for its entry in the rig file, and how good they are.
+"""The result of calibrating a device: the settings for its entry in the rig file, and their quality.
 
-They are put into the entry so that every other character of the file stays as it is.
+They are inserted into the entry so that every other character of the file stays as it is.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from palpate.devices.rig.file import RigFile
 
 Ask = Callable[[str], None]
-"""Asks the experimenter to do something, and comes back once it is done."""
+"""Asks the experimenter to do something, and returns once it is done."""
 Say = Callable[[str], None]
 Span = tuple[int, int, str]
-"""Characters from a place up to another, and what stands there instead."""
+"""A range of characters from one place to another, and its replacement."""
 
 
 class UnfitMeasurement(Exception):
-    """A measurement that calibrates nothing; the message says what it lacks and what to do."""
+    """A measurement that gives no calibration; the message says what is missing and what to do."""
 
 
 @dataclass(frozen=True)
 class CalibrationResult:
-    """The result of calibrating: `settings` for the device's entry, and their quality in `lines` and as `figures`."""
+    """The result of a calibration: `settings` for the device's entry, and their quality in `lines` and as `figures`."""
 
     settings: Mapping[str, Any]
     lines: tuple[str, ...]
@@ -41,7 +41,7 @@ class CalibrationResult:
 
 @dataclass(frozen=True)
 class CalibrationJob:
-    """One device of a rig that is to be calibrated, and how the experimenter is spoken with."""
+    """A device of a rig to be calibrated, and how to communicate with the experimenter."""
 
     file: RigFile
     name: str
@@ -89,7 +89,7 @@ def is_in_braces(path: Path, device: str) -> bool:
 
 
 def edit_entry(text: str, device: str, settings: Mapping[str, Any]) -> str:
-    """Return the text with these settings in the device's entry. Raise ValueError where the layout is not supported."""
+    """Return the text with these settings in the device's entry. Raises ValueError if the layout is not supported."""
     entry = _entry(text, device)
     there = {key.value: value for key, value in entry.value}
     spans: list[Span] = []

@@ -85,7 +85,9 @@ def calibrate(
 
 
 def _demand_usable(file: RigFile, device: str, given: dict[str, Any]) -> None:
-    """Refuse a device that is not there or is calibrated elsewhere, and options that say nothing of its kind."""
+    """Raise an error for a device that is missing or calibrated elsewhere, and for options that its kind does not
+    use.
+    """
     from palpate.devices.kinds import KINDS, CalibrationMethod
     from palpate.protocols.did_you_mean import nearest
 
@@ -109,7 +111,7 @@ def _demand_usable(file: RigFile, device: str, given: dict[str, Any]) -> None:
 
 
 def _may_skip(file: RigFile, device: str) -> bool:
-    """Return whether the device can be calibrated unattended: only a real sensor has to be turned."""
+    """Return whether the device can be calibrated unattended: only a real sensor has to be turned by hand."""
     from palpate.devices.kinds import KINDS, CalibrationMethod
 
     calibration = KINDS[file.kind(device)].calibration
@@ -117,7 +119,7 @@ def _may_skip(file: RigFile, device: str) -> bool:
 
 
 def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
-    """Return the result of calibrating; exit with code 1 where there is none."""
+    """Return the result of the calibration; exit with code 1 if there is none."""
     from palpate.devices.device import DeviceFault
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.calibration import UnfitMeasurement
@@ -135,12 +137,12 @@ def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
 
 
 def _say(text: str) -> None:
-    """Print what happens on the way; standard output is for the answer."""
+    """Print a progress message to standard error; standard output is for the result."""
     click.echo(text, err=True)
 
 
 def _make_ask(yes: bool, may_skip: bool) -> Callable[[str], None]:
-    """Return a function that asks for Enter at the terminal, unless there is nothing to do by hand."""
+    """Return a function that asks for Enter at the terminal, unless nothing has to be done by hand."""
 
     def ask(text: str) -> None:
         if yes:

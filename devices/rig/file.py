@@ -1,4 +1,4 @@
-"""A lab's rig as one YAML file: its devices with their ports, calibrations and limits, and which need takes which."""
+"""A lab's rig as one YAML file: its devices with ports, calibrations and limits, and which need takes which device."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ MOST_DEVICES = 100
 
 
 class RigFileError(DeviceError):
-    """The rig file cannot be used; the message lists what is wrong, one line each."""
+    """A rig file that cannot be used; the message lists the problems, one line each."""
 
 
 @dataclass(frozen=True)
 class RigFile:
-    """The content of a rig file: settings by the device's name, and the devices' names for each need."""
+    """The content of a rig file: settings by device name, and the names of the devices for each need."""
 
     path: Path
     name: str
@@ -47,14 +47,14 @@ class RigFile:
         return getattr(self.devices[name], "driver", None) == "twin"
 
     def names_for(self, need: str) -> tuple[str, ...]:
-        """Return the devices for a need. Raise RigFileError where the file provides none."""
+        """Return the devices for a need. Raises RigFileError if the file provides none."""
         if need not in self.needs:
             takes = _of(NEEDS[need].takes)
             raise RigFileError(f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with {takes}")
         return self.needs[need]
 
     def definition(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return some devices' settings as JSON data, with the digests of the files that they name, for the ledger."""
+        """Return devices' settings as JSON data, with the digests of the files that they name, for the ledger."""
         settings = {}
         for name in names:
             # A file may become another one under its old name: a calibration, a recording.
@@ -71,7 +71,7 @@ def rig_path(lab: Path, host: str | None = None) -> Path:
 
 
 def read_rig(path: Path) -> RigFile:
-    """Return the rig in a file. Raise RigFileError with every problem: file, line, key and nearest valid name."""
+    """Return the rig in a file. Raises RigFileError with every problem: file, line, key and nearest valid name."""
     if not path.is_file():
         raise RigFileError(f"{path}: no rig file there; write one of twins to begin with: {SIMULATE} --out {path}")
     try:
@@ -85,7 +85,7 @@ def read_rig(path: Path) -> RigFile:
 
 
 class _Reading:
-    """One pass over the document: what it says, and what is wrong with it."""
+    """A reader of a rig document, which collects its content and its problems."""
 
     def __init__(self, document: Document) -> None:
         self.problems: list[Problem] = []

@@ -1,4 +1,4 @@
-"""Types and meanings of a kind's settings, in the words of an author of rig files."""
+"""Types and meanings of a kind's settings, in words for authors of rig files."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ EVERY = {
     "calibrated": "when it was last calibrated; shown by `palpate rig check` and recorded",
     "seed": "the twin's; the same seed gives the same samples",
 }
-"""What settings mean that several kinds have."""
+"""Meanings of settings that several kinds have."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of a kind; `name` is dotted inside another setting."""
+    """A setting of a kind; `name` is dotted if it is inside another setting."""
 
     name: str
     takes: str
@@ -30,7 +30,7 @@ class Setting:
 
 
 def settings_of_kind(kind: DeviceKind) -> list[Setting]:
-    """Return every setting of a kind, those inside others after them."""
+    """Return every setting of a kind, with nested settings after their parents."""
     return list(_settings_of(kind.settings, {**EVERY, **kind.meanings}, ""))
 
 
@@ -66,7 +66,7 @@ WORDS = {str: "text", float: "number", int: "whole number", bool: "yes or no", P
 
 
 def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
-    """Describe the type of a setting, with its bounds."""
+    """Return a description of the type of a setting, with its bounds."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Literal:
         return f"one of {', '.join(map(str, arguments))}" if len(arguments) > 1 else str(arguments[0])
@@ -84,7 +84,7 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
 
 
 def _bounds(metadata: Sequence[Any]) -> str:
-    """Describe the bounds of a number: from 0.2 to 2, above 0."""
+    """Return a description of the bounds of a number: from 0.2 to 2, above 0."""
     given = [inner for bound in metadata for inner in (getattr(bound, "metadata", None) or [bound])]
     bounds = {key: getattr(bound, key) for bound in given for key in ("ge", "gt", "le") if hasattr(bound, key)}
     low = f" from {bounds['ge']:.10g}" if "ge" in bounds else f" above {bounds['gt']:.10g}" if "gt" in bounds else ""

@@ -1,4 +1,4 @@
-"""The devices that a study needs, opened as one and closed as one; the health of one of them."""
+"""The devices that a study needs, opened and closed together, and the health of a single device."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class OpenRig:
         return {name: dict(device.describe()) for name, device in self.devices.items()}
 
     def safe(self) -> None:
-        """Bring everything to rest; what fails at that does not keep the others from it."""
+        """Make all devices safe; a failure of one does not affect the others."""
         with ExitStack() as stack:
             for device in self.devices.values():
                 stack.callback(device.safe)
 
     def close(self) -> None:
-        """Make everything safe and let go of it."""
+        """Make all devices safe and release them."""
         try:
             self.safe()
         finally:
@@ -43,7 +43,7 @@ class OpenRig:
 
 
 def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
-    """Open these devices. Raises DeviceError where one cannot be had; those opened before are closed then."""
+    """Open these devices. Raises DeviceError if one is not available; those opened before are closed then."""
     kinds = {name: KINDS[file.kind(name)] for name in names}
     devices = {name: kind.make(name, file.devices[name], file.path.parent) for name, kind in kinds.items()}
     if any(kind.shares_card for kind in kinds.values()):
@@ -68,7 +68,7 @@ def opened_device(file: RigFile, name: str) -> Iterator[Device]:
 
 
 def check_device(file: RigFile, name: str, seconds: float) -> Health:
-    """Return the device's health after reading it for so long; not ok where it cannot be opened, or fails."""
+    """Return the device's health after reading it for some seconds; not ok if it cannot be opened, or fails."""
     try:
         with opened_device(file, name) as device:
             return device.health(seconds)
@@ -79,7 +79,7 @@ def check_device(file: RigFile, name: str, seconds: float) -> Health:
 
 
 def describe_health(health: Health) -> Iterator[str]:
-    """Yield the readings, one line a signal and one a channel; their calibration and its date; further facts."""
+    """Yield the readings, a line for each signal and channel; their calibration and its date; further facts."""
     for reading in health.readings:
         signal, lost = reading.signal, f", {reading.lost} lost" if reading.lost else ""
         yield f"{signal.name}: {reading.rate_hz:.1f} Hz measured, {signal.rate_hz:g} Hz nominal{lost}"

@@ -1,4 +1,4 @@
-"""A stylus' pressure made newtons by pairs measured with a force sensor under the tablet; the picture of the fit."""
+"""Calibrate a stylus' pressure in newtons by pairs measured with a force sensor under the tablet; draw the fit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Row = dict[str, Any]
 def calibrate_tablet(job: CalibrationJob, pairs: Path, figure: Path | None = None) -> CalibrationResult:
     """Fit F = a exp(b y) to a CSV with the columns pressure, force_N, and write its picture to `figure`.
 
-    Raise DeviceError naming the file.
+    Raises DeviceError that names the file.
     """
     pressures, forces_N = read_pairs(pairs)
     try:
@@ -49,7 +49,7 @@ def _rounded(value: float) -> float:
 
 
 def draw_force(pressures: Sequence[float], forces_N: Sequence[float], fitted: Force, out: Path) -> list[Path]:
-    """Draw the pairs, the fitted curve and the thesis' one, and write the numbers beside; return the files."""
+    """Draw the pairs, the fitted curve and the thesis' curve, with the numbers beside; return the files."""
     from matplotlib.figure import Figure
 
     rows = force_rows(pressures, forces_N, fitted)
@@ -71,7 +71,7 @@ def draw_force(pressures: Sequence[float], forces_N: Sequence[float], fitted: Fo
 
 
 def force_rows(pressures: Sequence[float], forces_N: Sequence[float], fitted: Force) -> list[Row]:
-    """Return the rows of Figure 4.4: `pair` with what the fit leaves over, `fit` and `thesis` curves from 0 to 1."""
+    """Return the rows of Figure 4.4: `pair` with the residuals of the fit, `fit` and `thesis` curves from 0 to 1."""
     rows: list[Row] = [
         {"shows": "pair", "pressure": y, "force_N": force_N, "residual_N": force_N - fitted.newtons(y)}
         for y, force_N in sorted(zip(pressures, forces_N, strict=True))

@@ -1,8 +1,8 @@
-"""Calibrating what feels and makes vibration.
+"""Calibrate accelerometers and voice coils.
 
-An accelerometer in six positions: each is asked for, read at rest, and asked for again where it moved. A voice coil
-identified with an accelerometer of the same rig: shaken, recorded, made flat, kept as a file. Twins lie on a bench:
-their time passes as they are read, and what they feel is what the bench does.
+An accelerometer is measured in six positions: each is requested, read at rest, and requested again if it moved. A voice
+coil is identified with an accelerometer of the same rig: shaken, recorded, and its filter saved to a file. Twins use a
+simulated bench: their time passes as they are read, and they sense what the bench does.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ from palpate.signals.arrays import Array
 
 SECONDS_A_POSITION = 2.0
 FEWEST_SAMPLES = 100
-"""Samples of a position, below which its noise would pass for movement."""
+"""Least number of samples of a position; with fewer its noise would look like movement."""
 PARTS, STILL_G = 10, 0.02
-"""A position is still where the means of its ten parts lie within so much of each other."""
+"""A position is still if the means of its ten parts lie within this of each other."""
 FAR_G = np.array([0.65, 0.65, 1.15])
-"""How far an axis may lie from what a position should give before the part is calibrated: the data sheet's widest zero
-(x, y 0.5 g; z 1 g) and sensitivity (10 %), and 0.05 g. Further off, another axis is up."""
+"""Greatest deviation of an axis from its value in a position before the part is calibrated: the data sheet's widest
+zero (x, y 0.5 g; z 1 g) and sensitivity (10 %), and 0.05 g. Further off, another axis is up.
+"""
 MOST_TRIES = 5
 DECIMALS = 5
 Readings = dict[str, Array]
@@ -53,7 +54,7 @@ PIECE = 512
 
 
 def calibrate_accelerometer(job: CalibrationJob, seconds: float | None = None) -> CalibrationResult:
-    """Return the settings by six positions that the experimenter lays the sensor in.
+    """Calibrate an accelerometer by six positions, in which the experimenter lays it, and return the settings.
 
     Raises:
         DeviceError: the sensor cannot be opened.
@@ -85,9 +86,9 @@ def calibrate_accelerometer(job: CalibrationJob, seconds: float | None = None) -
 
 @dataclass
 class Bench:
-    """The open sensor, and the scaling that tells its axes apart until it is calibrated.
+    """The open sensor, and the scaling that distinguishes its axes until it is calibrated.
 
-    A twin is laid by a scene, and its time is not waited for.
+    A twin is laid by a scene, without waiting in real time.
     """
 
     job: CalibrationJob
@@ -99,7 +100,7 @@ class Bench:
 
     @staticmethod
     def of(job: CalibrationJob, sensor: DaqSensor, scaling: Scaling, seconds: float) -> Bench:
-        """Return the bench of a sensor. Raise DeviceError where so few seconds hold too few samples."""
+        """Return the bench of a sensor. Raises DeviceError if so few seconds hold too few samples."""
         rate_hz = sensor.signals[0].rate_hz
         if (needed := round(seconds * rate_hz)) < FEWEST_SAMPLES:
             problem = f"{seconds:g} s at {rate_hz:g} Hz are {needed} samples a position; {FEWEST_SAMPLES} are needed"
@@ -110,7 +111,7 @@ class Bench:
         return Bench(job, hastened, scaling, needed, hastened.clock.ns)
 
     def measured(self, position: str) -> Array:
-        """Return the mean volts of a position, of shape (3,), once it is the right one and still.
+        """Return the mean volts of a position, of shape (3,), once the sensor is in the right position and still.
 
         Raises UnfitMeasurement after too many tries.
         """
@@ -143,7 +144,7 @@ class Bench:
             self.job.say(f"    not taken: {wrong}")
 
     def fitted(self, readings: Readings) -> SixPositions:
-        """Return the fit; the worst position is measured again where it fits badly. Raises UnfitMeasurement."""
+        """Return the fit; if it is poor, the worst position is measured again. Raises UnfitMeasurement."""
         while True:
             try:
                 return calibrate(readings, self.scaling.supply_V)
@@ -156,7 +157,7 @@ class Bench:
 
 
 def _movement(position: str, g: Array) -> str | None:
-    """Return the message that the sensor did not lie still; None where it did."""
+    """Return a message if the sensor was not still, else None."""
     means = np.array([part.mean(axis=0) for part in np.array_split(g, PARTS)])
     wander, noise = np.ptp(means, axis=0), g.std(axis=0)
     if wander.max() > STILL_G:
@@ -168,7 +169,7 @@ def _movement(position: str, g: Array) -> str | None:
 
 
 def _misplacement(position: str, g: Array) -> str | None:
-    """Return the message that another axis is up; None where this one may be."""
+    """Return a message if another axis is up, None if this axis may be."""
     if (np.abs(g - _expected_g(position)) <= FAR_G).all():
         return None
     nearest = min(POSITIONS, key=lambda position: float(np.abs(g - _expected_g(position)).max()))
@@ -183,7 +184,7 @@ def _expected_g(position: str) -> Array:
 
 
 def _worst_position(readings: Mapping[str, Array]) -> str | None:
-    """Return the position that lies furthest from the fit; None where the sensitivities themselves are impossible."""
+    """Return the position furthest from the fit; None if the sensitivities themselves are impossible."""
     means = np.array([readings[position] for position in POSITIONS])
     g = np.array([_expected_g(position) for position in POSITIONS])
     sensitivity = (means * g).sum(axis=0) / 2
@@ -203,7 +204,7 @@ def calibrate_coil(
     """Shake the coil, write its response beside the rig file, and return the setting that names that file.
 
     Raises:
-        DeviceError: coil or sensor cannot be used so.
+        DeviceError: coil or sensor are not available for this.
         DeviceFault: one of them failed.
         UnfitMeasurement: the recording identifies nothing.
     """
@@ -238,7 +239,7 @@ def calibrate_coil(
 
 
 def _sensor(file: RigFile, coil: str, sensor: str | None) -> str:
-    """Return the name of the requested accelerometer, or of the rig's only one. Raise DeviceError."""
+    """Return the name of the requested accelerometer, or of the rig's only one. Raises DeviceError."""
     there = [name for name in file.devices if file.kind(name) == "accelerometer"]
     if sensor is None and len(there) == 1:
         sensor = there[0]
@@ -283,7 +284,7 @@ def _identify(job: CalibrationJob, sensor: str, shaking: Shaking) -> Identified:
 
 
 def _refuse_clipped(play_and_record: PlayAndRecord, sensor: DaqSensor) -> PlayAndRecord:
-    """Wrap the measurement to refuse clipped recordings: noise hides flat tops from a later check."""
+    """Wrap the measurement to refuse clipped recordings, because noise hides flat tops from a later check."""
 
     def checked(volts: Array) -> tuple[Array, int]:
         recorded, rate_hz = play_and_record(volts)
@@ -310,7 +311,7 @@ def _coil_lines(figures: dict[str, Any]) -> Iterator[str]:
 
 @dataclass
 class Passing:
-    """Seconds that pass only when somebody lets them pass."""
+    """A clock whose seconds pass only when it is advanced."""
 
     s: float = 0.0
 
@@ -325,7 +326,7 @@ class Passing:
 
 @dataclass
 class Hastened(DaqSensor):
-    """A twin whose time is the reading's: a read of 50 ms lets 50 ms pass, and nobody waits for them."""
+    """A twin on whose clock a read of 50 ms takes 50 ms, without waiting in real time."""
 
     clock: Passing = field(default_factory=Passing)
 
@@ -334,11 +335,11 @@ class Hastened(DaqSensor):
 
     @staticmethod
     def of(twin: DaqSensor) -> Hastened:
-        """Return the same twin, on the same card, with a time that only reading advances."""
+        """Return the same twin, on the same card, with a clock that only reading advances."""
         return Hastened(twin.name, twin.kind, twin.driver, twin.daq, twin.transducer)
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Let the time pass and return what comes within it."""
+        """Let the time pass and return the samples of it."""
         self.clock.s += timeout_s
         return super().read(timeout_s)
 
@@ -358,7 +359,7 @@ class _Still:
 
 @dataclass(frozen=True)
 class Lying(_Still):
-    """At rest with one axis up (`+x` to `-z`): it feels one g along that axis."""
+    """A scene at rest with one axis up (`+x` to `-z`), where the sensor measures one g along that axis."""
 
     up: str
 
@@ -371,13 +372,13 @@ class Lying(_Still):
 
 @dataclass(frozen=True)
 class Fastened(_Still):
-    """On a voice coil's twin, which moves along the sensor's x; z is up."""
+    """A scene on a voice coil's twin, which moves along the sensor's x; z is up."""
 
     coil: Felt
     fresh: list[Array] = field(default_factory=list)
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """Yield the coil's acceleration from now on, holding the last value between and after its milliseconds."""
+        """Yield the coil's acceleration from now on, holding each value until the next and the last one."""
         self.fresh.clear()
         g, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
         while True:
@@ -391,7 +392,7 @@ class Fastened(_Still):
 
 
 def fastened(coil: VoiceCoil, sensor: DaqSensor) -> Hastened:
-    """Return the sensor's twin on the coil's twin, on one clock. Raise DeviceError where only one of them is a twin."""
+    """Return the sensor's twin on the coil's twin, on one clock. Raises DeviceError if only one of them is a twin."""
     output = coil.output
     if not isinstance(output, Felt) or sensor.driver != "twin":
         twin, real = (coil.name, sensor.name) if isinstance(output, Felt) else (sensor.name, coil.name)

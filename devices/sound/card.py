@@ -14,11 +14,11 @@ from palpate.devices.sound.output import DRAIN_S, Fill
 from palpate.signals.arrays import Array
 
 SILENT_S = 1.0
-"""A card that has asked for nothing for so long has stopped without a word."""
+"""A card that has requested no samples for this long has stopped without notice."""
 
 
 def portaudio() -> Any:
-    """Return the sounddevice module. Raise DeviceError where it or the PortAudio library is not installed."""
+    """Return the sounddevice module. Raises DeviceError if it or the PortAudio library is not installed."""
     try:
         return importlib.import_module("sounddevice")
     except ImportError:
@@ -29,7 +29,9 @@ def portaudio() -> Any:
 
 @dataclass
 class Card:
-    """One output; every channel gets the same samples. `device` is a name, part of one, a number, or None: default."""
+    """An output whose channels all get the same samples. `device` is a name, part of one, a number, or None:
+    default.
+    """
 
     name: str
     device: str | int | None
@@ -49,7 +51,7 @@ class Card:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def open(self) -> None:
-        """Find the output and make sure that it takes the rate. Raises DeviceError with what there is instead."""
+        """Find the output and check that it supports the rate. Raises DeviceError that lists the available ones."""
         sound = self.library()
         try:
             output = sound.query_devices(self.device, "output")
@@ -63,7 +65,7 @@ class Card:
         self.output_name = str(output["name"])
 
     def start(self, fill: Fill) -> None:
-        """Begin to play. Raises DeviceError where the card is taken or gone."""
+        """Begin to play. Raises DeviceError if the card is in use or gone."""
         sound = self.library()
         self._fill, self._failed, self._ending, self._called_s = fill, "", False, self.clock_s()
         try:
@@ -78,7 +80,7 @@ class Card:
             raise DeviceError(f"{self.name}: the sound output {self.output_name!r} does not start: {error}") from None
 
     def _wanted(self, out: Any, frames: int, _times: Any, status: Any) -> None:
-        """Fill PortAudio's buffer on its thread; raise nothing, because the card would repeat its last one."""
+        """Fill PortAudio's buffer on its thread; raise nothing, because the card would repeat its last buffer."""
         self._called_s = self.clock_s()
         self.late += bool(status.output_underflow)
         fill = self._fill
@@ -97,13 +99,13 @@ class Card:
         """Do nothing: a card's buffer cannot be dropped without a click, and plays on for its latency."""
 
     def drain(self, silent: threading.Event) -> None:
-        """Play on until it is silent; then as long as the card's own buffer lasts."""
+        """Play on until the event, then as long as the card's own buffer lasts."""
         if self._stream is not None and self._stream.active and silent.wait(DRAIN_S):
             self._ending = True
             self._stream.stop(ignore_errors=True)
 
     def stop(self) -> None:
-        """Play what is left in the buffer, then let go of the card."""
+        """Play the rest of the buffer, then release the card."""
         with self._lock:
             stream, self._stream, self._ending = self._stream, None, True
         if stream is not None:
@@ -112,7 +114,7 @@ class Card:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """Return a fault where the card ended, or has asked for nothing for a second."""
+        """Return a fault if the card has stopped, or has requested no samples for a second, else None."""
         if self._failed:
             return DeviceFault(
                 self.name, "link_lost", f"{self.name}: the sound output {self.output_name!r} failed: {self._failed}"
@@ -123,7 +125,7 @@ class Card:
         return None
 
     def facts(self) -> Mapping[str, str]:
-        """Return which output it is, and its latency."""
+        """Return the output's name and its latency."""
         late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
         return {
             "output": self.output_name,

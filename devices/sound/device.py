@@ -1,4 +1,4 @@
-"""Masking noise in headphones: what a participant hears of the stimuli is drowned (thesis 3.3.2, 4.7.1)."""
+"""Masking noise in headphones, so that a participant does not hear the stimuli (thesis 3.3.2, 4.7.1)."""
 
 from __future__ import annotations
 
@@ -25,11 +25,14 @@ LOUDEST_DBFS, LOUDEST_UNMEASURED_DBFS, LOUDEST_DB_SPL = -12.0, -30.0, 80.0
 """Noise peaks about 15 dB above its level, so -12 dBFS never clips. 80 dB SPL is allowed for 40 hours a week (WHO, ITU
 H.870); where nobody has measured what the headphones give, the level stays 18 dB further down."""
 SAFE_S = 0.02
-"""How fast it falls silent when it is made safe: fast, and yet no click."""
+"""How fast it falls silent when it is made safe: short, but without a click."""
 
 
 class Settings(Strict):
-    """`level_db_spl` needs `db_spl_at_0_dbfs`: what a sound level meter reads at the ear for a sine at full scale."""
+    """The settings in a rig file. `level_db_spl` needs `db_spl_at_0_dbfs`.
+
+    The latter is the reading of a sound level meter at the ear for a sine at full scale.
+    """
 
     kind: Literal["masking_noise"]
     driver: Literal["sound", "twin"]
@@ -106,11 +109,11 @@ class MaskingNoise:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """No signals."""
+        """Return an empty sequence: it records nothing."""
         return ()
 
     def open(self) -> None:
-        """Find the output and make the loop; nothing sounds yet."""
+        """Find the output and make the loop, without sound."""
         from palpate.devices.sound.noise import Player, loop, rms_of
 
         self.output.open()
@@ -119,22 +122,22 @@ class MaskingNoise:
         self.output.start(self.player.fill)
 
     def start(self) -> None:
-        """Ramp the noise on; do nothing where it is already on."""
+        """Ramp the noise on; do nothing if it is already on."""
         if self.player is None:
             raise DeviceError(f"{self.name}: the masking noise is not open")
         self.player.fader.to(1.0, round(self.settings.ramp_s * self.settings.rate_hz))
 
     def check(self) -> None:
-        """Raise DeviceFault where the output is gone: what was felt meanwhile could be heard."""
+        """Raise DeviceFault if the output is gone, because stimuli could be heard meanwhile."""
         if fault := self.output.fault():
             raise fault
 
     def rest(self) -> None:
-        """Ramp the noise off as gently as it came, for a pause."""
+        """Ramp the noise off as gently as it began, for a pause."""
         self._off(self.settings.ramp_s)
 
     def safe(self) -> None:
-        """Ramp the noise off at once."""
+        """Ramp the noise off quickly."""
         self._off(SAFE_S)
 
     def _off(self, seconds: float) -> None:
@@ -142,7 +145,7 @@ class MaskingNoise:
             self.player.fader.to(0.0, round(seconds * self.settings.rate_hz))
 
     def close(self) -> None:
-        """Ramp off and release the output."""
+        """Ramp the noise off and release the output."""
         self.safe()
         if self.player is not None:
             self.output.drain(self.player.fader.silent)
@@ -150,7 +153,7 @@ class MaskingNoise:
         self.player = None
 
     def demand_bearable(self, at_most_db_a: float) -> None:
-        """Raise DeviceError unless the level at the ear is known, and at most this."""
+        """Raise DeviceError unless the level at the ear is known and not above this."""
         if self.settings.db_spl_at_0_dbfs is None:
             raise DeviceError(
                 f"{self.name}: the study allows at most {at_most_db_a:g} dB(A), and nobody has measured how loud this "
@@ -172,7 +175,7 @@ class MaskingNoise:
         return {**settings, "dbfs": round(self.settings.dbfs, 2), **level}
 
     def health(self, seconds: float) -> Health:
-        """Let the open output play silence for so long; nothing is to be heard."""
+        """Let the open output play silence for some seconds; nothing is heard."""
         time.sleep(0.0 if self.settings.driver == "twin" else seconds)
         fault = self.output.fault()
         facts = {**self.output.facts(), "level": f"{self.settings.dbfs:.1f} dBFS"}
@@ -196,9 +199,10 @@ def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], fl
 
 @dataclass
 class Masked:
-    """The noise comes on with the first presentation and stays: people rate while they still feel. A pause is silent.
+    """A presenter with masking noise, which begins with the first presentation and stays on, except in pauses.
 
-    A presentation without noise does not count: where the headphones are gone, the trial is marked and repeated.
+    It stays on because people rate while they still feel. A presentation without noise does not count: if the
+    headphones are gone, the trial is marked and repeated.
     """
 
     presents: Presents
@@ -209,7 +213,7 @@ class Masked:
     on: bool = False
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Return the presenting device's reply, or the noise's fault before a presentation or where it ended."""
+        """Return the presenting device's reply, or the noise's fault before or at the end of the presentation."""
         if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         try:
@@ -233,7 +237,7 @@ class Masked:
         return event
 
     def _there(self) -> None:
-        """Make sure that it plays; headphones that were put right are opened anew."""
+        """Make sure that the noise plays; reopen headphones that were repaired."""
         if self.noise.player is not None:
             self.noise.check()
             return
@@ -243,7 +247,7 @@ class Masked:
             raise DeviceFault(self.noise.name, "link_lost", str(error)) from None
 
     def heed(self, aside: Aside) -> None:
-        """Silence the noise in a pause and resume it afterwards, also in the time for an answer."""
+        """Silence the noise in a pause and resume it afterwards, also during an answer."""
         match aside.value.get("do"):
             case "pause":
                 self.paused = True

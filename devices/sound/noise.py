@@ -1,4 +1,4 @@
-"""Masking noise: a loop without a seam, and the gain that turns it on and off."""
+"""Masking noise: a seamless loop, and the gain that turns it on and off."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def rms_of(level_dbfs: float) -> float:
 
 
 def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
-    """Return ten seconds of noise of RMS 1 that loop without a seam; the seed gives the same noise everywhere.
+    """Return ten seconds of noise of RMS 1 that loop seamlessly; a seed gives the same noise everywhere.
 
-    It is made of whole periods: lines 0.1 Hz apart from 20 Hz to 20 kHz (or 0.45 of the rate), all of one amplitude
-    (white) or falling by 3 dB an octave (pink), with random phases; so its spectrum is flat exactly, not on average.
+    It consists of whole periods: lines 0.1 Hz apart from 20 Hz to 20 kHz (or 0.45 of the rate), all of equal amplitude
+    (white) or falling by 3 dB per octave (pink), with random phases; so its spectrum is exactly flat, not on average.
     """
     count = rate_hz * LOOP_S
     hz = np.fft.rfftfreq(count, 1 / rate_hz)
@@ -40,9 +40,9 @@ def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
 
 
 def a_weighted_db(colour: Colour, rate_hz: int) -> float:
-    """Return how much the A-weighted level of the noise differs from its plain level, in dB (IEC 61672-1, Annex E).
+    """Return the difference of the noise's A-weighted and unweighted levels, in dB (IEC 61672-1, Annex E).
 
-    A meter set to A reads the plain level of the noise plus this.
+    A meter set to A reads the unweighted level of the noise plus this.
     """
     hz = np.arange(LOWEST_HZ, min(HIGHEST_HZ, 0.45 * rate_hz), 1 / LOOP_S)
     square = hz**2
@@ -54,7 +54,7 @@ def a_weighted_db(colour: Colour, rate_hz: int) -> float:
 
 @dataclass
 class Fader:
-    """A gain that goes to where it is sent in a straight line; it never jumps."""
+    """A gain that moves linearly to its target and never jumps."""
 
     gain: float = 0.0
     target: float = 0.0
@@ -66,7 +66,7 @@ class Fader:
             self.silent.set()
 
     def to(self, target: float, samples: int) -> None:
-        """Ramp to the target at the slope of so many samples from full, so sooner from nearer."""
+        """Ramp to the target at a slope of full scale in `samples`, so sooner from closer."""
         self.target, self.step = target, 1.0 / max(samples, 1)
         if target > 0:
             self.silent.clear()
@@ -86,7 +86,7 @@ class Fader:
 
 @dataclass
 class Player:
-    """The loop at a level, through the fader."""
+    """A player of the loop at a level, through the fader."""
 
     samples: Array
     fader: Fader = field(default_factory=Fader)

@@ -1,4 +1,4 @@
-"""Outputs that turn samples into something felt or heard: a sound card, a DAQ card, or a recording twin."""
+"""Outputs that play samples: a sound card, a DAQ card, or a recording twin."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from palpate.devices.device import DeviceFault
 from palpate.signals.arrays import Array
 
 Fill = Callable[[int], Array]
-"""Gives the next so many samples, one channel; called from any thread, and must not wait."""
+"""Returns the next samples of one channel; called from any thread, and must not wait."""
 DRAIN_S = 0.25
-"""How long an output is let play on at most, for a ramp to end."""
+"""Longest time for which an output plays on until a ramp ends."""
 
 
 class Output(Protocol):
@@ -32,22 +32,22 @@ class Output(Protocol):
         """The latency in seconds."""
 
     def open(self) -> None:
-        """Make sure that it is there. Raises DeviceError."""
+        """Check that the output is available. Raises DeviceError."""
 
     def start(self, fill: Fill) -> None:
         """Begin to play. Raises DeviceError."""
 
     def cut(self) -> None:
-        """Drop what waits in the output, where it can be dropped without a click; any thread may ask for it."""
+        """Drop the samples in the output, if that is possible without a click; any thread may call it."""
 
     def drain(self, silent: threading.Event) -> None:
-        """Play on until the event says that only silence is left, at most DRAIN_S."""
+        """Play on until the event says that only silence is left, for at most DRAIN_S."""
 
     def stop(self) -> None:
-        """End playing and let go of it; also where it does not play."""
+        """Stop playing and release the output, also if it is not playing."""
 
     def fault(self) -> DeviceFault | None:
-        """Return the fault while it played, or None."""
+        """Return the fault that occurred while it played, or None."""
 
     def facts(self) -> Mapping[str, str]:
         """Return a description for people."""
@@ -55,9 +55,9 @@ class Output(Protocol):
 
 @dataclass
 class Tape:
-    """An output without hardware: it takes the samples that are due by its clock and hands them to `heard`.
+    """An output without hardware: it takes the samples that are due by its clock and passes them to `heard`.
 
-    Where nobody looked for longer than `most_s`, what is older is passed over.
+    If it was not called for longer than `most_s`, older samples are skipped.
     """
 
     rate_hz: float
@@ -71,14 +71,14 @@ class Tape:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def open(self) -> None:
-        """Begin the time: a twin is always available."""
+        """Start the clock: a twin is always available."""
 
     def start(self, fill: Fill) -> None:
-        """Begin at the clock's time now."""
+        """Begin at the current time of the clock."""
         self._fill, self._started_s, self.taken = fill, self.elapsed_s(), 0
 
     def advance(self) -> None:
-        """Play what is due by now."""
+        """Play the samples that are due by now."""
         with self._lock:
             due = int((self.elapsed_s() - self._started_s) * self.rate_hz + 1e-6)
             self.taken = max(self.taken, math.ceil(due - self.most_s * self.rate_hz) if self.most_s < math.inf else 0)
@@ -92,24 +92,24 @@ class Tape:
             self.taken, count = self.taken + part, count - part
 
     def cut(self) -> None:
-        """Play what is due by now; nothing waits in a twin."""
+        """Play the samples that are due by now; a twin has no buffer."""
         self.advance()
 
     def drain(self, silent: threading.Event) -> None:
-        """Play the ramp's end at once."""
+        """Play the end of the ramp at once."""
         if self._fill is not None and not silent.is_set():
             with self._lock:
                 self._play(int(DRAIN_S * self.rate_hz))
 
     def stop(self) -> None:
-        """Play nothing more."""
+        """Stop playing."""
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """Return None, after playing what is due: a twin never fails."""
+        """Return None after playing what is due, as a twin never fails."""
         self.advance()
         return None
 
     def facts(self) -> Mapping[str, str]:
-        """Return a description."""
+        """Return a description for people."""
         return {"output": "twin", "rate": f"{self.rate_hz:g} Hz"}

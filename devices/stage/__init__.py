@@ -1,1 +1,1 @@
-"""The place where a sample lies, and what makes sure that it is the right one."""
+"""The sample stage, and the check that the right sample lies on it."""

@@ -1,4 +1,4 @@
-"""The sample stage: a person mounts the sample, and a scan or a key says that it is in place (thesis 3.3.2, 4.7.1)."""
+"""The sample stage: a person mounts the sample, and a scan or a key confirms it (thesis 3.3.2, 4.7.1)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 
 class Settings(Strict):
-    """`port` is a serial scanner's; one that types needs none. `key_confirms`: whether a key alone is enough."""
+    """The settings in a rig file. `port` is that of a serial scanner; a scanner that types needs none.
+
+    `key_confirms`: whether a key alone is enough.
+    """
 
     kind: Literal["stage"]
     driver: Literal["hand", "barcode", "twin"]
@@ -52,7 +55,7 @@ MEANINGS: Mapping[str, str] = {
 
 @dataclass
 class Scanning:
-    """The desk as HandMounted sees it: the right code is an answer, a wrong one is named in the demand."""
+    """The desk for HandMounted: the right code is an answer, a wrong one is named in the prompt."""
 
     desk: Desk
     stimulus: Stimulus
@@ -69,11 +72,11 @@ class Scanning:
         return self.desk.poll()
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Show a state."""
+        """Pass a state on to the desk."""
         self.desk.tell(state)
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Put the demand, with the last refusal where there is one."""
+        """Show the prompt, with the last refusal if there is one."""
         self.prompt = prompt
         if prompt is not None:
             why = f". {refusal(self.stimulus, self.wrong[-1], self.known)}." if self.wrong else ""
@@ -102,13 +105,13 @@ class Scanning:
 
     @property
     def by(self) -> str:
-        """Who confirmed that the sample is in place."""
+        """Return who or what confirmed that the sample is in place."""
         return "experimenter" if self.right is None else "barcode"
 
 
 @dataclass
 class Stage:
-    """Asks for the sample as HandMounted does. `known` are the ids of all samples by their codes, for refusals."""
+    """A presenter that prompts for samples as HandMounted does. `known` maps codes to the ids of all samples."""
 
     name: str
     settings: Settings
@@ -122,11 +125,11 @@ class Stage:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """No signals."""
+        """Return an empty sequence: it records nothing."""
         return ()
 
     def open(self) -> None:
-        """Open the scanner, where there is one. Raises DeviceError."""
+        """Open the scanner, if there is one. Raises DeviceError."""
         if self.scanner is not None:
             self.scanner.open()
 
@@ -134,7 +137,7 @@ class Stage:
         """Do nothing: a stage moves nothing."""
 
     def close(self) -> None:
-        """Let go of the scanner."""
+        """Release the scanner."""
         if self.scanner is not None:
             self.scanner.close()
 
@@ -143,7 +146,7 @@ class Stage:
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
-        """Return as health whether the scanner answers; drop a code that is scanned meanwhile."""
+        """Return whether the scanner answers; codes that are scanned meanwhile are dropped."""
         by = {"hand": "a key confirms", "twin": "simulated"}
         summary = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
         try:
@@ -154,7 +157,7 @@ class Stage:
         return Health(True, summary, calibrated=self.settings.calibrated)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Wait until the sample that the trial asks for is in place."""
+        """Wait until the sample of the trial is in place."""
         if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
             return aside
         if self.settings.driver == "twin":
@@ -175,7 +178,7 @@ class Stage:
         return Reply({**event.value, "by": scanning.by, **code, **wrong})
 
     def _start_scanning(self, request: Present, desk: Desk) -> Scanning:
-        """Return the scanning of this very request; reopen a scanner that failed, and drop earlier codes."""
+        """Return the scanning for this very request; reopen a failed scanner, and drop earlier codes."""
         scanning = self.scanning
         if scanning is not None and self.request is request:
             scanning.desk = desk

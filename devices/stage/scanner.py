@@ -1,4 +1,4 @@
-"""A barcode scanner on a serial port: each code comes as a line; and which sample a code stands for."""
+"""A barcode scanner on a serial port, which sends each code as a line, and the samples that codes stand for."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from serial import Serial
 
 LONGEST = 256
-"""Bytes of a code; what is longer is no code, and is dropped up to the end of its line."""
+"""Greatest length of a code in bytes; longer lines are dropped."""
 ENDS = b"\r\n"
 COLUMN = "barcode"
-"""Column of a stimulus table that holds a sample's code; without one, the id is the code."""
+"""Column of a stimulus table with the samples' codes; without it, ids are the codes."""
 
 
 @dataclass
 class Lines:
-    """Bytes as they come, as whole lines: ended by CR, LF or both, never longer than 256 bytes."""
+    """A buffer that splits incoming bytes into lines, ended by CR, LF or both, never longer than 256 bytes."""
 
     part: bytearray = field(default_factory=bytearray)
     too_long: bool = False
@@ -46,7 +46,7 @@ class Lines:
 
 @dataclass
 class Scanner:
-    """Never waits: `codes` gives what has come."""
+    """A scanner that is read without waiting: `codes` returns what has arrived."""
 
     name: str
     port: str
@@ -56,11 +56,11 @@ class Scanner:
 
     @property
     def is_open(self) -> bool:
-        """Whether the port is held."""
+        """Return whether the port is open."""
         return self._serial is not None
 
     def open(self) -> None:
-        """Open the port, anew where it is open. Raises DeviceError."""
+        """Open the port, or reopen it. Raises DeviceError."""
         self.close()
         try:
             self._serial = open_serial(self.port, self.baud, timeout_s=0)
@@ -72,12 +72,12 @@ class Scanner:
         self.lines = Lines()
 
     def forget(self) -> None:
-        """Drop what was scanned before it was asked for."""
+        """Drop codes that were scanned before they were requested."""
         self.codes()
         self.lines = Lines()
 
     def codes(self) -> list[str]:
-        """Return the codes since the last call. Raise DeviceFault where the scanner is gone."""
+        """Return the codes since the last call. Raises DeviceFault if the scanner is gone."""
         if self._serial is None:
             raise self._lost("it is not open")
         try:
@@ -89,7 +89,7 @@ class Scanner:
         return DeviceFault(self.name, "link_lost", f"{self.name}: the scanner at {self.port} is gone: {why}")
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         port, self._serial = self._serial, None
         if port is not None:
             port.close()
@@ -101,20 +101,22 @@ def _why(error: Exception) -> str:
 
 
 def plain(code: str) -> str:
-    """Return a code as it is compared: in capitals, without surrounding blanks and control characters."""
+    """Return a code in the form in which codes are compared: upper case, without outer spaces and control
+    characters.
+    """
     return "".join(character for character in code if character.isprintable()).strip().upper()
 
 
 def codes_of(stimulus: Stimulus) -> tuple[str, ...]:
-    """Return the codes that confirm this sample: its code, and its id."""
+    """Return the codes that confirm this sample: its code and its id."""
     given = (plain(stimulus.columns.get(COLUMN, "")), plain(stimulus.id))
     return tuple(dict.fromkeys(code for code in given if code))
 
 
 def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
-    """Return ids by code, to say which sample a wrong code belongs to.
+    """Return ids by code, to name the sample that a wrong code belongs to.
 
-    A code that two samples share names neither.
+    A code that two samples share is left out.
     """
     samples: dict[str, set[str]] = {}
     for stimulus in stimuli:
@@ -124,6 +126,6 @@ def known_codes(stimuli: Iterable[Stimulus]) -> Mapping[str, str]:
 
 
 def refusal(stimulus: Stimulus, code: str, known: Mapping[str, str]) -> str:
-    """Describe why a code does not confirm this sample: T07 is expected, T12 was scanned."""
+    """Return why a code does not confirm this sample: T07 is expected, T12 was scanned."""
     name = known.get(plain(code), plain(code) or "an empty code")
     return f"{stimulus.id} is requested, {name} was scanned"

@@ -1,1 +1,1 @@
-"""Streams: from the threads that read sensors to the ledger, with nothing lost unsaid."""
+"""Streams: from the threads that read sensors to the ledger, with every loss recorded."""

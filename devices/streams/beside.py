@@ -1,4 +1,4 @@
-"""Sensors that are recorded beside a session: what they measured goes with each reply, whatever the request was."""
+"""Sensors that are recorded throughout a session: their samples are added to each reply, whatever the request was."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ WAITING = "changing_sample"
 
 @dataclass
 class BesideRecorder:
-    """Records `sensors` ({prefix: sensor}; `names` and `may_hide` as for Recording) from the first trial to the end.
+    """A recorder of `sensors` ({prefix: sensor}; `names` and `may_hide` as for Recording) during all trials.
 
-    After a fault the sensors are stopped, what they had given is handed on, and recording begins anew once the
-    experimenter has confirmed. Samples are numbered from 0 in each reply, so that each trial stands for itself.
+    After a fault the sensors are stopped, their last samples are handed on, and recording begins again once the
+    experimenter has confirmed. Samples are numbered from 0 in each reply, so that each trial is independent.
     """
 
     sensors: Mapping[str, Sensor]
@@ -30,9 +30,9 @@ class BesideRecorder:
     _failed: DeviceFault | None = None
 
     def ready(self, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent | None:
-        """Make sure that the sensors are recorded.
+        """Make sure that the sensors are being recorded.
 
-        Return None, or what comes first: what the experimenter did while a fault is put right, the samples up to a
+        Return None, or what comes first: actions of the experimenter while a fault is repaired, the samples up to a
         fault, and then the fault.
         """
         if (aside := self._unconfirmed.demand_confirmation(WAITING, window, desk)) is not None:
@@ -50,7 +50,7 @@ class BesideRecorder:
         return self._unconfirmed.record(failed.named())
 
     def take(self) -> tuple[Samples, ...]:
-        """Return what the sensors gave since the last call."""
+        """Return the samples since the last call."""
         recording = self._recording
         if recording is None:
             return ()
@@ -65,7 +65,7 @@ class BesideRecorder:
         self._stop()
 
     def _check(self, now_ns: NowNs) -> None:
-        """Begin to record, or see that nothing has failed. Raises DeviceFault."""
+        """Begin to record, or check that nothing has failed. Raises DeviceFault."""
         if self._recording is None:
             for sensor in self.sensors.values():
                 sensor.expect(None)
@@ -77,7 +77,7 @@ class BesideRecorder:
             raise fault
 
     def _stop(self) -> tuple[Samples, ...]:
-        """Stop, and return what is left."""
+        """Stop, and return the remaining samples."""
         recording = self._recording
         if recording is None:
             return ()

@@ -1,4 +1,4 @@
-"""A capture: all sensors of a need recorded together while the participant explores, and put on disk meanwhile."""
+"""A capture: all sensors of a need recorded together while the participant explores, and written to disk meanwhile."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def nothing_to_see(_request: Sense) -> Scene | None:
 
 @dataclass
 class _Going:
-    """A request being performed; `over` holds how it ended once it has, while its last samples are handed on."""
+    """A request in progress; `over` holds its result while its last samples are handed on."""
 
     request: Sense
     recording: Recording | None = None
@@ -36,11 +36,11 @@ class _Going:
 
 @dataclass
 class Capture:
-    """Records `sensors` ({prefix: sensor}; `names`, `may_hide` and the times as for Recording).
+    """A recorder of `sensors` ({prefix: sensor}; `names`, `may_hide` and the times as for Recording).
 
-    A recording is whole or it does not count. A pause ends it: once the session goes on, its trial is repeated. After
-    a fault every sensor is stopped and safe, and the next attempt begins once the experimenter has confirmed. What had
-    been recorded stays on disk, in the attempt that does not count.
+    A recording is complete or it does not count. A pause ends it: once the session goes on, its trial is repeated.
+    After a fault every sensor is stopped and made safe, and the next attempt begins once the experimenter has
+    confirmed. The samples so far stay on disk, in the attempt that does not count.
     """
 
     sensors: Mapping[str, Sensor]
@@ -56,7 +56,7 @@ class Capture:
     _last: Recording | None = None
 
     def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
-        """Record for the request's seconds; a request that is given up is stopped by the next, and by `close`."""
+        """Record for the request's seconds; an abandoned request is stopped by the next one, and by `close`."""
         if self._going is None or self._going.request is not request:
             self._end()
             self._going = _Going(request)
@@ -64,7 +64,7 @@ class Capture:
             return self._continue(self._going, window, desk, now_ns)
 
     def close(self) -> None:
-        """Stop whatever is recorded; the sensors stay open."""
+        """Stop any recording; the sensors stay open."""
         self._end()
         self._going = None
 
@@ -114,7 +114,7 @@ class Capture:
         return chunk
 
     def _begin(self, request: Sense, now_ns: NowNs) -> Recording:
-        """Start a new recording. Raises DeviceFault; then nothing samples."""
+        """Start a new recording. Raises DeviceFault, after which no sensor samples."""
         for hanging in () if self._last is None else self._last.hanging():
             raise DeviceFault(hanging, "stuck", "its driver still hangs: unplug it and plug it in again")
         scene = self.scene_for(request)
@@ -127,7 +127,9 @@ class Capture:
         return self._last
 
     def _obey(self, going: _Going, aside: Aside, desk: Desk) -> Aside:
-        """Follow the experimenter: a pause breaks the recording off, to repeat or to abort gives the request up."""
+        """Do what the experimenter requested: a pause breaks the recording off, a repeat or abort abandons the
+        request.
+        """
         match aside.value.get("do"):
             case "pause":
                 going.paused = True
@@ -143,7 +145,7 @@ class Capture:
         return aside
 
     def _make_safe(self, desk: Desk) -> list[str]:
-        """Stop the recording and make every sensor safe; return a sentence for each that could not be."""
+        """Stop the recording and make every sensor safe; return a message for each that failed."""
         if self._last is not None:
             desk.tell(clear_streams(self._last.streams))
         failed = []
@@ -178,5 +180,5 @@ def describe_streams(streams: Mapping[str, Stream]) -> dict[str, str]:
 
 
 def clear_streams(streams: Mapping[str, Stream]) -> dict[str, None]:
-    """Return what takes those lines away."""
+    """Return the state that removes those lines from the desk."""
     return dict.fromkeys(streams)

@@ -1,9 +1,8 @@
 """The drift of a device's clock against the host's, from arrivals of its samples: late at times, never early.
 
-The earliest arrivals lie along a line, all others above it. Memory is bounded however long it runs: the device's time
-is cut into at most 32 bins, each keeping its earliest arrival; where they are used up, every two become one. The line
-closest under these is the clock, by the same fit that analysis makes of the recorded arrivals
-(palpate.protocols.clocks).
+The earliest arrivals lie along a line, all others above it. Memory is bounded for any duration: the device's time is
+divided into at most 32 bins, each with its earliest arrival; when they are used up, every two become one. The closest
+line under these is the clock, by the same fit as in the analysis of the recorded arrivals (palpate.protocols.clocks).
 """
 
 from __future__ import annotations
@@ -15,20 +14,22 @@ from palpate.protocols.clocks import Clock, ClockError, Point, fit_clock
 from palpate.protocols.events import NS
 
 BINS = 32
-"""So many are merged into half as many; 17 to 32 serve the fit of a recording that is not very short."""
+"""Number of bins at which they are merged into half as many; 17 to 32 are enough for the fit unless a recording is very
+short.
+"""
 FIRST_BIN_S = 0.25
 FEWEST = 5
-"""Bins below which nothing is said."""
+"""Least number of bins for a fit."""
 SAME_S = 2e-9
 PPM = 1e6
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A device's clock against the host's.
+    """The clock of a device relative to the host's.
 
-    `pace` is the device's seconds per host's second, `ppm` what that is off 1 (above 0: the device runs fast), `se_ppm`
-    the standard error of both in parts per million.
+    `pace` is the device's seconds per host's second, `ppm` its deviation from 1 (above 0: the device runs fast),
+    `se_ppm` the standard error of both in parts per million.
     """
 
     pace: float
@@ -38,7 +39,7 @@ class Fit:
 
 @dataclass
 class ClockFit:
-    """A fit of arrivals, added one by one in bounded memory; one thread only.
+    """A fit of arrivals, added one by one in bounded memory; for one thread only.
 
     A bin is (device's, host's) seconds of one.
     """
@@ -51,7 +52,7 @@ class ClockFit:
     tick_s: float = math.inf
 
     def add(self, device_s: float, t_ns: int) -> None:
-        """Add an arrival: the device's clock read device_s when the host's read t_ns or somewhat earlier."""
+        """Add an arrival: the device's clock read device_s when the host's read t_ns, or slightly earlier."""
         if self.origin is None:
             self.origin = (device_s, t_ns)
         x, t = device_s - self.origin[0], (t_ns - self.origin[1]) / NS
@@ -73,9 +74,9 @@ class ClockFit:
         self._keep(int(x / self.width_s), (x, t))
 
     def fit(self) -> Fit | None:
-        """Return the fit to the arrivals so far; None where they are too few, time stood still, or none was late.
+        """Return the fit to the arrivals so far; None if they are too few, time did not pass, or none was late.
 
-        Arrivals that all came on the nominal dot were noticed in steps too coarse to see the clock, or never timed.
+        Arrivals that all came exactly at nominal times were timed too coarsely to see the clock, or not at all.
         """
         clock = self._clock()
         if clock is None or clock.drift_error_ppm is None or math.isinf(self.tick_s):
@@ -84,7 +85,7 @@ class ClockFit:
         return Fit(clock.rate_hz, clock.drift_ppm, math.hypot(clock.drift_error_ppm, coarse_ppm * clock.rate_hz**2))
 
     def _clock(self) -> Clock | None:
-        """Return the line under the earliest arrivals; None where their rate cannot be estimated."""
+        """Return the line under the earliest arrivals; None if their rate cannot be estimated."""
         if len(self.bins) < FEWEST:
             return None
         try:
@@ -101,7 +102,7 @@ class ClockFit:
         self.bins[place] = new
 
     def _lateness(self, point: Point) -> float:
-        """Return how late an arrival is, by the clock's rate as known so far."""
+        """Return how late an arrival is, by the clock's rate estimated so far."""
         return point[1] - self.slope * point[0]
 
     def _learn(self) -> None:

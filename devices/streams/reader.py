@@ -1,7 +1,7 @@
-"""The thread that reads one sensor, and passes what comes to the one that writes: neither ever waits for the other.
+"""A thread that reads one sensor and passes its samples to the writer, so that neither waits for the other.
 
 One thread puts into the bounded ring, another gets. Blocks are handed over by reference through a deque, whose two ends
-need no lock in CPython; each of the two byte counts is written by one thread and read by the other. To put a block
+need no lock in CPython; each of the two byte counts is written by one thread and read by the other. Putting a block
 takes the same few microseconds whatever the writer is doing.
 """
 
@@ -16,19 +16,19 @@ from palpate.devices.device import Block, DeviceError, DeviceFault, NowNs, Senso
 from palpate.protocols.files import reason
 
 READ_S = 0.05
-"""What a read may wait: so long after the end was asked for, the thread is gone at the latest."""
+"""Longest wait of a read, and so the longest delay of the thread's end."""
 IDLE_S = 0.001
-"""A sensor that answers at once with nothing is not asked again at once."""
+"""Pause before a sensor that answered at once without samples is read again."""
 GONE_S = 2.0
 """A thread that takes longer to end hangs in its driver."""
 BLOCK_BYTES = 320
-"""What a block takes beside its data, about: so many tiny blocks cannot fill the memory either."""
+"""Approximate size of a block without its data, so that many tiny blocks cannot fill the memory either."""
 NO_ROOM = "no room: the disk was slower than the sensor"
 
 
 @dataclass
 class Reader:
-    """A reader of one sensor into the rings of its signals, until it is ended or the sensor fails."""
+    """A reader of one sensor into the rings of its signals, until it is stopped or the sensor fails."""
 
     sensor: Sensor
     rings: Mapping[str, Ring]
@@ -39,7 +39,7 @@ class Reader:
     thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Let the sensor sample, and read it from now on. Raises DeviceFault, also where it cannot be had (refused)."""
+        """Start the sensor, and read it from now on. Raises DeviceFault, also if it is not available (refused)."""
         try:
             self.sensor.start(self.now_ns)
         except DeviceFault:
@@ -51,11 +51,11 @@ class Reader:
         self.thread.start()
 
     def end(self) -> None:
-        """Ask the thread to end; it reads what is there once more."""
+        """Request the end of the thread, which reads once more."""
         self.ending.set()
 
     def stop(self) -> None:
-        """Let the sensor no longer sample. Raises DeviceFault."""
+        """Stop the sensor. Raises DeviceFault."""
         try:
             self.sensor.stop()
         except DeviceFault:
@@ -95,7 +95,7 @@ class Reader:
 
 
 def as_fault(device: str, error: Exception) -> DeviceFault:
-    """Return a driver's other error as a fault: a lost line, or a refusal; a DeviceError keeps its own words."""
+    """Return another error of a driver as a fault: a lost line, or a refusal; a DeviceError keeps its message."""
     if isinstance(error, OSError) and error.errno is not None:
         said = reason(error)
     else:
@@ -105,9 +105,9 @@ def as_fault(device: str, error: Exception) -> DeviceFault:
 
 @dataclass
 class Ring:
-    """Blocks of one signal on their way; `room` is how many bytes of them there may be.
+    """A buffer of blocks of one signal on their way; `room` is its size in bytes.
 
-    Where there is no room the new block is dropped, and the next one that is kept tells of it.
+    If there is no room the new block is dropped, and the next block that is kept reports it.
     """
 
     room: int
@@ -118,7 +118,7 @@ class Ring:
     dropped: int = 0
 
     def put(self, block: Block) -> None:
-        """Hand a block over without waiting; only the thread that reads the sensor calls it."""
+        """Hand over a block without waiting; only the thread that reads the sensor calls it."""
         size = len(block.data) + BLOCK_BYTES
         if self.waiting + size > self.room:
             self.dropped += block.lost + len(block.data) // self.row_bytes
@@ -131,7 +131,7 @@ class Ring:
         self.held.append(block)
 
     def get(self, most_bytes: int) -> list[Block]:
-        """Return the blocks so far, at most so many bytes but at least one block; only the writer calls it."""
+        """Return the blocks so far, at most `most_bytes` but at least one block; only the writer calls it."""
         blocks: list[Block] = []
         for _ in range(len(self.held)):
             if most_bytes <= 0:
@@ -143,5 +143,5 @@ class Ring:
 
     @property
     def waiting(self) -> int:
-        """Bytes that wait to be written."""
+        """Return the number of bytes that wait to be written."""
         return self.put_bytes - self.got_bytes

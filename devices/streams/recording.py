@@ -1,4 +1,4 @@
-"""Recording: every sensor read by a thread of its own, what came taken chunk by chunk by the one that writes."""
+"""Record sensors, each read by a thread of its own; the writer takes their samples chunk by chunk."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from palpate.protocols.events import NS, Chunk, Samples
 
 CHUNK_S = 0.5
 ROOM_S = 30.0
-"""How long a disk may stand still before samples are lost."""
+"""How long a disk may block before samples are lost."""
 BLOCKS_HZ = 200.0
-"""Blocks a second that a signal is given room for."""
+"""Blocks per second for which a signal has room."""
 FIRST_S = 3.0
-"""What a sensor may take over its first samples: hardware is armed, a twin makes the first piece of its scene."""
+"""Time for a sensor's first samples: hardware is armed, a twin computes the first piece of its scene."""
 NOT_A_NUMBER_S = 1.0
-"""A signal is no longer measuring that gives no finite row for so long."""
+"""A signal without a finite row for this long is no longer measuring."""
 TURN_S = 0.0005
-"""How long a thread may hold the interpreter while another waits; Python's own 5 ms would hold up the readers."""
+"""How long a thread may hold the interpreter while another waits; Python's own 5 ms would delay the readers."""
 
 
 def signals_of(sensors: Mapping[str, Sensor]) -> list[tuple[str, Sensor, Signal]]:
@@ -35,12 +35,12 @@ def signals_of(sensors: Mapping[str, Sensor]) -> list[tuple[str, Sensor, Signal]
 
 @dataclass
 class Recording:
-    """Sensors being recorded: start, then take while it is due, then stop, then take until nothing is due.
+    """A recording of sensors: start, then take while it is due, then stop, then take until nothing is due.
 
     A signal of the sensor at `prefix` becomes the stream names[prefix, signal], else PREFIX_SIGNAL. `room_s` is how
-    much of each stream may wait to be written; what comes beyond is dropped and told as a gap. In `may_hide` are the
-    streams that may be not a number for as long as they like (a tracker whose marker is covered). One thread uses it,
-    the one that writes. Raises DeviceError where two streams would have one name.
+    much of each stream may wait to be written; samples beyond are dropped and recorded as a gap. The streams in
+    `may_hide` may be NaN for any time (a tracker whose marker is hidden). One thread uses it, the one that writes.
+    Raises DeviceError if two streams would have the same name.
     """
 
     sensors: Mapping[str, Sensor]
@@ -76,7 +76,7 @@ class Recording:
             self._readers.append(Reader(sensor, rings, self.now_ns))
 
     def start(self) -> None:
-        """Let every sensor sample. Raises DeviceFault, also where a sensor cannot be had now; then none samples."""
+        """Start every sensor. Raises DeviceFault, also if a sensor is not available now; then none samples."""
         self._turn_s = sys.getswitchinterval()
         sys.setswitchinterval(min(self._turn_s, TURN_S))
         with closed_on_failure(self.end):
@@ -85,7 +85,7 @@ class Recording:
         self.started_ns = self._taken_ns = self.now_ns()
 
     def due(self) -> bool:
-        """Return whether a chunk is to be written: its time is over, more waits than one holds, or it is the last."""
+        """Return whether a chunk is to be written: its time is over, more waits than it can hold, or it is the last."""
         if self.ended_ns is not None:
             return bool(self._rest) or self._left()
         if not any(stream.ring.held for stream in self.streams.values()):
@@ -94,7 +94,7 @@ class Recording:
         return late or any(stream.ring.waiting >= stream.most for stream in self.streams.values())
 
     def take(self) -> Chunk:
-        """Return what has come since the last time, as {"streams": {NAME: what the samples do not say}}."""
+        """Return the samples since the last call, with {"streams": {NAME: metadata}}."""
         return self._rest.popleft() if self._rest else self._next()
 
     def _left(self) -> bool:
@@ -112,9 +112,10 @@ class Recording:
         return Chunk({"streams": metadata}, tuple(samples))
 
     def fault(self) -> DeviceFault | None:
-        """Return the first fault, which stays: the program was suspended, a sensor raised, is silent, has no numbers.
+        """Return the first fault, which stays: the computer was suspended, or a sensor raised, is silent, or gives no
+        numbers.
 
-        Once all is taken after the end, also report what failed last, and streams that are empty.
+        Once all samples are taken after the end, also report what failed last, and streams that are empty.
         """
         if self._failed is None:
             over = self.ended_ns is not None
@@ -126,9 +127,9 @@ class Recording:
         return self._failed
 
     def end(self) -> None:
-        """End sampling and reading, at once; what is still to be taken stays. Does nothing where it has ended.
+        """Stop sampling and reading at once; samples that were read can still be taken. Does nothing after the end.
 
-        Every sensor is stopped, also where one of them raises: then DeviceFault is raised.
+        Every sensor is stopped, even if one of them raises: then DeviceFault is raised.
         """
         if self.ended_ns is not None:
             return
@@ -146,14 +147,14 @@ class Recording:
             self._failed = DeviceFault(name, "stuck", "its driver hangs: the thread that reads it does not come back")
 
     def stop(self) -> dict[str, dict[str, Any]]:
-        """End it, and say of every stream what it came to, those samples counted that are still to be taken."""
+        """End the recording, and return a summary of every stream, including samples that are still to be taken."""
         self.end()
         while self._left():
             self._rest.append(self._next())
         return {name: stream.summary() for name, stream in self.streams.items()}
 
     def hanging(self) -> Sequence[str]:
-        """Return the sensors whose thread has not come back from their driver."""
+        """Return the sensors whose thread hangs in their driver."""
         return [
             reader.sensor.name for reader in self._readers if reader.thread is not None and reader.thread.is_alive()
         ]

@@ -1,4 +1,4 @@
-"""One signal being recorded: its blocks put together to samples, its gaps, its clock, how strong it is."""
+"""A signal being recorded: its blocks joined to samples, its gaps, its clock, and its level."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from palpate.devices.streams.reader import NO_ROOM, Ring
 from palpate.protocols.events import NS, Samples
 
 PIECE_BYTES = 256 * 1024
-"""Samples are put together so much at a time: a longer copy would hold the interpreter, and with it the readers."""
+"""Samples are joined in pieces of this size: a longer copy would hold the interpreter, and delay the readers."""
 TAKE_BYTES = 4 * PIECE_BYTES
-"""So much of a stream goes into one chunk; what has piled up beyond goes into the next."""
+"""Greatest size of a stream in one chunk; the rest goes into the next."""
 ARRIVALS = 16
-"""Arrivals that a chunk keeps of each stream: of so many equal parts, the earliest."""
+"""Arrivals per chunk and stream that are recorded: the earliest of each of so many equal parts."""
 SILENT_S, SILENT_SAMPLES = 1.0, 20
-"""A signal is silent that gives nothing for this long, and for as long as so many samples take."""
+"""A signal is silent without samples for this long, and for as long as so many samples take."""
 WINDOW_S = 3.0
-"""Whoever reads may be held up; within so long, what piled up has come."""
+"""Time within which samples have arrived even if the reading was delayed."""
 MOST_DEVICE_PPM = 100_000.0
-"""A device's own clock that runs further off was set meanwhile."""
+"""A device's own clock that deviates more was set meanwhile."""
 SHOWN = 2048
-"""The level is of so many rows, the last ones: it is looked at, not kept."""
+"""Number of the last rows that a level covers: it is shown, not recorded."""
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Samples that are missing: the number of the first of them, how many, and why."""
+    """Missing samples: the number of the first of them, how many, and why."""
 
     first: int
     lost: int
@@ -42,11 +42,11 @@ class Gap:
 
 @dataclass
 class Standstill:
-    """A check for a sensor that stood still while the host's clock went on, and counted on as if it had not.
+    """A check for a sensor that stood still while the host's clock went on, and then numbered on without a gap.
 
-    After such a pause all samples come later than before, by as long as it stood: the least delay in a window of time
-    rises. Where only the reading was held up, some come as promptly as ever within a window. `last_ns` is when the
-    last block came, `stood_s` how long the sensor stood still.
+    After such a pause all samples come later than before, by as long as it stood still: the least delay in a window of
+    time rises. If only the reading was delayed, some samples come as promptly as before within a window. `last_ns` is
+    when the last block came, `stood_s` how long the sensor stood still.
     """
 
     limit_s: float
@@ -58,7 +58,7 @@ class Standstill:
     _before_s: float = math.inf
 
     def add(self, late_s: float, at_ns: int, lasts_s: float) -> bool:
-        """Take a block that came so late and then, of so many seconds; return whether nothing came for too long."""
+        """Add a block with its lateness, time and duration; return whether nothing came for too long before it."""
         pause = self.last_ns is not None and (at_ns - self.last_ns) / NS - lasts_s > self.limit_s
         if at_ns >= self._ends_ns or pause:
             self.check()
@@ -68,7 +68,7 @@ class Standstill:
         return pause
 
     def check(self) -> None:
-        """Compare the window that is going on with the one before, where there was a pause between them."""
+        """Compare the current window with the one before, if there was a pause between them."""
         if self._paused and self._least_s - self._before_s > self.limit_s:
             self.stood_s = self._least_s - self._before_s
 
@@ -77,8 +77,8 @@ class Standstill:
 class Stream:
     """The writer's state of a stream; only the ring is shared with the thread that reads the sensor.
 
-    `next` is the number of the sample that is expected, lost ones counted. `broken` is set where the sensor's own
-    account of its samples cannot be true.
+    `next` is the number of the next expected sample, counting lost ones. `broken` is set if the sensor's own numbering
+    of its samples cannot be right.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Stream:
 
     @property
     def most(self) -> int:
-        """The most bytes of a chunk: no more than half the room, however little that is."""
+        """Return the greatest size of a chunk in bytes: at most half the room."""
         return min(TAKE_BYTES, self.ring.room // 2)
 
     @property
@@ -112,9 +112,9 @@ class Stream:
         return len(self.signal.channels)
 
     def take(self, last: bool = False) -> tuple[tuple[Samples, ...], dict[str, Any] | None]:
-        """Return the samples that have come, in pieces without a gap, and their metadata; None where nothing came.
+        """Return the samples that have arrived, in pieces without a gap, and their metadata; None if there are none.
 
-        `last` is set once the thread that reads has ended: what was dropped at the very end is reported then.
+        `last` is set once the reading thread has ended, so that samples dropped at the very end are reported.
         """
         blocks = self._good(self.ring.get(self.most))
         gaps: list[Gap] = []
@@ -137,7 +137,7 @@ class Stream:
         return pieces, self._metadata(blocks, gaps, bad)
 
     def summary(self) -> dict[str, Any]:
-        """Return what is kept of the stream as a whole, as JSON data; null where the arrivals do not give it."""
+        """Return a summary of the whole stream as JSON data; null where the arrivals do not give a value."""
         counted, own, rate_hz = self.by_number.fit(), self.by_device.fit(), self.signal.rate_hz
         own = own if own and abs(own.ppm) <= MOST_DEVICE_PPM else None
         return {
@@ -173,13 +173,13 @@ class Stream:
         return blocks
 
     def _too_many(self, missing: int, block: Block, before_ns: int | None) -> bool:
-        """Return whether more samples are reported missing than there was time for, since the block before."""
+        """Return whether more samples are reported missing than there was time for since the block before."""
         if before_ns is None or not self.signal.rate_hz:
             return False
         return missing / self.signal.rate_hz > 2 * (block.at_ns - before_ns) / NS + SILENT_S
 
     def _runs(self, blocks: Sequence[Block], gaps: list[Gap]) -> list[list[Block]]:
-        """Return blocks without a gap between them, adding what is missing to `gaps`."""
+        """Return runs of blocks without a gap, adding the gaps between them to `gaps`."""
         runs: list[list[Block]] = []
         for block in blocks:
             if block.first > self.next:
@@ -243,9 +243,9 @@ class Stream:
         }
 
     def _arrivals(self, blocks: Sequence[Block]) -> dict[str, Any]:
-        """Return the earliest arrivals: [number of a block's last sample, when it came], and the device's own times.
+        """Return the earliest arrivals: [number of a block's last sample, arrival time], and the device's own times.
 
-        Earliest as the nominal rate goes, which errs by microseconds within a sixteenth of a chunk.
+        Earliest by the nominal rate, which errs by microseconds within a sixteenth of a chunk.
         """
         share = max(1, -(-len(blocks) // ARRIVALS))
         parts = (blocks[start : start + share] for start in range(0, len(blocks), share))
@@ -265,7 +265,9 @@ class Stream:
 
 @dataclass(frozen=True)
 class Level:
-    """Per channel the root mean square about the mean; rows with a value that is no finite number, and at the end."""
+    """The root mean square about the mean per channel; the number of rows that are not finite, in all and at the
+    end.
+    """
 
     rms: tuple[float, ...]
     bad: int

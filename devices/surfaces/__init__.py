@@ -1,1 +1,3 @@
-"""Simulated surfaces: one height field that is touched with a tool and photographed, so that vision and touch agree."""
+"""Simulated surfaces: one height field that is both touched with a tool and photographed, so that vision and touch
+agree.
+"""

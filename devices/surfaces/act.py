@@ -1,4 +1,4 @@
-"""One act computed: hand, contact and tool in batches at the internal rate, any of them again on request."""
+"""The computation of an act: hand, contact and tool in batches at the internal rate, any of them again on request."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from palpate.signals import GRAVITY_M_S2
 from palpate.signals.arrays import Array
 
 BLOCKS, BLOCK = 64, 1000
-"""How many stretches of steps are computed side by side, and how long each is: 6.4 s in one go. Half as many are as
-slow a second time over, because the contact remembers about 0.25 s; twice as many take twice the memory."""
+"""Number of blocks of steps that are computed side by side, and their length: 6.4 s at once. Half as many take as long
+in all, because the contact remembers about 0.25 s; twice as many take twice the memory.
+"""
 BATCH = BLOCKS * BLOCK
 LETS_GO_S = 0.3
 """How long the tool is followed after the act; then it is still."""
 KEPT = 3
-"""Batches that are kept for the sensors that read side by side, 4.6 MB each."""
+"""Number of batches that are cached for sensors that read side by side, 4.6 MB each."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Start:
-    """The state at a batch's start: the contact's state (7,), and the memory of the modes' filters (modes, 2)."""
+    """The state at a batch's start: the contact's state (7,), and the state of the modes' filters (modes, 2)."""
 
     state: Array
     modes: Array
@@ -58,7 +59,7 @@ class Act:
     lock: Lock = field(default_factory=Lock)
 
     def batch(self, number: int) -> Batch:
-        """Return batch `number`, computing the batches before it first where that is not done yet."""
+        """Return batch `number`, computing the batches before it first if needed."""
         with self.lock:
             for before in range(len(self.starts) - 1, number):
                 self._make(max(before, 0))
@@ -93,7 +94,7 @@ class Act:
             self.starts.append(Start(ridden.states[:, -1].copy(), memory))
 
     def _sensed(self, times: Array, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Array]:
-        """Return what acts at the sensors' places, and the memory of the modes."""
+        """Return the signals at the sensors' places, and the state of the modes' filters."""
         states = ridden.states
         force = np.vstack([ridden.friction - ridden.normal * drive.slope, ridden.normal])
         shaken = np.diff(np.column_stack([start.state[[4, 5, 1]], states[[4, 5, 1]]])) * INTERNAL_HZ

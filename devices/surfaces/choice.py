@@ -1,4 +1,4 @@
-"""Which simulated surface stands in for a stimulus, by what its table says of the sample."""
+"""The choice of the simulated surface for a stimulus, by its columns in the stimulus table."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ BUMPS_UM = 8.0
 """RMS height of the large bumps per point of bumpiness (0 to 100)."""
 PREFIX = "sim_"
 AVERAGE = "50"
-"""What a surface is taken for where its table says nothing: a lab's own samples need no simulation."""
+"""The value for a missing column: a lab's own samples need no simulation."""
 
 
 def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     """Return the surface with the stimulus' id, or else the nearest surface of its class by its sim_ columns.
 
     `columns` are the stimulus' own: class, sim_roughness, sim_bumpiness, sim_slipperiness, sim_softness. A missing
-    column counts as 50, an unknown class as any class. Raise SurfaceDataError on anything but a number from 0 to 100
+    column counts as 50, an unknown class as any class. Raises SurfaceDataError for anything but a number from 0 to 100
     in a sim_ column.
     """
     table = read_surfaces()
@@ -51,7 +51,7 @@ def stiffness_N_mm(sample: Estimate) -> float:
 class Estimate:
     """A sample from 0 (smooth, flat, sticky, hard) to 100 (rough, bumpy, slippery, soft).
 
-    Engineering judgement for simulation only: no measured property of any material.
+    An engineering judgement for simulation only, not a measured property of any material.
     """
 
     roughness: float
@@ -61,15 +61,15 @@ class Estimate:
 
     @property
     def friction(self) -> float:
-        """Coefficient of friction: 0.9 where it is sticky, 0.15 where it is slippery."""
+        """Return the coefficient of friction: 0.9 where it is sticky, 0.15 where it is slippery."""
         return 0.9 - 0.0075 * self.slipperiness
 
 
 def estimate_of(columns: Mapping[str, str], where: str) -> Estimate:
     """Return the estimate in a stimulus' columns sim_roughness, sim_bumpiness, sim_slipperiness and sim_softness.
 
-    A missing column counts as 50. Raise SurfaceDataError naming the stimulus `where` and the column that holds
-    anything but a number from 0 to 100.
+    A missing column counts as 50. Raises SurfaceDataError that names the stimulus `where` and the column with anything
+    but a number from 0 to 100.
     """
     values = []
     for name in (PREFIX + field.name for field in fields(Estimate)):

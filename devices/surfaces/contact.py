@@ -1,4 +1,4 @@
-"""The tip on the surface: a stiff contact that may lift off, friction that sticks and slips, one step after the other.
+"""The tip on the surface: stiff contact with lift-off and friction with stick-slip, step by step.
 
 Normal to the surface (mass m, hand's damping c_h and force F0, contact k and c, lowest point z, ground s):
 
@@ -25,15 +25,15 @@ from palpate.signals.arrays import Array
 
 INTERNAL_HZ = 10_000.0
 THETA = 0.55
-"""0.5 keeps energy, 1 damps most; a little above 0.5 lets what the step cannot resolve die away."""
+"""0.5 conserves energy, 1 damps most; slightly above 0.5, motions that the step cannot resolve die away."""
 AGREE = np.array([1e-11, 1e-8, 1e-10, 1e-10, 1e-8, 1e-8, 1e-8])[:, np.newaxis]
-"""Two states count as one below this: z, z', u, u', sliding speed (m and m/s)."""
+"""Differences below which two states count as equal: z, z', u, u', sliding speed (m and m/s)."""
 STATES = 7
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A stylus as it is held. Engineering judgement, of the order that pen-hold measurements give; no measurement."""
+    """A stylus as it is held. An engineering judgement, similar to pen-hold measurements; not measured."""
 
     mass_kg: float = 0.080
     body_N_mm: float = 100.0
@@ -50,7 +50,7 @@ HELD = Tool()
 
 @dataclass(frozen=True)
 class Law:
-    """The numbers of one surface under one tool, in SI units, and what a step needs of them."""
+    """The contact law of a surface under a tool, in SI units, with the constants of a step."""
 
     stiffness: float
     damping: float
@@ -66,7 +66,7 @@ class Law:
 
 
 def law(surface: Surface, tool: Tool = HELD) -> Law:
-    """Return the law of surface and tool in series; damping is a ratio of the critical one of the mass."""
+    """Return the contact law of surface and tool in series; damping is a share of the mass's critical damping."""
     stiffness = 1000 / (1 / surface.stiffness_N_mm + 1 / tool.body_N_mm)
     ratio = surface.damping_ratio + tool.body_damping
     side = 1000 * tool.side_N_mm
@@ -79,7 +79,7 @@ def law(surface: Surface, tool: Tool = HELD) -> Law:
 
 @dataclass(frozen=True)
 class Drive:
-    """The inputs of the steps, SI units, all of one length n: ground and its rate, force, slopes, hand (2, n)."""
+    """The inputs of the steps, in SI units, all of length n: ground and its rate, force, slopes, hand (2, n)."""
 
     ground: Array
     rate: Array
@@ -112,17 +112,17 @@ class Ride:
 
 
 def at_rest(drive: Drive, law: Law) -> Array:
-    """Return the state in which the tip lies still on the ground under the force, of shape (7,) or (7, blocks)."""
+    """Return the state in which the tip rests on the ground under the force, of shape (7,) or (7, blocks)."""
     state = np.zeros((STATES, *drive.ground.shape[1:]))
     state[0] = drive.ground[0] - drive.force[0] / law.stiffness
     return state
 
 
 def ride(drive: Drive, start: Array, law: Law, blocks: int) -> Ride:
-    """Compute every step in order from a state; n must be a multiple of `blocks`.
+    """Compute every step in order from a start state; n must be a multiple of `blocks`.
 
-    The blocks are computed side by side from guessed states, and again from the states that their predecessors ended
-    in, until all agree: the first k are exact after k rounds, and all soon, because the contact forgets (see AGREE).
+    The blocks are computed side by side from guessed states, and again from the final states of their predecessors,
+    until all agree: the first k are exact after k rounds, and all are soon, because the contact forgets (see AGREE).
     """
     cut = drive.blocks(blocks)
     # The state of a tip that slides along steadily with the hand: a guess, of shape (7, blocks).
@@ -183,7 +183,7 @@ class _Normal:
         )  # fmt: skip
 
     def step(self, n: int, state: Array) -> Array:
-        """Advance the state by step `n` and return the normal force in newtons."""
+        """Advance the state by step `n`, and return the normal force in newtons."""
         z, v = state[0], state[1]
         free = self.keeps * v
         free -= self.pressed[n]
@@ -223,7 +223,7 @@ class _Sideways:
         return cls(base, slope, velocity, inertia / whole, law.side_stiffness / whole, law.kinetic / whole, more, law)
 
     def step(self, n: int, state: Array, normal: Array) -> Array:
-        """Advance the state by step `n` and return how much friction slows the tip (m/s)."""
+        """Advance the state by step `n`, and return how much friction slows the tip (m/s)."""
         u, rate, velocity = state[2:4], state[4:6], self.velocity[n]
         free = self.keeps * rate
         free -= self.pulls * u

@@ -1,7 +1,7 @@
-"""Random fields over a sample that repeats at its borders: chance, spectra, lattices.
+"""Random fields over a sample that repeats at its borders: random numbers, spectra, lattices.
 
-Chance comes from the raw stream of PCG64, which NumPy keeps unchanged between versions (NEP 19): its 53 leading bits
-are the number. So a field is the same on every machine but for the rounding of the Fourier transform.
+Random numbers come from the raw stream of PCG64, which NumPy keeps unchanged between versions (NEP 19): its 53 leading
+bits are the number. So a field is the same on every machine but for the rounding of the Fourier transform.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def coloured(pixels: int, amplitude: Field, spectrum: NDArray[np.complex64]) -> 
 def self_affine(
     pixels: int, correlation_mm: float, hurst: float, finest_mm: float, stretch: float, grain_deg: float, *key: Key
 ) -> Field:
-    """Return a self-affine field of RMS 1, drawn out `stretch` times along the grain.
+    """Return a self-affine field of RMS 1, stretched `stretch` times along the grain.
 
     Its power falls as (1 + (2 pi q L)^2)^-(1+H) beyond the correlation length L, and is cut off at the finest
     wavelength. Source: the k-correlation (ABC) surface spectrum.
@@ -84,9 +84,9 @@ def narrow(pixels: int, wavelength_mm: float, *key: Key) -> Field:
 
 
 def felted(pixels: int, width_mm: float, length_mm: float, layers: int, *key: Key) -> tuple[Field, Field]:
-    """Return pressed fibres in every direction: the highest of several drawn-out fields (0..1), and which is on top.
+    """Return pressed fibres in all directions: the highest of several stretched fields (0..1), and which is on top.
 
-    The layers share one noise: each keeps waves of another direction, so they have little in common all the same.
+    The layers share one noise: each keeps waves of another direction, so they have little in common.
     """
     top, which = np.full((pixels, pixels), -9, np.float32), np.zeros((pixels, pixels), np.float32)
     spectrum = noise(pixels, *key, "fibres")
@@ -116,7 +116,7 @@ def lattice(
 ) -> tuple[Field, Field]:
     """Return coordinates counted in periods, along a direction (`pitch_mm`) and across it (`pitch_mm` times `aspect`).
 
-    Whole multiples of `repeat` periods fit the sample: pitch and direction are the nearest that repeat at its borders.
+    Multiples of `repeat` periods fit the sample: pitch and direction are the nearest that repeat at its borders.
     `irregular` shifts each place by that many periods (RMS), smoothly over about three periods.
     """
     x, y = shares(pixels)

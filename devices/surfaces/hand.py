@@ -1,4 +1,4 @@
-"""A hand that strokes freely over a sample: strokes and turns, pauses, a pressure that comes and goes."""
+"""A hand that strokes freely over a sample: strokes and turns, pauses, a varying pressure."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from palpate.protocols.keyed import Key, uniform
 from palpate.signals.arrays import Array
 
 REACH_MM = 42.0
-"""Farthest from the middle along either axis: the samples measure 100 mm (thesis 3.3.1)."""
+"""Greatest distance from the middle along either axis: the samples measure 100 mm (thesis 3.3.1)."""
 STROKES_HZ = (0.2, 0.8)
-"""Strokes back and forth a second. Together with the reach they keep the speed under 300 mm/s (4.5.3)."""
+"""Strokes back and forth per second. Together with the reach they keep the speed below 300 mm/s (4.5.3)."""
 FORCE_N = (0.2, 3.6)
 """Least and greatest force while the tip is down (4.5.3)."""
 EFFORT_HZ = (0.1, 0.6)
@@ -22,9 +22,9 @@ TERMS = 3
 WINDOW_S, PAUSE_S = 7.0, (0.3, 0.8)
 """The hand pauses about once in this time, for this long."""
 RAMP_S = 0.25
-"""It stops, and goes on, within this."""
+"""Time in which it stops, and starts again."""
 LANDS_S = 0.3
-"""It comes down, and lifts off, within this."""
+"""Time in which it lands, and lifts off."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Hand(Protocol):
 
 @dataclass(frozen=True)
 class SteadyHand:
-    """A stroke at constant speed and force, for measurements: over the repeated sample, without end."""
+    """A stroke at constant speed and force, for measurements, without end over the repeated sample."""
 
     speed_mm_s: float
     force_N: float
@@ -76,13 +76,15 @@ class Wave:
 
 @dataclass(frozen=True)
 class Pauses:
-    """When the hand rests: from `begins` to `ends`, in order, with smooth flanks of RAMP_S around both."""
+    """The pauses of the hand: from `begins` to `ends`, in order, with smooth flanks of RAMP_S around both."""
 
     begins: Array
     ends: Array
 
     def run(self, t_s: Array) -> Array:
-        """Time that the strokes have gone on for, its rate (1 at full pace, 0 at rest) and the rate's slope: (3, n)."""
+        """Return the time that the strokes have run for, its rate (1 at full pace, 0 at rest) and the rate's slope: (3,
+        n).
+        """
         # Only the pause before and the one after a time can be under way; older ones took all of their time.
         before = np.concatenate([[0.0], np.cumsum(self.ends - self.begins)])
         index = np.searchsorted(self.begins - RAMP_S / 2, t_s, side="right") - 1
@@ -95,7 +97,7 @@ class Pauses:
 
 @dataclass(frozen=True)
 class FreeHand:
-    """One free exploration of `seconds`; at rest and off the surface after it."""
+    """A free exploration of `seconds`; at rest and off the surface after it."""
 
     seconds: float
     x_mm: Wave
@@ -115,7 +117,7 @@ class FreeHand:
 
 
 def free_hand(seconds: float, *key: Key) -> FreeHand:
-    """Return the exploration of so many seconds, seeded by the key."""
+    """Return an exploration of `seconds`, seeded by the key."""
     return FreeHand(
         seconds,
         slow_wave(REACH_MM, STROKES_HZ, *key, "x"),
@@ -135,7 +137,7 @@ def slow_wave(largest: float, band_hz: tuple[float, float], *key: Key) -> Wave:
 
 
 def _pauses(seconds: float, *key: Key) -> Pauses:
-    """Return one pause in each window that lies within the act, and rest before the act and after it."""
+    """Return a pause in each window within the act, and rest before and after the act."""
     begins, ends = [-1.0], [min(LANDS_S, seconds / 4)]
     for window in range(1, int(seconds / WINDOW_S)):
         length = PAUSE_S[0] + (PAUSE_S[1] - PAUSE_S[0]) * uniform(*key, "length", window)

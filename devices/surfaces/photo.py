@@ -1,7 +1,7 @@
-"""A photo of a surface from above, under one of ten lights (thesis 3.4.2).
+"""Photos of a surface from above, under one of ten lights (thesis 3.4.2).
 
-Lambert's law and a Blinn-Phong gloss on the slopes of the same height field that the tool touches; shadows by looking
-along the light's way, hollows darkened by how deep they lie in their surroundings; shot and read noise of a camera.
+Lambert's law and a Blinn-Phong gloss on the slopes of the same height field that the tool touches; shadows by searching
+along the light's direction, hollows darkened by their depth in their surroundings; shot and read noise of a camera.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from palpate.protocols.keyed import Key, uniform
 
 LIGHTS = 10
 PENUMBRA_DEG = 4.0
-"""Half the angle that the lamp takes up, as seen from the sample."""
+"""Half the angular size of the lamp as seen from the sample."""
 LAMP_MM = 450.0
 """Distance of the lamp: nearer corners are brighter."""
 FULL_WELL = 12_000.0
 """Electrons of a pixel at full scale: its shot noise."""
 READ_NOISE = 0.0015
-"""Of full scale."""
+"""Read noise as a share of full scale."""
 ELEVATIONS_DEG = (14.0, 44.0)
-"""Lamps stand low, so that shading tells relief: a slope weighs by the cotangent of the lamp's height."""
+"""Lamps are low, so that shading shows the relief: a slope counts by the cotangent of the lamp's elevation."""
 GRAY = 0.25
-"""The mean brightness (linear, share of full scale) that the camera exposes for by itself."""
+"""The mean brightness (linear, share of full scale) to which the camera exposes automatically."""
 LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""What linear red, green and blue weigh in the brightness that is metered (ITU-R BT.709)."""
+"""Weights of linear red, green and blue in the metered brightness (ITU-R BT.709)."""
 Image = NDArray[np.uint8]
 RING_MM = 7.0
-"""Distance of a board's growth rings, about."""
+"""Approximate distance of a board's growth rings."""
 REACH_MM = 6.0
-"""Longest shadow that is looked for."""
+"""Greatest length of a computed shadow."""
 HOLLOWS_MM = (0.25, 0.8, 2.5)
-"""Sizes of the surroundings in which a point lies deep or high."""
+"""Sizes of the surroundings in which the depth of a point is computed."""
 
 
 @dataclass(frozen=True)
 class Light:
-    """A lamp: azimuth from the x axis, height over the sample's plane, strength, and the share of ambient light."""
+    """A lamp: azimuth from the x axis, elevation over the sample's plane, strength, and the share of ambient light."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -56,7 +56,7 @@ class Light:
 
     @property
     def toward(self) -> tuple[float, float, float]:
-        """Unit vector from the sample's middle to the lamp."""
+        """Return the unit vector from the sample's middle to the lamp."""
         azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
         flat = math.cos(elevation)
         return flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation)
@@ -65,7 +65,7 @@ class Light:
 def light(number: int, *key: Key) -> Light:
     """Return the light of photo 0 to 9: azimuths all around, 14 to 44 degrees high, varied a little by the key.
 
-    Raise SurfaceDataError on another number.
+    Raises SurfaceDataError for another number.
     """
     if not 0 <= number < LIGHTS:
         raise SurfaceDataError(f"light {number}: from 0 to {LIGHTS - 1} are expected")
@@ -84,7 +84,7 @@ def photograph(surface: Surface, field: Relief, lamp: Light, *key: Key) -> Image
 
 
 def photographs(surface: Surface, field: Relief, lamps: Iterable[Light], *key: Key) -> Iterator[Image]:
-    """Yield the photo under each light, computing only once what no light changes (0.8 of a photo's time)."""
+    """Yield the photo under each light; parts independent of the light (0.8 of a photo's time) are computed once."""
     right, up = slopes(field.height_um)
     open_sky = 1 - np.float32(0.75) * hollowness(field.height_um)
     painted = albedo(surface, field, *key)
@@ -216,8 +216,8 @@ def slopes(height_um: Field) -> tuple[Field, Field]:
 def shadow(height_um: Field, azimuth_deg: float, elevation_deg: float, penumbra_deg: float) -> Field:
     """Return the share of the lamp that each point sees: 1 in full light, 0 in full shadow.
 
-    The steepest rise towards the lamp, on steps that grow by a quarter, against the lamp's height. Between steps
-    nothing is looked at: an object thinner than a step may cast no shadow beyond five times its breadth.
+    It compares the steepest rise towards the lamp, on steps that grow by a quarter, with the lamp's elevation. Between
+    steps nothing is checked: an object thinner than a step may cast no shadow beyond five times its width.
     """
     step_mm = SIZE_MM / height_um.shape[0]
     steepest = np.full_like(height_um, -np.inf)
@@ -242,7 +242,7 @@ def _steps(step_mm: float) -> list[float]:
 
 
 def hollowness(height_um: Field) -> Field:
-    """Return how far each point lies in a hollow, 0 (open) to 1: depth below its surroundings of three sizes."""
+    """Return how deep each point lies in a hollow, 0 (open) to 1: its depth below its surroundings of three sizes."""
     deep = np.zeros_like(height_um)
     for size_mm in HOLLOWS_MM:
         around = gaussian_filter(height_um, size_mm * height_um.shape[0] / SIZE_MM / 2, mode="wrap", truncate=3)

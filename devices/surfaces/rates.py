@@ -1,4 +1,4 @@
-"""From the scene's own rate to a sensor's, whatever it is: band-limited first, then read between the samples."""
+"""Resample from the scene's own rate to any rate of a sensor: band-limited first, then interpolated."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from palpate.signals.arrays import Array
 
 BAND_HZ = (1800.0, 2200.0)
-"""A scene keeps what is below the first and nothing above the second."""
+"""A scene keeps frequencies below the first and nothing above the second."""
 SHARE = (0.38, 0.5)
 """The same for a slow sensor, in shares of its rate."""
 STOP_DB = 70.0
 POINTS = 10
-"""Samples that a value between them is read from (Lagrange)."""
+"""Number of samples of the interpolation (Lagrange)."""
 
 
 def at_rate(pieces: Iterator[Array], internal_hz: float, rate_hz: float) -> Iterator[Array]:
@@ -53,7 +53,7 @@ def _thinned(pieces: Iterator[Array], taps: Array, thin: int) -> Iterator[Array]
 
 
 def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterator[Array]:
-    """Read at the wanted times; the rows before the first count as equal to it."""
+    """Yield rows interpolated at the requested rate; the rows before the first count as equal to it."""
     before = POINTS // 2 - 1
     buffer, start, row = None, -before, 0
     step = have_hz / want_hz
@@ -76,7 +76,7 @@ def _between(pieces: Iterator[Array], have_hz: float, want_hz: float) -> Iterato
 
 
 def weights(share: Array) -> list[Array]:
-    """Return the weight of each interpolation point, at `share` of a step after the middle one."""
+    """Return the weights of the interpolation points, at `share` of a step after the middle point."""
     offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
     away = [share - offset for offset in offsets]
     factors = []

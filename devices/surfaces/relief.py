@@ -1,7 +1,7 @@
 """The height field of a surface: roughness, pattern and large bumps.
 
-A pattern is what repeats over a surface, woven, moulded, cut or grown: height from 0 to 1, and where a second colour
-lies. Scattered cells have seeds; every point of the sample belongs to the cells whose seeds lie around it.
+A pattern repeats over a surface, woven, moulded, cut or grown: height from 0 to 1, and the places of a second colour.
+Scattered cells have seeds; every point of the sample belongs to the cells with seeds around it.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _studs(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _thread(place: Field) -> Field:
-    """Return the height of threads seen across: round, one a period."""
+    """Return the height of threads in cross-section: round, one per period."""
     return np.asarray(np.sqrt(np.abs(np.sin(np.float32(np.pi) * place))), dtype=np.float32)
 
 
@@ -109,7 +109,9 @@ def _plain(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _twill(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Return twill: three over, one under, each thread one further than its neighbour, as the diagonal of denim."""
+    """Return twill: three over, one under, shifted by one thread from neighbour to neighbour, like the diagonal of
+    denim.
+    """
     along, across = _lattice(surface, pixels, key, 4)
     half = np.float32(0.5)
     warp = _thread(along) * (1 - _under(across - half + np.floor(along)))
@@ -124,7 +126,7 @@ def _under(place: Field) -> Field:
 
 
 def _mesh(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Return crossing wires with holes between, seen in the second colour."""
+    """Return crossing wires with holes between, which show the second colour."""
     along, across = _lattice(surface, pixels, key, 2)
     first = _wire(along) * _bent(across + np.floor(along))
     second = _wire(across) * _bent(along + np.floor(across) + 1)
@@ -155,7 +157,7 @@ def _foam(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
 
 
 def _leather(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Smooth islands between creases."""
+    """Return smooth islands between creases."""
     nearest = cells(pixels, surface.pitch_mm, surface.regularity, *key)
     island = np.clip((nearest.second - nearest.first) / np.float32(0.4), 0, 1)
     height = island * island * (3 - 2 * island)
@@ -172,12 +174,12 @@ def _laid(
 
 
 def _loops(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Return loops of terry: short, thick, in every direction."""
+    """Return loops of terry: short, thick, in all directions."""
     return _laid(surface, pixels, key, 0.45, 1.3, 1.6, 1 - 0.8 * surface.regularity)
 
 
 def _pile(surface: Surface, pixels: int, key: tuple[Key, ...]) -> Pattern:
-    """Return tufts of carpet: soft heaps of yarn that run into each other, and their fibres in every direction."""
+    """Return tufts of carpet: soft heaps of yarn that merge, and their fibres in all directions."""
     heap, lot = heaps(pixels, surface.pitch_mm, surface.regularity, *key)
     fibres, which = felted(pixels, 0.07 * surface.pitch_mm, 0.7 * surface.pitch_mm, 7, *key, "yarn")
     height = np.float32(0.5) * heap + np.float32(0.5) * fibres * (np.float32(0.4) + heap)
@@ -209,7 +211,7 @@ MADE: Mapping[str, Callable[[Surface, int, tuple[Key, ...]], Pattern]] = {
 
 @dataclass(frozen=True)
 class Cells:
-    """Distances in pitches to the nearest seed and to the second one, and a chance number of the nearest cell."""
+    """Distances in pitches to the nearest and the second nearest seed, and a random number of the nearest cell."""
 
     first: Field
     second: Field
@@ -229,7 +231,7 @@ def cells(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Cells:
 
 
 def grains(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> tuple[Field, Field]:
-    """Return sharp grains of different height and breadth (0..1), and the random number of the one on top."""
+    """Return sharp grains of varying height and width (0..1), and the random number of the one on top."""
     height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
     for distance, drawn, tall, broad in neighbours(pixels, pitch_mm, regularity, *key, of=_grain):
         one = tall * (1 - distance / broad)
@@ -243,7 +245,7 @@ def _grain(lot: Field) -> tuple[Field, ...]:
 
 
 def heaps(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> tuple[Field, Field]:
-    """Round heaps of different height (0..1) that run into each other, and the chance number of the one on top."""
+    """Return round heaps of varying height (0..1) that merge, and the random number of the one on top."""
     height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
     for distance, drawn, tall in neighbours(pixels, pitch_mm, regularity, *key, of=_heap):
         one = tall * np.maximum(1 - (distance / np.float32(1.15)) ** 2, 0)
@@ -257,7 +259,7 @@ def _heap(lot: Field) -> tuple[Field, ...]:
 
 
 def hollows(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Field:
-    """Round hollows of different breadth that cut into each other: depth from 0 to 1."""
+    """Return the depth, from 0 to 1, of round hollows of varying width that cut into each other."""
     depth = np.zeros((pixels, pixels), np.float32)
     for distance, breadth in neighbours(
         pixels, pitch_mm, regularity, *key, of=lambda lot: (np.float32(0.35) + np.float32(0.45) * lot,)
@@ -310,7 +312,7 @@ def strands(
 
 
 def _lay(shape: Field, drawn: Field | float, height: Field, lot: Field) -> None:
-    """Lay a shape over what is there."""
+    """Lay a shape over the shapes so far."""
     np.copyto(lot, np.float32(drawn), where=shape > height)
     np.maximum(height, shape, out=height)
 
@@ -329,7 +331,9 @@ def _folded(height: Field, lot: Field, beyond: int) -> tuple[Field, Field]:
 
 @dataclass(frozen=True)
 class Strand:
-    """Round across, arched along and bent; the tallest reaches 1, the lowest 0.5. Angle in radians, shares 0..1."""
+    """A strand, round across, arched along and bent; the tallest reaches 1, the lowest 0.5. Angle in radians, shares
+    0..1.
+    """
 
     length_mm: float
     width_mm: float
@@ -338,7 +342,7 @@ class Strand:
     bent: float
 
     def reach(self, step_mm: float) -> tuple[int, int]:
-        """Return how many points the strand takes up and to the right at most."""
+        """Return how many points the strand covers upward and to the right at most."""
         half, aside = self.length_mm / 2, self.width_mm / 2 + 0.125 * self.length_mm
         cosine, sine = abs(math.cos(self.angle)), abs(math.sin(self.angle))
         return math.ceil((half * sine + aside * cosine) / step_mm), math.ceil((half * cosine + aside * sine) / step_mm)

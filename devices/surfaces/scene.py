@@ -1,4 +1,4 @@
-"""A hand-held tool strokes over a simulated surface: what its sensors are exposed to (see devices/scene.py)."""
+"""A hand-held tool that strokes over a simulated surface, as its sensors are exposed to it (see devices/scene.py)."""
 
 from __future__ import annotations
 
@@ -24,24 +24,23 @@ SWAY_HZ = (0.1, 0.7)
 
 
 def ground_of(texture: Surface) -> Ground:
-    """Return what the tip feels of a surface's relief (10 MB), to be shared by every scene on that surface."""
+    """Return the ground of a surface's relief (10 MB), to be shared by every scene on that surface."""
     return ground(relief(texture).height_um, texture.stiffness_N_mm)
 
 
 class SurfaceScene:
-    """One exploration of a surface, as `palpate.devices.scene.Scene` wants it. The id decides the relief,
-    the key the hand.
+    """An exploration of a surface; see `palpate.devices.scene.Scene`. The id seeds the relief, the key the hand.
 
-    All sensors see one hand and one contact, computed at 10 kHz in batches of 6.4 s whenever one is asked for, and
-    band-limited below 2 kHz. `kept` batches are kept; one that was dropped is computed again, the same. After
-    `seconds` the tool is held still off the surface.
+    All sensors share one hand and one contact, computed at 10 kHz in batches of 6.4 s on demand, and band-limited below
+    2 kHz. `kept` batches are cached; one that was dropped is computed again with the same result. After `seconds` the
+    tool is held still off the surface.
     """
 
     def __init__(
         self, texture: Surface, seconds: float, *key: Key, hand: Hand | None = None, under: Ground | None = None,
         kept: int = KEPT,
     ) -> None:  # fmt: skip
-        """Make the ground, unless it is given as `under`. Raises SurfaceDataError on less than 0.1 s or over a day."""
+        """Make the ground, unless `under` is given. Raises SurfaceDataError for less than 0.1 s or over a day."""
         if not 0.1 <= seconds <= LONGEST_S:
             raise SurfaceDataError(f"{seconds} s of exploration: from 0.1 to {LONGEST_S:g} s are expected")
         self.seconds = seconds
@@ -52,15 +51,13 @@ class SurfaceScene:
         )  # fmt: skip
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """Yield what an ideal accelerometer on the tool measures, in its axes, gravity included: pieces of shape (n,
-        3).
-        """
+        """Yield the ideal acceleration of the tool in its axes, with gravity: pieces of shape (n, 3)."""
         return self._pieces(lambda batch: batch.acceleration, rate_hz)
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:
         """Yield the surface's force on the tip (x, y along it, z out of it) and its torque about the sensor: (n, 6).
 
-        In the sample's axes, so that the third column is the normal force.
+        They are in the sample's axes, so that the third column is the normal force.
         """
         return (np.hstack([force, torque(force)]) for force in self._pieces(lambda batch: batch.force, rate_hz))
 
@@ -77,7 +74,7 @@ class SurfaceScene:
 
 
 def cut(pieces: Iterator[Array], rows: int) -> Iterator[Array]:
-    """Yield each piece in parts of at most so many rows."""
+    """Yield each piece in parts of at most `rows` rows."""
     return (piece[first : first + rows] for piece in pieces for first in range(0, len(piece), rows))
 
 

@@ -1,4 +1,4 @@
-"""The table of simulated surfaces: what each is made of, in physical parameters with units and ranges."""
+"""The table of simulated surfaces, by physical parameters with units and ranges."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ PATTERNS = (
     "none", "ribs", "plain", "twill", "mesh", "studs", "knurl", "grit", "foam", "leather", "loops", "pile", "blades",
     "fibres", "pores",
 )  # fmt: skip
-"""What repeats over the surface; see devices/surfaces/relief.py."""
+"""Patterns that repeat over a surface; see devices/surfaces/relief.py."""
 PAINTS = ("none", "pattern", "height", "grain", "speckle")
-"""Where the second colour lies; `grain` and `speckle` are independent of the relief."""
+"""Where the second colour is; `grain` and `speckle` are independent of the relief."""
 COLOUR = re.compile(r"#[0-9a-f]{6}")
 
 
@@ -58,12 +58,12 @@ SPANS: Mapping[str, Span] = {
     "gloss": Span(0, 1, "1"),
     "shine": Span(1, 200, "1"),
 }
-"""The range of each number; the meanings and sources stand in docs/explanation/simulated-surfaces.md."""
+"""The range of each number; meanings and sources are in docs/explanation/simulated-surfaces.md."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """One surface. Heights in micrometres, lengths along it in millimetres, angles in degrees from the x axis."""
+    """A surface. Heights in micrometres, lengths along it in millimetres, angles in degrees from the x axis."""
 
     id: str
     label: str
@@ -95,7 +95,7 @@ class Surface:
     shine: float
 
     def __post_init__(self) -> None:
-        """Raise SurfaceDataError on a value out of its range."""
+        """Raise SurfaceDataError for a value out of its range."""
         for name, span in SPANS.items():
             _demand_in(f"surface {self.id!r}", name, getattr(self, name), span)
         if self.static_friction < self.kinetic_friction:

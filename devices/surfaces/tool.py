@@ -1,6 +1,6 @@
-"""The tool on a height field: the path of its hemispherical tip's middle, and the patch over which it rests.
+"""The tool on a height field: the path of the middle of its hemispherical tip, and the contact patch.
 
-Its body answers with bending modes that the contact's force excites, and by how it leans.
+Its body responds with bending modes that the contact's force excites, and by how it leans.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from palpate.devices.surfaces.fields import SIZE_MM, Field
 from palpate.signals.arrays import Array
 
 RADIUS_MM = 1.0
-"""The tool's steel tip measures 2.0 mm across (thesis 3.4.1)."""
+"""The tool's steel tip has a diameter of 2.0 mm (thesis 3.4.1)."""
 NOMINAL_N = 1.0
-"""The force at which the breadth of the contact is taken."""
+"""The force at which the width of the contact is computed."""
 STEEPEST = 1.0
 """Greatest slope that pushes the tip sideways: 45 degrees."""
 LEAN = (0.26, -0.17, math.sqrt(1 - 0.26**2 - 0.17**2))
 """The upward direction in the tool's axes, as the hand holds it: about 18 degrees off upright."""
 SWAYS = 0.03
-"""How far the hand turns the tool while it strokes, in radians (RMS of each of two axes, about)."""
+"""Approximate rotation of the tool by the hand while it strokes, in radians (RMS of each of two axes)."""
 SENSOR_ABOVE_TIP_M = 0.045
 """From the tip to the force sensor's origin, along the tool."""
 
@@ -31,8 +31,9 @@ SENSOR_ABOVE_TIP_M = 0.045
 def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
     """Return the height of a sphere's lowest point as it rolls over the field without load: grey dilation by it.
 
-    Done along rows and then along columns, which takes the sphere's drop r(x, y) for r(x, 0) + r(0, y): heights come
-    out too high by at most 4 % of the drop where the sphere touches within half its radius (5 um of 134), more beyond.
+    It is done along rows and then along columns, with the sphere's drop r(x, y) approximated by r(x, 0) + r(0, y):
+    heights are too high by at most 4 % of the drop where the sphere touches within half its radius (5 um of 134), more
+    beyond.
     """
     for axis in (0, 1):
         step_mm = SIZE_MM / height_um.shape[axis]
@@ -56,7 +57,7 @@ def patch_mm(stiffness_N_mm: float, radius_mm: float = RADIUS_MM) -> float:
 
 @dataclass(frozen=True)
 class Ground:
-    """The ground under the tip: a smooth surface through the points, repeated without end. Heights in metres."""
+    """The ground under the tip: a smooth surface through the points, repeated endlessly. Heights in metres."""
 
     splined: Field
 
@@ -77,9 +78,7 @@ class Ground:
 
 
 def ground(height_um: Field, stiffness_N_mm: float) -> Ground:
-    """Return the field as the tip feels it: traced by the sphere, then averaged over the patch that gives way under
-    it.
-    """
+    """Return the field as the tip follows it: traced by the sphere, then averaged over the contact patch."""
     traced_um = traced(height_um)
     sigma = 0.5 * patch_mm(stiffness_N_mm) * height_um.shape[0] / SIZE_MM
     if sigma > 0.3:
@@ -102,7 +101,7 @@ MODES = (
     Mode(340.0, 0.06, 0.22, (0.0, 0.96, 0.28)),
     Mode(760.0, 0.05, 0.35, (0.6, 0.0, 0.8)),
 )
-"""Engineering judgement for a light printed stylus with two sensors on it; no measured tool."""
+"""An engineering judgement for a light printed stylus with two sensors on it; not measured."""
 
 
 def mode_filter(mode: Mode, rate_hz: float) -> tuple[Array, Array]:

@@ -1,1 +1,1 @@
-"""A stylus on a tablet: where it is, how fast it goes and how hard it presses."""
+"""A stylus on a tablet: its position, its speed and its force."""

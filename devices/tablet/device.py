@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 TICK_HZ = 1000
 MOST = 1000
-"""Milliseconds that one read gives at most."""
+"""Greatest number of milliseconds of one read."""
 FEWEST = 10
-"""A reader that waits is given no fewer, so that a recording does not drown in blocks."""
+"""Least number of milliseconds for a reader that waits, so that a recording has no tiny blocks."""
 STEP_S = 0.002
 NAN = math.nan
 T = TypeVar("T")
@@ -45,7 +45,7 @@ class Range(Strict):
 
 
 class Axes(Strict):
-    """Axes of a tablet that does not tell them, or of recorded bytes."""
+    """Axes of a tablet that does not report them, or of recorded bytes."""
 
     x: Range
     y: Range
@@ -53,15 +53,17 @@ class Axes(Strict):
 
 
 class Curve(Strict):
-    """F = a exp(b y), in newtons."""
+    """The force curve F = a exp(b y), in newtons."""
 
     a_N: Positive = 0.13
     b: Positive = 3.32
 
 
 class Display(Strict):
-    """The screen that a tablet is: its number, its pixels per millimetre, and where the middle of a picture lies on it,
-    in mm from its top left corner; None: in the middle of the screen."""
+    """A tablet's screen: its number, its pixels per millimetre, and the position of a picture's middle on it.
+
+    The position is in mm from its top left corner; None: the middle of the screen.
+    """
 
     number: Annotated[int, Field(ge=0, le=15)]
     px_per_mm: Annotated[float, Field(ge=1, le=40, allow_inf_nan=False)]
@@ -69,9 +71,10 @@ class Display(Strict):
 
 
 class Settings(Strict):
-    """A tablet in a rig file.
+    """The settings of a tablet in a rig file.
 
-    `path` is the event file of evdev, `px_per_mm` the screen's for pyglet; jitter, step, levels and seed: of the twin.
+    `path` is the event file of evdev, `px_per_mm` is that of the screen for pyglet; jitter, step, levels and seed are
+    for the twin.
     """
 
     kind: Literal["tablet"]
@@ -132,7 +135,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tablet:
-    """Return the tablet of these settings without opening it. Raise DeviceError where they do not go together."""
+    """Return the tablet of these settings without opening it. Raises DeviceError if they do not go together."""
     one = settings
     shape = Shape(
         Force(one.force.a_N, one.force.b), one.report_hz, one.upsampling, one.cutoff_hz, float(TICK_HZ),
@@ -158,8 +161,8 @@ def _source(name: str, one: Settings, folder: Path, force: Force) -> TabletSourc
 class Tablet:
     """A source of the signal `stylus` at 1 kHz: x and y in mm (NaN while away), pressure, contact, speed, force.
 
-    `felt` is the newest speed and force. `elapsed_s` stands in for the time since the start (twin and recording);
-    `now_ns` times the reading for health.
+    `felt` is the newest speed and force. `elapsed_s` replaces the time since the start (twin and recording); `now_ns`
+    times the reading for health.
     """
 
     name: str
@@ -182,7 +185,7 @@ class Tablet:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The stylus."""
+        """Return its only signal, the stylus."""
         curve = f"F = {self.shape.force.a_N:g} exp({self.shape.force.b:g} y) N"
         calibration = curve if self.settings.calibrated is None else f"{curve}, {self.settings.calibrated}"
         names, units = ("x", "y", "pressure", "contact", "speed", "force"), ("mm", "mm", "1", "1", "mm/s", "N")
@@ -194,14 +197,14 @@ class Tablet:
             self.source.window = window
 
     def open(self) -> None:
-        """Get hold of it. Raises DeviceError."""
+        """Open the source. Raises DeviceError."""
         self.facts = self.source.open()
 
     def safe(self) -> None:
         """Do nothing: a tablet moves nothing."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release it."""
         self.stop()
         self.source.close()
         self.facts = None
@@ -217,7 +220,7 @@ class Tablet:
         self.source.expect(scene)
 
     def start(self, now_ns: NowNs) -> None:
-        """Begin. Raises DeviceError where it is not open."""
+        """Begin to sample. Raises DeviceError if it is not open."""
         if self.facts is None:
             raise DeviceError(f"{self.name} is not open.")
         self.stylus, self.felt, self.last = Stylus(self.shape), (0.0, 0.0), None
@@ -229,7 +232,7 @@ class Tablet:
         self.guard = Guard(self.name, self.source.aligned)
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
-        """Return the milliseconds since the last read, a second at most, and at least 10 where it may wait.
+        """Return the milliseconds since the last read, at most a second, and at least 10 if it may wait.
 
         Raises:
             DeviceFault: `link_lost` where it was unplugged, or too many reports that are implausible.
@@ -247,12 +250,12 @@ class Tablet:
         }
 
     def stop(self) -> None:
-        """End sampling."""
+        """Stop sampling."""
         self.passed_s = None
         self.source.stop()
 
     def health(self, seconds: float) -> Health:
-        """Read it: how often the stylus reports, and whether reports had to be refused."""
+        """Read it, and return how often the stylus reports and whether reports were refused."""
         from palpate.devices.health import sensed
 
         facts, calibrated = dict(self.facts or {}), self.settings.calibrated
@@ -268,7 +271,7 @@ class Tablet:
         return Health(not wrong, "; ".join(filter(None, (came, *wrong, dropped))), readings, calibrated, facts)
 
     def _due(self, passed_s: Elapsed, timeout_s: float) -> int:
-        """Take reports until enough milliseconds are due or the time is over; return how many to give."""
+        """Take reports until enough milliseconds are due or the time is over, and return how many to give."""
         end_s = time.monotonic() + timeout_s
         while True:
             batch = self.source.pull(min(timeout_s, STEP_S))
@@ -284,7 +287,7 @@ class Tablet:
                 return due
 
     def _within(self) -> float:
-        """Return the time passed, but no further ahead than one read gives."""
+        """Return the elapsed time, limited to what one read gives."""
         passed_s = self.passed_s
         return 0.0 if passed_s is None else min(passed_s(), (self.ticks + MOST) / TICK_HZ)
 

@@ -1,4 +1,4 @@
-"""A tablet through Linux' /dev/input/eventN, or bytes that were recorded from one.
+"""A tablet through Linux' /dev/input/eventN, or bytes recorded from it.
 
 A record is `struct input_event` on a 64-bit machine (kernel: Documentation/input/event-codes): two 8-byte numbers of
 seconds and microseconds, two 2-byte ones of type and code, a 4-byte value. Records up to a SYN_REPORT belong together;
@@ -35,10 +35,10 @@ BTN_TOOL_PEN, BTN_TOUCH = 0x140, 0x14A
 ABSINFO = struct.Struct("<6i")
 """value, minimum, maximum, fuzz, flat, resolution (units per mm for x and y)."""
 KEYS = 96
-"""Bytes that hold a bit for every key."""
+"""Number of bytes with one bit for every key."""
 MONOTONIC = 1
 Ioctl = Callable[[int, int, bytes], bytes]
-"""Asks the kernel: file, request, buffer; gives the buffer as it came back. Raises OSError."""
+"""Calls the kernel with file, request and buffer, and returns the buffer. Raises OSError."""
 RECORDS = 64
 NAMES = {ABS_X: "x", ABS_Y: "y", ABS_PRESSURE: "pressure"}
 
@@ -56,7 +56,7 @@ class State:
 
 @dataclass(frozen=True)
 class Raw:
-    """One report in the tablet's units; `known` is False where it is not known where the stylus is."""
+    """A report in the tablet's units; `known` is False if the stylus' position is unknown."""
 
     t_s: float
     x: int
@@ -67,14 +67,14 @@ class Raw:
 
 
 class Assembler:
-    """Puts bytes together into reports, however they were cut apart.
+    """A parser that assembles bytes into reports, however they were split.
 
-    Where the kernel dropped records (SYN_DROPPED) all up to the next SYN_REPORT is left out, and the state is read
-    for anew; where it cannot be asked for, the stylus counts as away until it is told again.
+    After the kernel dropped records (SYN_DROPPED), all up to the next SYN_REPORT are left out, and the state is
+    queried; if that is not possible, the stylus counts as away until it is reported again.
     """
 
     def __init__(self, ask: Callable[[], State | None] = lambda: None) -> None:
-        """Take `ask`, which gives the kernel's state or None."""
+        """Take `ask`, which returns the kernel's state or None."""
         self.state = ask() or State()
         self.dropped = 0
         self._ask = ask
@@ -83,7 +83,7 @@ class Assembler:
 
     @property
     def cut_off(self) -> int:
-        """The bytes of a record that is not complete yet."""
+        """Return the bytes of an incomplete record."""
         return len(self._rest)
 
     def feed(self, data: bytes) -> Iterator[Raw]:
@@ -123,7 +123,7 @@ class Assembler:
 
 @dataclass(frozen=True)
 class Axis:
-    """The range of an axis in the tablet's units, and units per mm (0: the tablet does not know)."""
+    """The range of an axis in the tablet's units, and units per mm (0: unknown to the tablet)."""
 
     least: int
     most: int
@@ -137,22 +137,22 @@ def kernel(file: int, request: int, buffer: bytes) -> bytes:
 
 
 def asks(number: int, size: int) -> int:
-    """Return the request `number` of input devices that reads `size` bytes."""
+    """Return the code of the request `number` to input devices that reads `size` bytes."""
     return 2 << 30 | size << 16 | ord("E") << 8 | number
 
 
 def sets(number: int, size: int) -> int:
-    """Return the request `number` that writes `size` bytes."""
+    """Return the code of the request `number` that writes `size` bytes."""
     return 1 << 30 | size << 16 | ord("E") << 8 | number
 
 
 def name_of(ask: Ioctl, file: int) -> str:
-    """Return the device's own name; "" where it does not answer."""
+    """Return the device's own name; "" if it does not answer."""
     return _ioctl(ask, file, asks(0x06, 256), 256).split(b"\0")[0].decode("utf-8", "replace")
 
 
 def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
-    """Return the range of an axis; None where there is no such axis."""
+    """Return the range of an axis; None if there is no such axis."""
     known = _ioctl(ask, file, asks(0x20 + EV_ABS, 8), 8)
     if not known or not known[code // 8] >> code % 8 & 1:
         return None
@@ -164,7 +164,7 @@ def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
 
 
 def state_of(ask: Ioctl, file: int) -> State | None:
-    """Return the kernel's state of the stylus; None where it does not answer."""
+    """Return the kernel's state of the stylus; None if it does not answer."""
     answers = [
         _ioctl(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)
     ]
@@ -221,7 +221,7 @@ class EventFile:
         """Open it and learn its axes.
 
         Raises:
-            DeviceError: no such file (naming the input devices that there are), no right to read it, no tablet.
+            DeviceError: no such file (listing the input devices), no permission to read it, or not a tablet.
         """
         try:
             self.file = os.open(self.path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
@@ -243,10 +243,10 @@ class EventFile:
         return {"tablet": title or self.path.name, "size": size, "pressures": str(pressure.most - pressure.least + 1)}
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a real stylus goes where a hand leads it."""
+        """Do nothing: a real stylus follows a real hand."""
 
     def start(self, elapsed_s: Elapsed) -> None:
-        """Begin; what waits from before is dropped, where it is a device. Raises DeviceError where it is not open."""
+        """Begin to sample; a device's earlier reports are dropped. Raises DeviceError if it is not open."""
         with self.reading:
             if self.file < 0:
                 raise DeviceError(f"{self.name} is not open.")
@@ -256,10 +256,10 @@ class EventFile:
             self.behind_s = self.monotonic_s() - elapsed_s()
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return the reports that came.
+        """Return the reports that have arrived.
 
         Raises:
-            DeviceFault: `link_lost` where it was unplugged, or where the bytes end.
+            DeviceFault: `link_lost` if it was unplugged, or at the end of the bytes.
         """
         with self.reading:
             if self.file < 0 or not select.select([self.file], [], [], timeout_s)[0]:
@@ -269,10 +269,10 @@ class EventFile:
             return Batch([self._report(raw) for raw in raws], self.assembler.dropped - before)
 
     def stop(self) -> None:
-        """Keep the file open, so that nothing has to be opened again."""
+        """Keep the file open, so that it need not be reopened."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the file."""
         with self.reading:
             if self.file >= 0:
                 os.close(self.file)

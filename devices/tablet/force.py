@@ -32,23 +32,23 @@ PAIRS = TableFormat(
 
 @dataclass(frozen=True)
 class Force:
-    """`a_N` is the force at the faintest touch, `b` how steeply it rises over the pressure from 0 to 1."""
+    """A force curve: `a_N` is the force at the faintest touch, `b` its exponent over the pressure from 0 to 1."""
 
     a_N: float = 0.13
     b: float = 3.32
 
     def newtons(self, pressure: float) -> float:
-        """Return the force in newtons; 0 without pressure, where nothing touches."""
+        """Return the force in newtons; 0 without pressure, when nothing touches."""
         return self.a_N * math.exp(self.b * pressure) if pressure > 0 else 0.0
 
     def pressure(self, force_N: float) -> float:
-        """Return the pressure from 0 to 1 that this force gives; 0 for too faint a force, 1 above the largest."""
+        """Return the pressure from 0 to 1 for this force; 0 for too faint a force, 1 above the largest."""
         return min(1.0, math.log(force_N / self.a_N) / self.b) if force_N > self.a_N else 0.0
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted force and what it leaves over: RMS and largest residual in N, share of variance, standard errors."""
+    """A fitted force and its residuals: RMS and largest in N, explained share of variance, standard errors."""
 
     force: Force
     rms_N: float
@@ -104,13 +104,15 @@ def fit_force(pressures: Sequence[float], forces_N: Sequence[float]) -> Fit:
 
 
 def read_pairs(path: Path) -> tuple[list[float], list[float]]:
-    """Return pressures and forces of a CSV with the columns pressure, force_N. Raise DeviceError naming the line."""
+    """Return pressures and forces of a CSV with the columns pressure, force_N. Raises DeviceError that names the
+    line.
+    """
     pressures, forces_N = read_table(path, MEASURED, PAIRS).numbers(MEASURED, finite=False).values()
     return pressures.tolist(), forces_N.tolist()
 
 
 def _start(pressures: Sequence[float], forces_N: Sequence[float]) -> float:
-    """Return the slope of log F, weighted by F^2: near the least squares in newtons."""
+    """Return the slope of log F, weighted by F^2, which is near the least-squares solution in newtons."""
     weights = [force_N * force_N for force_N in forces_N]
     whole = math.fsum(weights)
     middle = math.fsum(w * y for w, y in zip(weights, pressures, strict=True)) / whole
@@ -120,7 +122,7 @@ def _start(pressures: Sequence[float], forces_N: Sequence[float]) -> float:
 
 
 def _scale(pressures: Sequence[float], forces_N: Sequence[float], b: float) -> float:
-    """Return the best a for a given b, which is linear."""
+    """Return the best a for a given b, a linear problem."""
     shapes = [math.exp(b * y) for y in pressures]
     return math.fsum(f * s for f, s in zip(forces_N, shapes, strict=True)) / math.fsum(s * s for s in shapes)
 

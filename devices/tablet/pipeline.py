@@ -1,7 +1,7 @@
 """From a stylus' irregular reports to speed and force at 1 kHz, sample by sample and causal (thesis 4.5.3).
 
 Every report gives the speed since the one before and the force of its pressure. Both are upsampled, low-pass filtered
-at 20 Hz and put through the thresholds: nothing below 10 mm/s or 0.15 N, nothing above 300 mm/s and 3.6 N.
+at 20 Hz and limited: nothing below 10 mm/s or 0.15 N, nothing above 300 mm/s and 3.6 N.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.reports import Report
 
 NEAR_S = 0.001
-"""Reports that come closer than this were bunched on their way: a speed between them would be nonsense."""
+"""Reports closer together were bunched on their way: a speed between them would be meaningless."""
 STILL = 3.0
-"""After so many usual intervals without a report the stylus stands still: tablets are silent where nothing changes."""
+"""After so many usual intervals without a report the stylus is still: tablets are silent if nothing changes."""
 Upsampling = Literal["hold", "line"]
 
 
@@ -36,7 +36,7 @@ class Shape:
     firmest_N: float = 3.6
 
     def __post_init__(self) -> None:
-        """Check the settings. Raise DeviceError."""
+        """Raise DeviceError for settings that are not valid."""
         positive = (self.report_hz, self.cutoff_hz, self.rate_hz, self.force.a_N, self.force.b)
         rising = (0, self.slowest_mm_s, self.fastest_mm_s), (0, self.faintest_N, self.firmest_N)
         if not all(0 < number < math.inf for number in positive) or not all(
@@ -60,12 +60,12 @@ class Shape:
 
 
 class Upsampled:
-    """A value between reports: held, or reached along a line by the time that the next report is usual."""
+    """A value between reports: held, or reached linearly by the usual time of the next report."""
 
     __slots__ = ("_for_s", "_from", "_since_s", "_to")
 
     def __init__(self, for_s: float) -> None:
-        """Take how long a line lasts, in seconds; 0 holds."""
+        """Take the duration of a line in seconds; 0 holds the value."""
         self._for_s = for_s
         self._from = self._to = self._since_s = 0.0
 
@@ -74,7 +74,7 @@ class Upsampled:
         self._from = self._to = value
 
     def set(self, t_s: float, value: float) -> None:
-        """Head for the next value; the present target again changes nothing."""
+        """Move towards the next value; repeating the current target changes nothing."""
         if value == self._to:
             return
         self._from, self._to, self._since_s = self.at(t_s), value, t_s
@@ -88,10 +88,10 @@ class Upsampled:
 
 
 class Stylus:
-    """A filter that takes reports as they come and gives (speed in mm/s, force in N) every millisecond.
+    """A filter that takes reports as they arrive and gives (speed in mm/s, force in N) every millisecond.
 
-    Reports and steps must be in time order, each for itself; a report counts from the step after it came. A touch
-    begins at its first force and at its first speed, without a transient; lifting off ends both at once.
+    Reports and steps must each be in time order; a report counts from the step after it arrived. A touch begins at its
+    first force and at its first speed, without a transient; lifting off ends both at once.
     """
 
     def __init__(self, shape: Shape | None = None) -> None:
@@ -107,11 +107,11 @@ class Stylus:
 
     @property
     def touching(self) -> bool:
-        """Whether the last report was one of contact."""
+        """Return whether the last report was a contact."""
         return self._touching
 
     def report(self, report: Report) -> None:
-        """Take a sound report."""
+        """Take a plausible report."""
         if not report.touching or report.pressure <= 0:
             self._touching = False
             return
@@ -129,7 +129,7 @@ class Stylus:
         self._last = here
 
     def step(self, t_s: float) -> tuple[float, float]:
-        """Return speed and force at that time; (0, 0) where either is below its threshold or nothing touches."""
+        """Return speed and force at that time; (0, 0) if either is below its threshold or nothing touches."""
         if not self._touching:
             return 0.0, 0.0
         if t_s - self._last[0] > STILL * self._usual_s:
@@ -173,7 +173,7 @@ class Lowpass:
     __slots__ = ("_a1", "_a2", "_b0", "_b1", "_z1", "_z2")
 
     def __init__(self, cutoff_hz: float, rate_hz: float) -> None:
-        """Begin at rest at 0. Raise DeviceError where the cutoff is not between 0 and half the rate."""
+        """Begin at rest at 0. Raise DeviceError unless the cutoff is between 0 and half the rate."""
         if not 0 < cutoff_hz < rate_hz / 2:
             raise DeviceError(
                 f"a cutoff of {cutoff_hz:g} Hz at {rate_hz:g} Hz: above 0 and below half the rate is expected."

@@ -1,7 +1,7 @@
 """A tablet through pyglet's window, as PsychoPy opens it: Wintab on Windows, XInput under X11 (pyglet 1.5).
 
-pyglet says when nothing: a report counts from when the window's events are handled, once per frame as a rule. Reports
-of one frame come bunched then, which the pipeline allows for; where the system can read the tablet itself, do that.
+pyglet does not time reports: a report counts from when the window's events are handled, usually once per frame. Reports
+of one frame come bunched then, which the pipeline allows for; if the system can read the tablet itself, prefer that.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 KEPT = 4096
-"""Reports that wait for a reader at most; beyond them the oldest are dropped, and counted."""
+"""Greatest number of reports that wait for a reader; beyond it the oldest are dropped and counted."""
 
 
 @dataclass
 class PygletTablet:
     """A listener to the tablet of a pyglet window (`window.winHandle` of PsychoPy's).
 
-    Without a window it opens a small one of its own and handles its events itself, in the thread that opened it: for
-    a check of the tablet. `px_per_mm` comes from the screen's calibration.
+    Without a window it opens a small one of its own and handles its events itself, in the thread that opened it, for a
+    check of the tablet. `px_per_mm` comes from the screen's calibration.
     """
 
     name: str
@@ -49,7 +49,7 @@ class PygletTablet:
         """Find the tablet and listen to it.
 
         Raises:
-            DeviceError: no pyglet, no tablet that it can see, none that opens.
+            DeviceError: no pyglet, or no tablet that it can find or open.
         """
         try:
             tablets = import_module("pyglet.input").get_tablets()
@@ -72,20 +72,20 @@ class PygletTablet:
         return {"tablet": str(getattr(tablets[0], "name", "tablet")), "tablets": several}
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a real stylus goes where a hand leads it."""
+        """Do nothing: a real stylus follows a real hand."""
 
     def start(self, elapsed_s: Elapsed) -> None:
-        """Begin. Raises DeviceError where it is not open."""
+        """Begin to sample. Raises DeviceError if it is not open."""
         if self.canvas is None:
             raise DeviceError(f"{self.name} is not open.")
         self.waiting.clear()
         self.dropped, self.elapsed_s = 0, elapsed_s
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return what the window handed over since the last pull.
+        """Return the reports of the window since the last pull.
 
         Raises:
-            DeviceFault: `refused` for its own window in another thread, which would never hear of the stylus.
+            DeviceFault: `refused` for its own window in another thread, which would never get reports.
         """
         if self.own is not None:
             if threading.get_ident() != self.opener:
@@ -101,12 +101,12 @@ class PygletTablet:
         return Batch([self.waiting.popleft() for _ in range(len(self.waiting))], dropped)
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Stop taking reports."""
         self.elapsed_s = None
         self.came.set()
 
     def close(self) -> None:
-        """Let go of tablet and own window."""
+        """Release the tablet and its own window."""
         self.stop()
         for one in (self.canvas, self.own):
             if one is not None:

@@ -36,7 +36,7 @@ RECORDING = TableFormat(
 
 
 def read_reports(path: Path) -> list[Report]:
-    """Return the reports of a CSV with the columns t_s, x_mm, y_mm, pressure; empty positions: the stylus is away.
+    """Return the reports of a CSV with the columns t_s, x_mm, y_mm, pressure; an empty position means away.
 
     Raises:
         DeviceError: naming file and line.
@@ -53,7 +53,7 @@ def read_reports(path: Path) -> list[Report]:
 
 @dataclass
 class PlayedReports(TimedSource):
-    """The recording as a source; after its last report the stylus stays as it was."""
+    """A source that plays a recording; after its last report the stylus does not change."""
 
     path: Path
     aligned: bool = True
@@ -69,7 +69,7 @@ class PlayedReports(TimedSource):
         return {"recording": summary + (f", time runs back {back} times" if back else "")}
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a recording gives what it holds."""
+        """Do nothing: a recording is fixed."""
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the first report."""
@@ -77,7 +77,7 @@ class PlayedReports(TimedSource):
         super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return what is due by now, 256 reports at most; one whose time runs back is due at once."""
+        """Return the reports due by now, at most 256; one whose time runs backwards is due at once."""
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()

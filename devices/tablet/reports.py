@@ -12,25 +12,26 @@ from palpate.devices.device import DeviceFault
 from palpate.devices.source import Source
 
 SLACK = 0.05
-"""How far beyond 0 and 1 a pressure may be by a driver's rounding; it is taken to the limit."""
+"""How far beyond 0 and 1 a pressure may be by a driver's rounding; it is clipped."""
 AHEAD_S = 1.0
 ANEW = 3
-"""So many reports in a row from a clock that jumped are a clock that was set."""
+"""After so many reports in a row from a clock that jumped, the new time is followed."""
 TOO_MANY = 50
-"""So many reports in a row that cannot be believed are a broken tablet."""
+"""So many implausible reports in a row are a broken tablet."""
 REFUSED = {
     "not_a_number": ("not_a_number", "positions or pressures that are not numbers"),
     "pressure_out_of_range": ("over_range", "pressures outside 0 to 1; see the pressure axis in the rig file"),
     "time_backwards": ("firmware", "time stamps that run backwards"),
     "time_ahead": ("firmware", "time stamps from the future"),
 }
-"""Names of reports that are refused: the kind of fault that too many of them are, and what they are in words."""
+"""Reasons for refusing reports: the kind of fault for too many of them, and their description."""
 
 
 class Report(NamedTuple):
-    """One report: when, where in mm (right of and below the top left corner), the pressure from 0 to 1.
+    """A report: time, position in mm (right of and below the top left corner), and pressure from 0 to 1.
 
-    `away` says that the stylus left the tablet's reach (or its state is unknown): the position means nothing then.
+    `away` says that the stylus is out of the tablet's reach (or its state is unknown): its position has no meaning
+    then.
     """
 
     t_s: float
@@ -43,7 +44,7 @@ class Report(NamedTuple):
 
 @dataclass(frozen=True)
 class Batch:
-    """Reports as they came in, and how often the device said that it dropped some."""
+    """Reports as they arrived, and how often the device reported dropping some."""
 
     reports: Sequence[Report] = ()
     dropped: int = 0
@@ -54,12 +55,12 @@ class TabletSource(Source[Mapping[str, str], Batch], Protocol):
 
     @property
     def aligned(self) -> bool:
-        """Whether its reports are timed in seconds since the start, instead of by a clock of their own."""
+        """Return whether its reports are timed in seconds since the start, not by a clock of their own."""
 
 
 @dataclass
 class Guard:
-    """Refuses reports that cannot be, by name, and puts the others into seconds since the start."""
+    """A check that refuses implausible reports, by reason, and converts the others to seconds since the start."""
 
     name: str
     aligned: bool

@@ -1,4 +1,4 @@
-"""A tablet that is none: its stylus goes where the scene's hand leads it, and tells what a real one would tell."""
+"""A simulated tablet: its stylus follows the scene's hand, and reports as a real one would."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ TRUTH_HZ = 1000.0
 MOST = 256
 DRAWN = 256
 LOOKED = 1024
-"""Moments that are looked through for one that changed; a scene at rest has none, without end."""
+"""Greatest number of moments that are searched for a change; a scene at rest has none."""
 
 
 @dataclass
 class TwinTablet(TimedSource):
-    """Reports at `report_hz` with jitter, positions in steps of `step_mm`, pressures in `levels`.
+    """A tablet with reports at `report_hz` with jitter, positions in steps of `step_mm`, and `levels` of pressure.
 
-    As a real tablet it is silent where nothing changed. The force is the scene's third one, pushed or pulled.
+    Like a real tablet it is silent while nothing changes. The force is the magnitude of the scene's third component.
     """
 
     name: str
@@ -47,17 +47,17 @@ class TwinTablet(TimedSource):
         return {"twin": f"{self.report_hz:g} reports a second, {self.levels} pressures, seed {self.seed}"}
 
     def expect(self, scene: Scene | None) -> None:
-        """Follow this scene from the next start on; None: the stylus lies aside."""
+        """Follow this scene from the next start on; None: the stylus is away."""
         self.scene = scene
 
     def start(self, elapsed_s: Elapsed) -> None:
-        """Begin with the scene's first moment."""
+        """Begin with the first moment of the scene."""
         self.ahead = None
         self.reports = iter(()) if self.scene is None else self._reports(self.scene)
         super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return what is due by now, 256 reports at most."""
+        """Return the reports due by now, at most 256."""
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()
@@ -81,7 +81,7 @@ class TwinTablet(TimedSource):
         return None
 
     def _reports(self, scene: Scene) -> Iterator[tuple[float, Report | None]]:
-        """Yield reports in time, None where nothing changed."""
+        """Yield reports in order of time, None if nothing changed."""
         places = scene.position_mm(TRUTH_HZ)
         first = next(places)
         key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
@@ -101,7 +101,7 @@ class TwinTablet(TimedSource):
             last = now
 
     def _times(self, key: str) -> Iterator[float]:
-        """Report times: even ones, each with its jitter, which never turns their order."""
+        """Yield report times, evenly spaced with jitter that never changes their order."""
         most = 0.45 / self.report_hz
         for block in count():
             drawn = gaussians(DRAWN, "tablet", self.seed, self.name, key, block)

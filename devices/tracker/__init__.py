@@ -1,1 +1,1 @@
-"""A motion tracker: where a marker is, when it was seen, how fast it moves, and how far a door is open."""
+"""A motion tracker: the position of a marker, its visibility and speed, and the opening of a door."""

@@ -1,4 +1,4 @@
-"""A motion tracker as a sensor: where a marker is, and when it was not seen (thesis 4.3.1, 5.3.1.1)."""
+"""A motion tracker as a sensor: the position of a marker, and when it was hidden (thesis 4.3.1, 5.3.1.1)."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ Channel = str | Annotated[int, Field(ge=0)]
 
 
 class Settings(Strict):
-    """A tracker in a rig file.
+    """The settings of a tracker in a rig file.
 
-    `stream` is the name (or with `by: type` the type) of a Lab Streaming Layer stream; `recording` a CSV file;
-    the noise, the occlusions and what follows them are for the twin.
+    `stream` is the name (or with `by: type` the type) of a Lab Streaming Layer stream; `recording` a CSV file; noise,
+    occlusions and the settings after them are for the twin.
     """
 
     kind: Literal["tracker"]
@@ -83,7 +83,7 @@ MEANINGS: Mapping[str, str] = {
 
 
 def make(name: str, settings: Settings, folder: Path) -> Tracker:
-    """Return the tracker of these settings without opening it. Raise DeviceError where no recording is named."""
+    """Return the tracker of these settings without opening it. Raises DeviceError if no recording is named."""
     one = settings
     source: TrackerSource
     if one.driver == "lsl":
@@ -108,7 +108,7 @@ def make(name: str, settings: Settings, folder: Path) -> Tracker:
 class Tracker:
     """A source of the signal `position`: x, y, z in mm, NaN while the marker is hidden, and whether it was seen (0, 1).
 
-    `elapsed_s` stands in for the time since the start (twin and recording); `now_ns` times the reading for health.
+    `elapsed_s` replaces the time since the start (twin and recording); `now_ns` times the reading for health.
     """
 
     name: str
@@ -127,7 +127,7 @@ class Tracker:
 
     @property
     def signals(self) -> Sequence[Signal]:
-        """The position."""
+        """Return its only signal, the position."""
         rate, clock, calibrated = self.settings.rate_hz, self.source.clock, self.settings.calibrated
         return (Signal("position", ("x", "y", "z", "seen"), ("mm", "mm", "mm", "1"), rate, clock, calibrated),)
 
@@ -139,7 +139,7 @@ class Tracker:
         """Do nothing: a tracker moves nothing."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release it."""
         self.running = False
         self.source.close()
         self.opened = None
@@ -154,7 +154,7 @@ class Tracker:
         self.source.expect(scene)
 
     def start(self, now_ns: NowNs) -> None:
-        """Begin to sample. Raises DeviceError where it is not open, or its rate is not the one that the rig names."""
+        """Begin to sample. Raises DeviceError if it is not open, or has another rate than in the rig file."""
         if self.opened is None:
             raise DeviceError(f"{self.name} is not open.")
         if problem := self._misdeclared(self.opened):
@@ -198,12 +198,12 @@ class Tracker:
         return {"position": blocks}
 
     def stop(self) -> None:
-        """End sampling."""
+        """Stop sampling."""
         self.running = False
         self.source.stop()
 
     def health(self, seconds: float) -> Health:
-        """Read it at rest: the rate that it really has, how much of the time the marker is seen, its noise."""
+        """Read it at rest, and return its actual rate, how often the marker is visible, and its noise."""
         from palpate.devices.health import sensed
 
         calibrated = self.settings.calibrated

@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 BUFFER_S = 30
-"""How much the library keeps for a reader that is late; what is older is dropped and shows as missing samples."""
+"""Seconds that the library buffers for a late reader; older samples are dropped and show as missing."""
 MORE_S = 1.1
-"""How long a second stream of one name is looked for: two rounds of questions; the library asks every 0.5 s."""
+"""How long to look for a second stream of the same name: two rounds of queries, one every 0.5 s."""
 LISTED_S = 1.0
 CORRECT_S = 1.0
-"""How often the offset between the clocks is asked for again."""
+"""Interval at which the offset between the clocks is measured again."""
 ANSWER_S = 0.2
 """How long a reader waits for that; samples are buffered meanwhile."""
 LEAP_S = 1.0
-"""A clock that jumps by more than this against ours was set anew; no network is that late in order."""
+"""A clock that jumps by more than this against ours was reset; no network delay is as long."""
 MOST = 512
 READINGS = 8
-"""So many readings of both clocks; one that was not interrupted is right to a microsecond."""
+"""Number of readings of both clocks, of which an uninterrupted one is right to a microsecond."""
 MM_PER = {
     "m": 1000.0, "meter": 1000.0, "meters": 1000.0, "metre": 1000.0, "metres": 1000.0,
     "cm": 10.0, "centimeters": 10.0, "centimetres": 10.0,
     "mm": 1.0, "millimeter": 1.0, "millimeters": 1.0, "millimetre": 1.0, "millimetres": 1.0,
 }  # fmt: skip
 SEEN = ("seen", "tracked", "tracking", "visible", "valid", "quality", "confidence")
-"""Labels of a channel that says whether, or how well, the marker is seen."""
+"""Labels of a channel that says whether, or how well, the marker is visible."""
 AXIS = {axis: re.compile(f"(^|[^A-Za-z]){axis}$|{axis.upper()}$") for axis in "xyz"}
 """A label that means an axis: x, X, PositionX, marker_x, and not quality."""
 Labels = Sequence[str]
@@ -48,9 +48,10 @@ Labels = Sequence[str]
 
 @dataclass
 class LslStream:
-    """One stream, found by name or type. Its time stamps are put into this computer's LSL clock by the measured offset.
+    """A stream found by name or type. Its time stamps are converted to this computer's LSL clock by the measured
+    offset.
 
-    A stream that ends is a fault, unless `recover` asks the library to wait for it to come back: then it is a gap.
+    A stream that ends is a fault, unless `recover` lets the library wait until it comes back: then it is a gap.
     """
 
     name: str
@@ -75,10 +76,10 @@ class LslStream:
     reading: Lock = field(default_factory=Lock)
 
     def open(self) -> Opened:
-        """Find the stream, and its clock's offset.
+        """Find the stream, and measure its clock's offset.
 
         Raises:
-            DeviceError: no library, no such stream (naming those that there are), several of them, unusable channels.
+            DeviceError: no library, no such stream (listing the available ones), several of them, unusable channels.
         """
         self.library = library = _library()
         info = self._resolve()
@@ -102,10 +103,10 @@ class LslStream:
         return Opened(self.declared_hz, {"stream": _describe_stream(full), "clock offset": offset})
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a real tracker sees what is there."""
+        """Do nothing: a real tracker sees the real scene."""
 
     def start(self, elapsed_s: Elapsed) -> None:  # noqa: ARG002
-        """Subscribe; what was sent before is dropped. Raises DeviceError."""
+        """Subscribe; earlier samples are dropped. Raises DeviceError."""
         with self.reading:
             try:
                 self.inlet.open_stream(self.wait_s)
@@ -121,7 +122,7 @@ class LslStream:
         return float(at_s - (before_ns + after_ns) / 2 / NS)
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return the samples that came. Raise DeviceFault (`link_lost`) where the stream ended."""
+        """Return the samples that have arrived. Raises DeviceFault (`link_lost`) if the stream ended."""
         with self.reading:
             if not self.running:
                 return Batch()
@@ -137,14 +138,14 @@ class LslStream:
                 ) from None
 
     def stop(self) -> None:
-        """Unsubscribe once a pull that is under way is over."""
+        """Unsubscribe once the current pull is over."""
         with self.reading:
             if self.running:
                 self.inlet.close_stream()
             self.running = False
 
     def close(self) -> None:
-        """Let go of the stream."""
+        """Release the stream."""
         self.stop()
         self.inlet = None
 
@@ -198,7 +199,7 @@ def _describe_stream(info: Any) -> str:
 
 @dataclass(frozen=True)
 class Map:
-    """The places of x, y, z (and of how well they are seen) in a sample, and millimetres per unit of the stream."""
+    """The channels of x, y, z and of the visibility in a sample, and millimetres per unit of the stream."""
 
     places: tuple[int, int, int]
     scale: float
@@ -206,7 +207,7 @@ class Map:
     seen_above: float = 0.0
 
     def row(self, sample: Sequence[float]) -> MarkerSample:
-        """Return the sample in mm; a quality that is not a number counts as not seen."""
+        """Return the sample in mm; a visibility that is not a number counts as hidden."""
         x, y, z = (self.scale * float(sample[place]) for place in self.places)
         quality = math.inf if self.seen is None else float(sample[self.seen])
         return x, y, z, quality > self.seen_above
@@ -218,11 +219,11 @@ def mapped(
 ) -> Map:  # fmt: skip
     """Return the map of a stream whose channels have these labels and units ("" where unknown).
 
-    `channels` are labels or places (from 0) of x, y, z; without them they are the only labels that end in x, y and z
-    (X, PositionX, marker_x), or the three channels of a stream that has no more.
+    `channels` are labels or indices (from 0) of x, y, z; without them they are the only labels that end in x, y and z
+    (X, PositionX, marker_x), or the channels of a stream with just three.
 
     Raises:
-        DeviceError: naming the channels that there are.
+        DeviceError: unsuitable channels, listing the available ones.
     """
     there = ", ".join(f"{place} {label or '(no label)'}" for place, label in enumerate(labels))
     known = f"the stream {stream} has the channels {there}"

@@ -1,7 +1,7 @@
-"""A tracker's recording (a CSV of ours, or an export of Motive), read from a file and played at its own times.
+"""A tracker's recording (a CSV of ours, or an export of Motive), played at its own times.
 
 Motive's CSV (docs.optitrack.com, "Data Export: CSV", format versions 1.2x) has a line of facts, rows that name the
-columns, then frames; blank cells stand for a marker that was not seen.
+columns, then frames; blank cells mean that a marker was hidden.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ COLUMNS = ("t_s", "x", "y", "z")
 MOST = 64
 UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
 KINDS = ("Marker", "Rigid Body", "Rigid Body Marker")
-"""What has a position, the measured one first: a rigid body's marker is where the solver put it."""
+"""Objects with a position, measured ones first: a rigid body's marker is where the solver put it."""
 AXES = ("X", "Y", "Z")
 
 
@@ -52,7 +52,7 @@ RECORDING = TableFormat(
 
 @dataclass(frozen=True)
 class Track:
-    """Samples of one marker: rising times in s, and rows in mm."""
+    """The samples of a marker: rising times in s, and rows in mm."""
 
     times_s: Sequence[float]
     rows: Sequence[MarkerSample]
@@ -60,10 +60,10 @@ class Track:
 
 
 def read_track(path: Path, unit: str | None = None, marker: str | None = None) -> Track:
-    """Read a CSV with the columns t_s, x, y, z and perhaps seen (in `unit`, or mm), or a CSV export of Motive.
+    """Read a CSV with the columns t_s, x, y, z and optionally seen (in `unit`, or mm), or a CSV export of Motive.
 
-    An empty cell or `nan` is a position that was not seen. A Motive export says its own unit and may hold several
-    markers, one of which is named by `marker`.
+    An empty cell or `nan` is a position that was hidden. A Motive export has its own unit and may hold several markers,
+    of which `marker` names one.
 
     Raises:
         DeviceError: naming file and line.
@@ -89,9 +89,9 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
 
 @dataclass
 class Played(TimedSource):
-    """The recording as a source: a sample is there once its time has passed since the start.
+    """A source that plays a recording: a sample is given once its time since the start has passed.
 
-    After the last one there is silence: that is a fault, as it is with a real tracker.
+    Silence after the last sample is a fault, as with a real tracker.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Played(TimedSource):
         return Opened(usual_hz(track.times_s), {"recording": f"{self.path.name}, {span:.1f} s", **track.facts})
 
     def expect(self, scene: Scene | None) -> None:
-        """Do nothing: a recording gives what it holds."""
+        """Do nothing: a recording is fixed."""
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the first sample."""
@@ -122,11 +122,11 @@ class Played(TimedSource):
         return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return what is due by now, 64 samples at most. Raise DeviceFault (`silent`) past the end."""
+        """Return the samples due by now, at most 64. Raises DeviceFault (`silent`) past the end."""
         return awaited(self._due, self.stopped, timeout_s, 0.002)
 
     def close(self) -> None:
-        """Stop, and release what was read."""
+        """Stop, and drop the recording."""
         self.stop()
         self.track = None
 
@@ -159,7 +159,7 @@ def _plain(table: Table) -> tuple[Sequence[float], Iterable[MarkerSample]]:
 
 
 def usual_hz(times_s: Sequence[float]) -> float:
-    """Return the samples per second where none is missing, from the steps up to 1.5 times the median one."""
+    """Return the samples per second without missing ones, from the steps up to 1.5 times the median step."""
     steps = [after - before for before, after in pairwise(times_s)]
     usual = [step for step in steps if step <= 1.5 * median(steps)]
     return len(usual) / sum(usual)
@@ -171,7 +171,7 @@ FACTS = {"Take Name": "take", "Export Frame Rate": "exported at", "Length Units"
 
 @dataclass(frozen=True)
 class Export:
-    """One marker's samples, in `unit`."""
+    """The samples of a marker, in `unit`."""
 
     times_s: list[float]
     rows: list[MarkerSample]
@@ -185,7 +185,7 @@ def is_motive(opened: Table) -> bool:
 
 
 def read_motive(opened: Table, marker: str | None) -> Export:
-    """Return the track of the named marker, or of the only one. Raise DeviceError."""
+    """Return the track of the named marker, or of the only one. Raises DeviceError."""
     path, table = opened.path, [opened.header, *opened.records()]
     head = next((place for place, row in enumerate(table) if row[0] == "Frame"), None)
     if head is None or len(table[head]) < 5:

@@ -1,6 +1,6 @@
-"""What a tracker's source gives, and what becomes of it.
+"""Samples of a tracker's source, and their processing.
 
-Samples get numbers, so that missing ones are counted; those of a hidden marker become NaN; counts tell of its health.
+Samples get numbers, so that missing ones are counted; those of a hidden marker become NaN; counts show its health.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from palpate.devices.device import NowNs
 from palpate.devices.source import Source
 
 MarkerSample = tuple[float, float, float, bool]
-"""Where the marker is said to be in mm, and whether the tracker itself says that it saw it."""
+"""The reported position of the marker in mm, and whether the tracker reports it as visible."""
 NAN = math.nan
 HIDDEN = {
     "not_seen": "the tracker reports that it does not see it",
@@ -26,21 +26,21 @@ HIDDEN = {
     "zeros": "all zeros, which Motive sends for a marker it lost",
     "frozen": "the position before, repeated to the last bit",
 }
-"""How a hidden marker shows, and what that is in words."""
+"""Ways in which a hidden marker shows, with descriptions."""
 PULL, DRIFT = 0.1, 0.003
 """How much of a sample's deviation from its expected time moves the expectation, and how much of it the period: one
 sample's jitter counts for a tenth of what it is, and a rate that is a little off is followed without falling behind."""
 FARTHEST = 0.03
-"""How far the period may be from the nominal one, relatively; a rate that is farther off shows as missing samples."""
+"""Greatest relative deviation of the period from the nominal one; a larger one shows as missing samples."""
 TOGETHER = 8
-"""Samples that are numbered together; few enough that a rate 2 % off is not taken for loss among them."""
+"""Number of samples that are numbered together; few enough that a rate 2 % off is not taken for loss among them."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Samples as they came in, with the times that they were taken at in seconds of the source's clock.
+    """Samples as they arrived, with their times in seconds of the source's clock.
 
-    `reset` says that this clock was set anew since the batch before; `away` is then how many samples are missing.
+    `reset` says that this clock was reset since the batch before; `away` is then how many samples are missing.
     """
 
     times_s: Sequence[float] = ()
@@ -51,7 +51,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Opened:
-    """Facts from opening a source: the rate that it declares (0: none) and facts to show."""
+    """Facts from opening a source: its declared rate (0: none) and facts to show."""
 
     declared_hz: float = 0.0
     facts: Mapping[str, str] = field(default_factory=dict)
@@ -67,7 +67,7 @@ class TrackerSource(Source[Opened, Batch], Protocol):
 
 
 def awaited(take: Callable[[], Batch], stopped: Event, timeout_s: float, step_s: float) -> Batch:
-    """Return the first batch that holds something, taken every `step_s`; an empty one after the timeout or a stop."""
+    """Return the first batch with samples, taken every `step_s`; an empty one after the timeout or a stop."""
     end_s = time.monotonic() + timeout_s
     while not (batch := take()).rows:
         left_s = end_s - time.monotonic()
@@ -78,10 +78,10 @@ def awaited(take: Callable[[], Batch], stopped: Event, timeout_s: float, step_s:
 
 @dataclass
 class OcclusionDetector:
-    """A detector that takes samples one by one and turns those of a hidden marker into NaN; it counts the reasons.
+    """A detector of hidden markers, whose samples it turns into NaN; it counts the reasons.
 
-    A measured position is never equal to the one before in all three axes: noise far above the last bit stands
-    against it. Where positions were rounded (a recording with few digits), `repeats` lets equal ones pass.
+    A measured position is never equal to the one before in all three axes, as noise exceeds the last bit by far. If
+    positions were rounded (a recording with few digits), `repeats` accepts equal ones.
     """
 
     repeats: bool = False
@@ -106,10 +106,10 @@ class OcclusionDetector:
 
 @dataclass
 class Numbering:
-    """Numbers for samples that are taken `rate_hz` times a second; they always rise.
+    """Numbers for samples at `rate_hz`, which always rise.
 
-    A sample is as late as its time stamp is against the expected one, in periods, rounded: so many are missing before
-    it. Where a later sample that came with it is less late, it was only stamped late, and nothing is missing.
+    A sample's lateness is its time stamp against the expected one, in periods, rounded: so many are missing before it.
+    If a later sample that arrived with it is less late, only its time stamp was late, and nothing is missing.
     """
 
     rate_hz: float
@@ -118,7 +118,7 @@ class Numbering:
     slower: float = 0.0
 
     def number(self, times_s: Sequence[float]) -> list[int]:
-        """Return the numbers of samples that came together, in that order."""
+        """Return the numbers of samples that arrived together, in that order."""
         numbers: list[int] = []
         for first in range(0, len(times_s), TOGETHER):
             part_s = times_s[first : first + TOGETHER]
@@ -136,14 +136,14 @@ class Numbering:
         return numbers
 
     def anew(self, away: int) -> None:
-        """Note that the clock was reset and so many samples are missing; the next time stamp is taken as it is."""
+        """Record that the clock was reset and so many samples are missing; the next time stamp is taken as it is."""
         self.next += away
         self.expected_s = math.nan
 
 
 @dataclass
 class Tally:
-    """Counts of samples; the rate is that of samples that came, by their own time stamps."""
+    """Counts of samples; the rate is that of received samples, by their own time stamps."""
 
     TOLERANCE: ClassVar[float] = 0.02
     came: int = 0
@@ -154,11 +154,11 @@ class Tally:
     last_s: float = math.nan
 
     def add(self, came: int, seen: int, lost: int) -> None:
-        """Count samples that came, those of them that were seen, and those that are missing."""
+        """Add the numbers of received, visible, and missing samples."""
         self.came, self.seen, self.lost = self.came + came, self.seen + seen, self.lost + lost
 
     def took(self, batch: Batch) -> None:
-        """Take the batch's times into the measured rate, but not across a reset of the clock."""
+        """Add the batch's times to the measured rate, but not across a reset of the clock."""
         if not batch.times_s:
             return
         before = batch.times_s[0] if batch.reset or math.isnan(self.last_s) else self.last_s
@@ -168,11 +168,11 @@ class Tally:
 
     @property
     def rate_hz(self) -> float:
-        """Samples that came per second of their own clock; 0 for fewer than two."""
+        """Return received samples per second of their own clock; 0 for fewer than two."""
         return self.spans / self.spanned_s if self.spanned_s > 0 else 0.0
 
     def summary(self, nominal_hz: float, noise_mm: Sequence[float], counts: Mapping[str, int]) -> tuple[bool, str]:
-        """Return whether all is well, and one line."""
+        """Return whether all is well, and a summary line."""
         right = abs(self.rate_hz / nominal_hz - 1) <= self.TOLERANCE
         rate = f"{self.rate_hz:.2f} Hz" + ("" if right else f", not the {nominal_hz:g} Hz of the rig file")
         hidden = ", ".join(f"{counts[why]} x {words}" for why, words in HIDDEN.items() if counts.get(why))

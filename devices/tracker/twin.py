@@ -1,4 +1,4 @@
-"""A simulated tracker: it sees the marker of a scene, with noise, and loses it now and then."""
+"""A simulated tracker: it sees the marker of a scene, with noise, and loses it at times."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
 
 REST_MM = (120.0, 80.0, 400.0)
-"""Where a marker lies that nothing happens to."""
+"""Position of a marker without a scene."""
 NOISY = 64
-"""Samples whose noise is made at a time."""
+"""Number of samples whose noise is computed at a time."""
 MOST = 64
-"""Samples that one pull gives at most."""
+"""Greatest number of samples of one pull."""
 SHORTEST_S = 1e-3
 
 
 @dataclass
 class Twin(TimedSource):
-    """A simulated tracker; what it gives is decided by the seed and by what it sees, so an act repeats exactly."""
+    """A simulated tracker; its samples depend on the seed and the scene only, so an act repeats exactly."""
 
     name: str
     rate_hz: float
@@ -63,7 +63,7 @@ class Twin(TimedSource):
         return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return what is due by now, 64 samples at most.
+        """Return the samples due by now, at most 64.
 
         Raises DeviceFault (`silent`) past `silent_after_s`, as a drill.
         """
@@ -83,11 +83,11 @@ class Twin(TimedSource):
 
     @property
     def _true_hz(self) -> float:
-        """Samples in a second of true time: the twin's own clock is fast by `drift_ppm`."""
+        """Return the samples per second of true time: the twin's own clock is fast by `drift_ppm`."""
         return self.rate_hz * (1 + 1e-6 * self.drift_ppm)
 
     def _rows(self) -> Iterator[MarkerSample]:
-        """Yield rows without end. The noise is keyed by the first piece that is seen, not by the number of starts."""
+        """Yield rows endlessly. The noise is keyed by the first piece of the scene, not by the number of starts."""
         key = "rest"
         truth: Iterator[tuple[float, float, float]] = iter(lambda: REST_MM, None)
         if self.scene is not None:
@@ -117,7 +117,7 @@ class Twin(TimedSource):
             number += 1
 
     def _hidden(self, chance: random.Random) -> Iterator[bool]:
-        """Yield whether the marker is hidden, in turns of exponentially distributed lengths."""
+        """Yield whether the marker is hidden, in runs of exponentially distributed lengths."""
         while True:
             for hidden, per_s in ((False, self.occlusions_per_s), (True, 1 / self.occlusion_s)):
                 for_s = chance.expovariate(per_s) if per_s > 0 else math.inf
