@@ -1,1 +1,1 @@
-"""The participant's window: screens as pure state, layout and painting; a real window only where one is opened."""
+"""The participant's window: screens as pure state, layout and painting; a real window only when one is opened."""

@@ -1,4 +1,4 @@
-"""A window that a command opens for itself: its options, how it is opened, and what its screens have in common."""
+"""The base of windows that commands open: options, opening, and what their screens have in common."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NEVER = "never: not measured"
 
 @dataclass(frozen=True, kw_only=True)
 class WindowOptions:
-    """The options of the window. `rig` None: the station's rig file; `screen` None: the calibrated one."""
+    """The options of the window. `rig` None: the station's rig file; `screen` None: the calibrated screen."""
 
     lab: Path
     rig: Path | None = None
@@ -44,7 +44,7 @@ class WindowOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Status:
-    """The message beside the window's controls; `wrong` in the colour of a warning."""
+    """The message beside the window's controls, in the colour of a warning if `wrong`."""
 
     notice: str = ""
     wrong: bool = False
@@ -52,7 +52,7 @@ class Status:
 
 @dataclass
 class WindowApp(Stage, ABC):
-    """A window and the one page that it is about. It runs until `over`."""
+    """A window with one main page. It runs until `over`."""
 
     over: bool = field(default=False, kw_only=True)
 
@@ -68,18 +68,18 @@ class WindowApp(Stage, ABC):
 
     @abstractmethod
     def turn(self) -> None:
-        """Take in what was done since the last turn, act on it, and paint what changed."""
+        """Handle the inputs since the last turn, and paint what changed."""
 
 
 class AppScreen(Base):
-    """The page that the window is about. `requests` are left for the window to act on."""
+    """The main page of a window. `requests` are left to the window."""
 
     LETTERS: ClassVar[Mapping[str, str]]
-    """What a letter does, also where Hangul is on."""
+    """The actions of letters, also while Hangul is on."""
     shows_held = Target
 
     def __init__(self, page: Page) -> None:
-        """Fill the page without a frame's texts and buttons."""
+        """Fill the page without the texts and buttons of a frame."""
         self.requests: list[str] = []
         super().__init__(Frame(page, "", "", (), ()))
 
@@ -89,10 +89,10 @@ class AppScreen(Base):
                 self.do(self.LETTERS[letter])
 
     def go_back(self) -> None:
-        """Do nothing: no page comes before this one."""
+        """Do nothing, as no page comes before this one."""
 
     def do(self, name: str) -> None:
-        """Do what a button or a letter stands for."""
+        """Do what a button or letter means."""
         self.requests.append(name)
 
 
@@ -104,11 +104,11 @@ class AppView:
 
     @cached_property
     def setter(self) -> Typesetter:
-        """The typesetter of the page, which lays texts out."""
+        """Return the typesetter of the page."""
         return Typesetter(self.page)
 
     def title(self, head: Box) -> Label:
-        """Return the window's title, at the left of its head."""
+        """Return the window's title, on the left of its head."""
         laid = self.setter.text(
             self.page.texts("title"), self.page.metrics.unit(90), head.height, TITLE_STEPS, bold=True
         )
@@ -120,7 +120,7 @@ class AppView:
 
 
 def calibration_at_hand(options: WindowOptions) -> Calibration:
-    """Return the station's calibration; where its screen was never measured, one by what the system says of it.
+    """Return the station's calibration; if its screen was never measured, one from the system's information.
 
     The latter is confirmed `NEVER`.
     """
@@ -150,6 +150,6 @@ def opened_shell(calibration: Calibration, options: WindowOptions) -> Iterator[S
 
 
 def app_page(metrics: Metrics, texts: Texts) -> Page:
-    """Return the page of these texts, with fonts for their language. Raises WindowError."""
+    """Return the page with these texts, and fonts for their language. Raises WindowError."""
     hangul = needed(texts.language, sys.platform)
     return Page(metrics, texts, find_fonts(texts.language), hangul=hangul)

@@ -1,4 +1,4 @@
-"""The screen for a request, and the pages between them."""
+"""Build the screen for a request, and the pages between requests."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ SCREEN_PLACES: Mapping[str, str] = {
     "interview": f"{_SCREENS}.interview:InterviewScreen",
     "anchor": f"{_SCREENS}.anchor:AnchorScreen",
 }
-"""Where the screens of forms are, by the forms' names. Of a form that is not listed: `SCREEN` of its own module."""
+"""The screens of forms, by the forms' names. A form that is not listed has `SCREEN` in a module of its own."""
 RESTING = "resting"
-"""The page of a rest that the participant asked for."""
+"""The page of a rest that the participant requested."""
 
 
 def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t0_ns: int) -> Screen:
-    """Return a new screen with only the earlier answers given; its samples count from t0_ns, when it is shown.
+    """Return a new screen with the earlier answers filled in; its samples count from t0_ns, when it is shown.
 
-    Raise WindowError where it cannot be shown: a text that does not fit, a line wider than the screen.
+    Raises WindowError if it cannot be shown: a text that does not fit, a line wider than the screen.
     """
     match request:
         case Ask():
@@ -56,15 +56,15 @@ def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t
 
 
 def page_for(key: str, page: Page) -> Screen:
-    """Return a page by its key among the texts: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
+    """Return a page by its text key: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
 
-    Only the page of a rest has an answer: the participant goes on. Raise WindowError on an unknown key.
+    Only the page of a rest has an answer: the participant goes on. Raises WindowError for an unknown key.
     """
     return RestScreen(None, page) if key == RESTING else MessageScreen(key, page)
 
 
 def demand_shown(forms: Iterable[Form], page: Page) -> None:
-    """Raise WindowError unless every form and every page of text can be shown: before a session begins."""
+    """Raise WindowError unless every form and every page of text can be shown, before a session begins."""
     requests: list[Ask | Instruct] = [*map(Ask, forms), *map(Instruct, page.pages)]
     for request in requests:
         screen_for(request, page, 0).scene()

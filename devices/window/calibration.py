@@ -1,4 +1,4 @@
-"""The pixels per millimetre of a station's screen: measured with a ruler, and kept in the lab by host name."""
+"""The pixels per millimetre of a station's screen, measured with a ruler and stored in the lab by host name."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from palpate.protocols.shell_command import shell_command
 from palpate.protocols.yaml_text import load
 
 NOMINAL_MM = 127.0
-"""The length that is drawn and measured: that of the thesis' slider."""
+"""The length of the line that is drawn and measured, that of the thesis' slider."""
 TOLERANCE_MM = 0.5
-"""How far the ruler's reading may lie from the nominal length."""
+"""Greatest deviation of the ruler's reading from the nominal length."""
 DENSITIES = (1.0, 40.0)
-"""Pixels per millimetre: from a wall of light bulbs to a telephone."""
+"""Plausible pixels per millimetre: from a wall of light bulbs to a telephone."""
 SIZES = (320, 16384)
 AGAIN = "palpate window calibrate"
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A screen, its size in pixels and its density, as an experimenter confirmed them with a ruler."""
+    """A screen with its size in pixels and its density, as an experimenter confirmed them with a ruler."""
 
     size_px: tuple[int, int]
     px_per_mm: float
@@ -37,7 +37,7 @@ class Calibration:
 
     @property
     def metrics(self) -> Metrics:
-        """The screen's size and density, as layout needs them."""
+        """Return the screen's size and density for layout."""
         return Metrics(*self.size_px, self.px_per_mm)
 
     def definition(self) -> dict[str, Any]:
@@ -46,7 +46,7 @@ class Calibration:
 
     @classmethod
     def from_definition(cls, data: Mapping[str, Any], where: str = "calibration") -> Calibration:
-        """Return the calibration that a ledger or a file holds. Raise WindowError naming the key that is wrong."""
+        """Return the calibration in a ledger or file. Raises WindowError that names the invalid key."""
         for key in data:
             if key not in KEYS:
                 raise WindowError(f"{where}: unknown key {key!r}, {nearest(str(key), KEYS)}")
@@ -62,14 +62,14 @@ class Calibration:
         return cls((width, height), *numbers)
 
     def demand_size(self, found: tuple[int, int]) -> None:
-        """Raise WindowError unless the window is as large as the screen that was calibrated."""
+        """Raise WindowError unless the window has the size of the calibrated screen."""
         if found != self.size_px:
             now, then = f"{found[0]}x{found[1]}", f"{self.size_px[0]}x{self.size_px[1]}"
             raise WindowError(f"calibrated at {then} px, the screen has {now}: set it back, or measure again: {AGAIN}")
 
 
 def demand_reading(read_mm: float, nominal_mm: float) -> None:
-    """Raise WindowError where the ruler says that the drawn length is not the nominal one."""
+    """Raise WindowError if the ruler's reading of the drawn line differs from its nominal length."""
     if not abs(read_mm - nominal_mm) <= TOLERANCE_MM:
         raise WindowError(
             f"the bar of {nominal_mm:g} mm measures {read_mm:g} mm on the screen; at most {TOLERANCE_MM:g} mm off is "
@@ -78,7 +78,7 @@ def demand_reading(read_mm: float, nominal_mm: float) -> None:
 
 
 def density_from(bar_px: int, read_mm: float) -> float:
-    """Return the pixels per millimetre where a bar of so many pixels reads so many millimetres. Raise WindowError."""
+    """Return the pixels per millimetre if a bar of `bar_px` pixels measures `read_mm`. Raises WindowError."""
     if not (math.isfinite(read_mm) and read_mm > 0 and _dense(bar_px / read_mm)):
         low, high = DENSITIES
         raise WindowError(
@@ -94,7 +94,7 @@ def station_file(lab: Path, host: str | None = None) -> Path:
 
 
 def read_calibration(lab: Path, host: str | None = None) -> Calibration:
-    """Return this station's calibration. Raise WindowError if there is none, or naming line and key of an error."""
+    """Return this station's calibration. Raises WindowError if there is none, or with line and key of an error."""
     file = station_file(lab, host)
     if not file.is_file():
         raise WindowError(f"{file}: this station's screen is not calibrated; do it first: {_command(lab)}")
@@ -112,7 +112,7 @@ def _command(lab: Path) -> str:
 
 
 def write_calibration(lab: Path, calibration: Calibration, host: str | None = None) -> Path:
-    """Keep this station's calibration, in place of an earlier one."""
+    """Save this station's calibration, replacing an earlier one."""
     width, height = calibration.size_px
     text = (
         f"# The participant's screen at this station, measured with a ruler. Made by: {AGAIN}\n"
@@ -142,4 +142,4 @@ KEYS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "nominal_mm": (lambda value: _number(value) and 10 <= value <= 1000, "the bar's length, from 10 to 1000 mm"),
     "confirmed_at": (lambda value: isinstance(value, str) and len(value) >= 10, "the date and time of measuring"),
 }
-"""Every key of a calibration: what is right, and what to say where it is not."""
+"""Every key of a calibration: a check of its value, and the message if it fails."""

@@ -1,6 +1,6 @@
-"""Measuring a screen with a ruler: a line is drawn by a guess, read, and drawn again until it is what it should be.
+"""Measure a screen with a ruler: a line is drawn by a guess, measured, and redrawn until it has its nominal length.
 
-Lines typed at the terminal are taken when they are there, so that the window stays alive while it waits.
+Lines typed at the terminal are read without blocking, so that the window stays responsive.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from palpate.devices.window.shell import Shell
 
 USUAL_PX_PER_MM = 96 / 25.4
-"""The density that systems take a screen to have when they know no better."""
+"""The density that systems assume by default."""
 MOST_READINGS = 6
 
 
@@ -33,7 +33,7 @@ def calibrated(
 ) -> Calibration:
     """Return the screen's calibration, from the readings typed at the terminal or from a given width.
 
-    Raise WindowError where the screen or the display is not available, or the readings do not agree.
+    Raises WindowError if the screen or the display is not available, or the readings do not agree.
     """
     from palpate.devices.window.shell import screen_sizes
 
@@ -51,14 +51,14 @@ def calibrated(
 
 
 def describe_calibration(calibration: Calibration) -> str:
-    """Describe the calibration in words."""
+    """Return a description of the calibration."""
     width, height = calibration.size_px
     size_mm = f"{width / calibration.px_per_mm:.0f} x {height / calibration.px_per_mm:.0f} mm"
     return f"screen {calibration.screen}: {width}x{height} px, {calibration.px_per_mm:.4f} px per mm ({size_mm})"
 
 
 def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibration:
-    """Read the line until it measures what was drawn; each reading corrects the density."""
+    """Repeat the measurement until the line measures its nominal length; each reading corrects the density."""
     lines = Lines()
     for _ in range(MOST_READINGS):
         read_mm = _reading(shell, guess, language, lines)
@@ -73,7 +73,7 @@ def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibr
 
 
 def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines) -> float:
-    """Show the line and wait for a number at the terminal; the window lives on meanwhile."""
+    """Show the line and wait for a number at the terminal, while the window stays responsive."""
     from PIL import Image
 
     from palpate.devices.window.build import screen_for
@@ -98,12 +98,12 @@ def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines
 
 @dataclass
 class Lines:
-    """Standard input, line by line, without waiting; nobody else may read from it meanwhile."""
+    """Standard input, read line by line without waiting; nothing else may read from it meanwhile."""
 
     pending: bytearray = field(default_factory=bytearray)
 
     def poll(self) -> str | None:
-        """Return the next line if it has been typed. Raise click.Abort at the end of the input."""
+        """Return the next line if it has been typed, else None. Raises click.Abort at the end of the input."""
         if b"\n" not in self.pending:
             self.pending += self._piece()
         line, found, rest = self.pending.partition(b"\n")

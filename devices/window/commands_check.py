@@ -1,4 +1,4 @@
-"""A check of whether a participant's window can be opened on this station, and of what it can show there."""
+"""Check whether a participant's window can be opened on this station, and what it can show."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from palpate.devices.window.shell_checks import demand_screen, demand_unscaled
 from palpate.protocols.yaml_text import YamlError
 
 SAMPLES = {"Latin": "Aéß", "Hangul": "가힣", "Devanagari": "कि", "Greek": "αω", "Cyrillic": "Яж", "Han": "漢"}
-"""Characters that tell whether a script can be written."""
+"""Characters that show whether a script can be drawn."""
 
 
 def findings(lab: Path) -> dict[str, Any]:
-    """Return calibration, screens, fonts by script and languages; `problems` are what keeps a window from opening."""
+    """Return calibration, screens, fonts by script and languages; `problems` are what prevents a window."""
     from palpate.devices.window.texts import languages
 
     problems: list[str] = []
@@ -38,7 +38,7 @@ def findings(lab: Path) -> dict[str, Any]:
 
 
 def describe_findings(state: dict[str, Any]) -> str:
-    """Describe the state in words."""
+    """Return a description of these findings."""
     calibration = state["calibration"]
     lines = [f"calibration  {state['file']}"]
     if calibration is not None:

@@ -1,4 +1,4 @@
-"""Writing in a field: the text, the caret, and what is in view."""
+"""A text field: its text, its caret, and the visible part."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from palpate.protocols.forms import LONGEST_WORD, MOST_WORDS
 
 JOINERS = "\u200c\u200d"
 PLACEHOLDER = "□"
-"""Stands for a character that no font here draws; the answer keeps the character itself."""
+"""Replaces a character that no font here can draw; the answer keeps the character itself."""
 
 
 @dataclass
 class Writing:
-    """A text being written, composed (NFC); the caret stands before the character of that number."""
+    """A text being written, composed (NFC); the caret is before the character of that number."""
 
     text: str = ""
     caret: int = 0
     many_lines: bool = False
 
     def insert(self, text: str) -> bool:
-        """Write at the caret, without control characters; False where there is no room left."""
+        """Insert text at the caret, without control characters; return False if there is no room."""
         clean = "".join(c for c in text if unicodedata.category(c) != "Cc")
         return self._put(clean) if clean else True
 
     def new_line(self) -> bool:
-        """Break the line at the caret where the field has many lines."""
+        """Break the line at the caret if the field has several lines."""
         return self.many_lines and self._put("\n")
 
     def backspace(self) -> None:
-        """Take away what stands before the caret, marks and all."""
+        """Delete the letter before the caret, including its marks."""
         start = before(self.text, self.caret)
         self.text, self.caret = self.text[:start] + self.text[self.caret :], start
 
     def replace_last(self, text: str) -> bool:
-        """Write in place of the character before the caret; False, and nothing changed, where there is no room."""
+        """Replace the character before the caret; return False, unchanged, if there is no room."""
         whole, caret = self.text, self.caret
         self.text, self.caret = whole[: caret - 1] + whole[caret:], caret - 1
         if not self._put(text):
@@ -45,11 +45,11 @@ class Writing:
         return True
 
     def delete(self) -> None:
-        """Take away what stands behind the caret."""
+        """Delete the letter behind the caret."""
         self.text = self.text[: self.caret] + self.text[after(self.text, self.caret) :]
 
     def move(self, key: str) -> bool:
-        """Move the caret by left, right, home or end; False where the key means nothing here."""
+        """Move the caret by left, right, home or end; return False for other keys."""
         start = self.text.rfind("\n", 0, self.caret) + 1
         stop = self.text.find("\n", self.caret)
         places = {
@@ -62,7 +62,7 @@ class Writing:
         return key in places
 
     def words(self, separators: str = "") -> list[str]:
-        """Return what is written, one entry a line or between separators: trimmed, without blanks and repetitions."""
+        """Return the entries, one per line or between separators: trimmed, without empty and repeated ones."""
         text = self.text
         for separator in separators:
             text = text.replace(separator, "\n")
@@ -80,7 +80,7 @@ class Writing:
 
 @dataclass(frozen=True)
 class View:
-    """The lines in view, each with the number of its first character; `caret` is (line, x in pixels)."""
+    """The visible lines, each with the number of its first character; `caret` is (line, x in pixels)."""
 
     lines: tuple[str, ...]
     starts: tuple[int, ...]
@@ -88,7 +88,7 @@ class View:
 
 
 def view(fonts: Fonts, writing: Writing, size: int, width: int, height_lines: int) -> View:
-    """Return the part of the text in view: wrapped lines around the caret, or as much of a single line as fits."""
+    """Return the visible part of the text: wrapped lines around the caret, or as much of a single line as fits."""
     lines = _wrapped(fonts, writing, size, width) if writing.many_lines else [_window(fonts, writing, size, width)]
     starts = [start for start, _ in lines]
     on = max(n for n, start in enumerate(starts) if start <= writing.caret)
@@ -101,13 +101,13 @@ def view(fonts: Fonts, writing: Writing, size: int, width: int, height_lines: in
 
 
 def place_at(fonts: Fonts, seen: View, size: int, line: int, x: float) -> int:
-    """Return the place in the text nearest to a point of a line in view."""
+    """Return the position in the text nearest to a point in a visible line."""
     line = min(max(line, 0), len(seen.lines) - 1)
     return seen.starts[line] + _nearest(fonts, seen.lines[line], size, x)
 
 
 def step(fonts: Fonts, writing: Writing, size: int, width: int, by: int) -> None:
-    """Move the caret a line up or down, as far from the left as it was; at the first and last line it stays."""
+    """Move the caret a line up or down, at the same distance from the left; it stays at the first and last line."""
     lines = _wrapped(fonts, writing, size, width)
     on = max(n for n, (start, _) in enumerate(lines) if start <= writing.caret)
     if 0 <= on + by < len(lines):
@@ -125,14 +125,14 @@ def _nearest(fonts: Fonts, text: str, size: int, x: float) -> int:
 
 
 def shown(fonts: Fonts, text: str) -> str:
-    """Return the text with a box for every character that no font draws."""
+    """Return the text with a box for every character that no font can draw."""
     return "".join(
         c if unicodedata.category(c) in {"Cf", "Zs"} or fonts.face(c) is not None else PLACEHOLDER for c in text
     )
 
 
 def before(text: str, place: int) -> int:
-    """Return where the letter before a place begins: marks and joiners belong to the letter before them."""
+    """Return where the letter before a position begins, including its marks and joiners."""
     place = max(0, place - 1)
     while place > 0 and (_joins(text[place]) or text[place - 1] == JOINERS[1]):
         place -= 1
@@ -140,7 +140,7 @@ def before(text: str, place: int) -> int:
 
 
 def after(text: str, place: int) -> int:
-    """Return where the letter at a place ends."""
+    """Return where the letter at a position ends."""
     place = min(len(text), place + 1)
     while place < len(text) and (_joins(text[place]) or text[place - 1] == JOINERS[1]):
         place += 1

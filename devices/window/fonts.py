@@ -1,4 +1,4 @@
-"""Font files of this machine that cover the characters of a study, and text split into runs of one font each.
+"""Font files of this machine that cover the characters of a study, and text divided into runs of one font each.
 
 Which characters a file can draw is read from its character map (OpenType `cmap`, formats 4 and 12).
 """
@@ -29,7 +29,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 MOST_NAMED = 12
 CJK_INDEX = {"ja": 0, "ko": 1, "zh": 2}
-"""Which font of Noto Sans CJK's collection writes a language's Chinese characters as its readers know them."""
+"""The font in Noto Sans CJK's collection with a language's usual forms of Chinese characters."""
 UNICODE = ((3, 10), (0, 6), (0, 4), (3, 1), (0, 3), (0, 2), (0, 1), (0, 0))
 """(platform, encoding) of Unicode subtables, the widest first."""
 LARGEST_TABLE = 4_000_000
@@ -42,7 +42,7 @@ REGULAR = (
     "Lohit-Devanagari.ttf",
     "NotoSans*-Regular.ttf", "NotoSansSymbols*-Regular.ttf", "seguisym.ttf",
 )  # fmt: skip
-"""File names in order of preference: Latin with accents, then Korean and its neighbours, Devanagari, all else."""
+"""File names in order of preference: Latin with accents, then Korean and its neighbours, Devanagari, others."""
 BOLD = (
     "NotoSans-Bold.ttf", "segoeuib.ttf", "Arial Bold.ttf", "arialbd.ttf", "DejaVuSans-Bold.ttf",
     "LiberationSans-Bold.ttf", "NotoSansKR-Bold.*", "NotoSansCJK-Bold.ttc", "malgunbd.ttf", "NanumGothicBold.ttf",
@@ -77,7 +77,7 @@ ANY = ("fonts-noto-core or fonts-noto-extra", "Noto Sans from notofonts.github.i
 
 @dataclass(frozen=True)
 class Face:
-    """One font of a file."""
+    """A font in a file."""
 
     path: Path
     index: int = 0
@@ -93,7 +93,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Mask:
-    """A run as it is drawn; left and top from where its baseline begins."""
+    """A run as it is drawn; left and top are from the start of its baseline."""
 
     image: Image.Image
     left: int
@@ -101,7 +101,7 @@ class Mask:
 
 
 class Recent(dict[K, V]):
-    """A memory of so many things: the one kept longest goes first."""
+    """A cache of limited size that drops the oldest entry first."""
 
     def __init__(self, most: int) -> None:
         super().__init__()
@@ -115,7 +115,7 @@ class Recent(dict[K, V]):
 
 @dataclass
 class Fonts:
-    """The fonts of a session, best first; what was opened or measured is kept here and nowhere else."""
+    """The fonts of a session, best first; opened fonts and measurements are cached only here."""
 
     regular: tuple[Face, ...]
     bold: tuple[Face, ...] = ()
@@ -126,10 +126,10 @@ class Fonts:
     _widths: Recent[tuple[str, int, bool], float] = field(default_factory=lambda: Recent(4000), repr=False)
     _masks: Recent[tuple[Face, int, str], Mask] = field(default_factory=lambda: Recent(400), repr=False)
     laid: Recent[tuple[object, ...], Any] = field(default_factory=lambda: Recent(400), repr=False)
-    """Texts in lines, which `paint_text.lay` keeps: a form tries its texts at many sizes, and is shown many times."""
+    """Cache of laid out texts for `paint_text.lay`: a form tries its texts at many sizes, and is shown many times."""
 
     def demand(self, texts: Iterable[str]) -> None:
-        """Raise WindowError unless every character can be drawn, naming those that cannot and what to install."""
+        """Raise WindowError unless every character can be drawn; it lists those that cannot, and what to install."""
         characters = sorted({c for text in texts for c in unicodedata.normalize("NFC", text) if not _invisible(c)})
         if not self.shapes_complex and (found := [c for c in characters if is_complex(c)]):
             raise WindowError(
@@ -140,7 +140,7 @@ class Fonts:
             raise WindowError(f"no font on this machine draws {_named(missing)}; install {packages_for(missing)}")
 
     def face(self, character: str, bold: bool = False) -> Face | None:
-        """Return the first font that has the character; a bold one where there is one."""
+        """Return the first font that has the character, a bold one if available; None if there is none."""
         key = character, bold
         if key not in self._faces:
             faces = (*self.bold, *self.regular) if bold else self.regular
@@ -148,7 +148,9 @@ class Fonts:
         return self._faces[key]
 
     def runs(self, text: str, bold: bool = False) -> tuple[Run, ...]:
-        """Return the text (NFC) split by font; a mark or a space stays with the letter before it. Raise WindowError."""
+        """Return the text (NFC) divided by font; a mark or a space stays with the letter before it. Raises
+        WindowError.
+        """
         runs: list[Run] = []
         for character in unicodedata.normalize("NFC", text):
             before = runs[-1].face if runs else None
@@ -162,7 +164,7 @@ class Fonts:
         return tuple(runs)
 
     def width(self, text: str, size: int, bold: bool = False) -> float:
-        """Return how far the text advances, in pixels."""
+        """Return the advance width of the text in pixels."""
         key = text, size, bold
         if key not in self._widths:
             runs = self.runs(text, bold)
@@ -170,7 +172,7 @@ class Fonts:
         return self._widths[key]
 
     def mask(self, face: Face, size: int, text: str) -> Mask:
-        """Return the text drawn once, to be painted in any colour, because shaping it takes the time."""
+        """Return the text drawn once, to be painted in any colour, because shaping it takes time."""
         key = face, size, text
         if key not in self._masks:
             font = self.font(face, size)
@@ -193,7 +195,7 @@ class Fonts:
         return font
 
     def _face_after(self, before: Face | None, character: str, bold: bool) -> Face | None:
-        """Return the font of the next character; neutral characters stay in the run before if its font has them."""
+        """Return the font of the next character; a neutral character keeps the font before it, if that has it."""
         neutral = unicodedata.category(character)[0] in "ZMC" or unicodedata.combining(character)
         if before is not None and neutral and (_invisible(character) or self._draws(before, character)):
             return before
@@ -210,7 +212,9 @@ class Fonts:
 
 
 def find_fonts(language: str = "en", folders: Sequence[Path] | None = None) -> Fonts:
-    """Return the fonts of this machine (or of some folders) that Palpate writes with. Raise WindowError if none."""
+    """Return the fonts of this machine, or of some folders, for Palpate's texts. Raises WindowError if there are
+    none.
+    """
     from PIL import features
 
     files, cjk = font_files(folders), CJK_INDEX.get(language[:2], 1)
@@ -233,12 +237,12 @@ def _named(characters: Sequence[str]) -> str:
 
 
 class NotAFont(ValueError):
-    """The file is no OpenType or TrueType font with a Unicode character map."""
+    """A file that is not an OpenType or TrueType font with a Unicode character map."""
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """Ranges of code points, sorted: first[n] to last[n], both inside."""
+    """Sorted ranges of code points: first[n] to last[n], both inclusive."""
 
     first: tuple[int, ...]
     last: tuple[int, ...]
@@ -250,7 +254,7 @@ class Coverage:
 
 
 def coverage(path: Path, index: int = 0) -> Coverage:
-    """Return the characters that font `index` of a file can draw. Raise NotAFont, or OSError if it cannot be read."""
+    """Return the characters that font `index` of a file can draw. Raises NotAFont, or OSError if it cannot be read."""
     try:
         with path.open("rb") as file:
             data = _subtable(_table(file, index))
@@ -284,7 +288,7 @@ def _table(file: BinaryIO, index: int) -> bytes:
 
 
 def _subtable(table: bytes) -> bytes:
-    """Return the widest Unicode subtable of a format that is read here."""
+    """Return the widest Unicode subtable in a supported format."""
     _, count = struct.unpack_from(">HH", table)
     tables = {}
     for number in range(count):
@@ -318,7 +322,7 @@ def _segments(data: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: int) -> int:
-    """Return the glyph of a code point; 0 is none."""
+    """Return the glyph of a code point; 0 for none."""
     if offset == 0:
         return (code + delta) & 0xFFFF
     place = where + 2 * (code - first)
@@ -329,7 +333,7 @@ def _glyph(data: bytes, code: int, first: int, delta: int, offset: int, where: i
 
 
 def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
-    """Return font files by name below the folders (default: the system's); of equal names the first one counts."""
+    """Return font files by name in the folders and below (default: the system's); the first of equal names counts."""
     files: dict[str, Path] = {}
     for folder in system_folders() if folders is None else folders:
         for place, inner, names in os.walk(folder):
@@ -341,7 +345,7 @@ def font_files(folders: Sequence[Path] | None = None) -> dict[str, Path]:
 
 
 def in_order(files: dict[str, Path], patterns: Sequence[str]) -> list[Path]:
-    """Return the files that match a list of name patterns, in the patterns' order, each once."""
+    """Return the files that match name patterns, in the order of the patterns, each once."""
     chosen: dict[Path, None] = {}
     for pattern in patterns:
         exact = pattern in files
@@ -351,7 +355,7 @@ def in_order(files: dict[str, Path], patterns: Sequence[str]) -> list[Path]:
 
 
 def system_folders(platform: str = sys.platform) -> tuple[Path, ...]:
-    """Return where this kind of system keeps fonts; last, those of matplotlib, so that Latin can be drawn."""
+    """Return the system's font folders, and last matplotlib's, so that Latin can always be drawn."""
     home = Path.home()
     own: tuple[Path, ...]
     if platform == "win32":
@@ -375,7 +379,7 @@ def is_complex(character: str) -> bool:
 
 
 def packages_for(characters: Sequence[str]) -> str:
-    """Describe what to install for characters that no font has: Debian's packages, and their names elsewhere."""
+    """Return what to install for characters that no font has: Debian's packages, and their names elsewhere."""
     sources: dict[tuple[str, str], None] = {}
     for character in characters:
         rows = ((debian, other) for first, last, debian, other in SOURCES if first <= ord(character) <= last)

@@ -1,4 +1,4 @@
-"""Boxes on the screen, sizes in millimetres, and what must hold of every layout."""
+"""Boxes on the screen, sizes in millimetres, and checks of every layout."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from dataclasses import dataclass
 from typing import Literal
 
 SMALLEST_TARGET_MM = 8.0
-"""Smallest side of anything to press, for a hand that does not look twice."""
+"""Smallest side of anything to press, large enough without careful aiming."""
 NEAREST_TARGETS_MM = 1.0
 SMALLEST_TEXT_MM = 4.0
-"""Em size that no text goes below: an x-height of 2.1 mm and capitals of 2.8 mm, 12 and 16 minutes of arc at 60 cm
-(ISO 9241-303 asks for characters of 16 at least)."""
+"""Smallest em size of text: an x-height of 2.1 mm and capitals of 2.8 mm, 12 and 16 minutes of arc at 60 cm (ISO
+9241-303 asks for characters of 16 at least).
+"""
 DESIGN_MM = (320.0, 180.0)
-"""The screen that distances are written for; others are scaled by how much larger or smaller they are."""
+"""The screen size that distances are designed for; other screens are scaled."""
 SMALLEST_SCALE, LARGEST_SCALE = 0.8, 1.4
 SMALLEST_SCREEN_PX = (1024, 640)
 ROUNDING_PX = 1.0
 
 
 class WindowError(ValueError):
-    """The participant's window cannot show what it is asked to show, as things are set up."""
+    """A participant's window that cannot show what is requested, with its current setup."""
 
 
 @dataclass(frozen=True)
 class Metrics:
-    """A screen's size in pixels and how many of them a millimetre holds."""
+    """A screen's size in pixels, and its pixels per millimetre."""
 
     width_px: int
     height_px: int
@@ -43,7 +44,7 @@ class Metrics:
 
     @property
     def scale(self) -> float:
-        """How much larger than designed everything is drawn, except prescribed lengths."""
+        """Return how much larger than designed everything is drawn, except prescribed lengths."""
         width_mm, height_mm = self.width_px / self.px_per_mm, self.height_px / self.px_per_mm
         fits = min(width_mm / DESIGN_MM[0], height_mm / DESIGN_MM[1])
         return min(max(fits, SMALLEST_SCALE), LARGEST_SCALE)
@@ -53,15 +54,15 @@ class Metrics:
         return round(length_mm * self.px_per_mm)
 
     def unit(self, design_mm: float) -> int:
-        """Return a distance of the design in pixels, at least one."""
+        """Return a distance of the design in pixels, at least 1."""
         return max(1, round(design_mm * self.px_per_mm * self.scale))
 
     def target(self, design_mm: float = SMALLEST_TARGET_MM) -> int:
-        """Return a target's side in pixels: as designed, but never smaller than can be pressed."""
+        """Return a target's side in pixels: as designed, but never too small to press."""
         return max(self.unit(design_mm), self.mm(SMALLEST_TARGET_MM) + 1)
 
     def text(self, design_mm: float) -> int:
-        """Return an em size in pixels: as designed, but never below what can be read."""
+        """Return an em size in pixels: as designed, but never too small to read."""
         return max(self.unit(design_mm), round(SMALLEST_TEXT_MM * self.px_per_mm + 0.5))
 
     @property
@@ -72,7 +73,7 @@ class Metrics:
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle of whole pixels; left and top lie inside, right and bottom just outside."""
+    """A rectangle of whole pixels; left and top are inside, right and bottom just outside."""
 
     left: int
     top: int
@@ -93,11 +94,11 @@ class Box:
         return self.left + self.width // 2, self.top + self.height // 2
 
     def holds(self, x: float, y: float) -> bool:
-        """Return whether the point lies inside."""
+        """Return whether the point is inside."""
         return self.left <= x < self.right and self.top <= y < self.bottom
 
     def contains(self, other: Box) -> bool:
-        """Return whether all of the other box lies inside."""
+        """Return whether the other box is completely inside."""
         inside = self.left <= other.left and self.top <= other.top
         return inside and other.right <= self.right and other.bottom <= self.bottom
 
@@ -121,13 +122,13 @@ class Box:
         return Box(left, top, max(self.right, other.right) - left, max(self.bottom, other.bottom) - top)
 
     def common(self, other: Box) -> Box:
-        """Return the intersection of both, of no size where they share nothing."""
+        """Return the intersection of both, of size 0 if they do not overlap."""
         left, top = max(self.left, other.left), max(self.top, other.top)
         width, height = min(self.right, other.right) - left, min(self.bottom, other.bottom) - top
         return Box(left, top, max(0, width), max(0, height))
 
     def gap(self, other: Box) -> int:
-        """Return the pixels between two boxes, across or down, whichever is more; negative where they overlap."""
+        """Return the pixels between two boxes, across or down, whichever is more; negative if they overlap."""
         across = max(self.left, other.left) - min(self.right, other.right)
         down = max(self.top, other.top) - min(self.bottom, other.bottom)
         return max(across, down)
@@ -138,10 +139,10 @@ Kind = Literal["target", "text", "mark", "marker"]
 
 @dataclass(frozen=True)
 class Placed:
-    """Something on the screen: targets can be pressed, texts are read, marks are the rest, and markers stand
-    on marks.
+    """An element's place on the screen.
 
-    `ink` is what the text covers when drawn; `within` names the target or mark that it belongs to and lies in.
+    Targets can be pressed, texts are read, markers lie on marks, and marks are all others. `ink` is the area that the
+    text covers when drawn; `within` names the target or mark that it belongs to and lies in.
     """
 
     name: str
@@ -153,7 +154,7 @@ class Placed:
 
 
 def problems(placed: Sequence[Placed], metrics: Metrics) -> list[str]:
-    """Describe what is wrong with a layout: outside, clipped, overlapping, too small or too near; [] if nothing."""
+    """Return the problems of a layout: outside, clipped, overlapping, too small or too near; [] if there are none."""
     return [*_alone(placed, metrics), *_against_each_other(placed, metrics)]
 
 

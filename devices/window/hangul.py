@@ -1,4 +1,4 @@
-"""Hangul from Latin keys: the two-set layout (dubeolsik, KS X 5002), for windows that no input method reaches.
+"""Hangul from Latin keys: the two-set layout (dubeolsik, KS X 5002), for windows without an input method.
 
 A letter is a compatibility jamo, as a key writes it; a syllable is one character, made of a lead, a vowel and a tail.
 """
@@ -8,14 +8,14 @@ from __future__ import annotations
 LEADS = "ㄱㄲㄴㄷㄸㄹㅁㅂㅃㅅㅆㅇㅈㅉㅊㅋㅌㅍㅎ"
 VOWELS = "ㅏㅐㅑㅒㅓㅔㅕㅖㅗㅘㅙㅚㅛㅜㅝㅞㅟㅠㅡㅢㅣ"
 TAILS = " ㄱㄲㄳㄴㄵㄶㄷㄹㄺㄻㄼㄽㄾㄿㅀㅁㅂㅄㅅㅆㅇㅈㅊㅋㅌㅍㅎ"
-"""In the order of Unicode's syllables, which begin at FIRST; a blank stands for no tail."""
+"""In the order of Unicode's syllables, which begin at FIRST; a space stands for no tail."""
 FIRST, LAST = ord("가"), ord("힣")
 PAIRS = {
     "ㄱㅅ": "ㄳ", "ㄴㅈ": "ㄵ", "ㄴㅎ": "ㄶ", "ㄹㄱ": "ㄺ", "ㄹㅁ": "ㄻ", "ㄹㅂ": "ㄼ", "ㄹㅅ": "ㄽ", "ㄹㅌ": "ㄾ",
     "ㄹㅍ": "ㄿ", "ㄹㅎ": "ㅀ", "ㅂㅅ": "ㅄ", "ㅗㅏ": "ㅘ", "ㅗㅐ": "ㅙ", "ㅗㅣ": "ㅚ", "ㅜㅓ": "ㅝ", "ㅜㅔ": "ㅞ",
     "ㅜㅣ": "ㅟ", "ㅡㅣ": "ㅢ",
 }  # fmt: skip
-"""Two keys, one after the other, that make one vowel or one tail; ㄲ, ㅆ and their like have keys of their own."""
+"""Pairs of keys that make one vowel or one tail; ㄲ, ㅆ and similar letters have keys of their own."""
 PARTS = {pair: keys for keys, pair in PAIRS.items()}
 _PLAIN = dict(zip("qwertyuiopasdfghjklzxcvbnm", "ㅂㅈㄷㄱㅅㅛㅕㅑㅐㅔㅁㄴㅇㄹㅎㅗㅓㅏㅣㅋㅌㅊㅍㅠㅜㅡ", strict=True))
 _SHIFTED = {"Q": "ㅃ", "W": "ㅉ", "E": "ㄸ", "R": "ㄲ", "T": "ㅆ", "O": "ㅒ", "P": "ㅖ"}
@@ -24,12 +24,12 @@ KEYS = _PLAIN | {key.upper(): jamo for key, jamo in _PLAIN.items()} | _SHIFTED
 
 
 def needed(language: str, platform: str) -> bool:
-    """Return whether Hangul must be composed here: Windows and macOS have input methods that reach the window."""
+    """Return whether Hangul must be composed here: on Windows and macOS, input methods work in the window."""
     return language.split("-", maxsplit=1)[0] == "ko" and platform not in ("win32", "darwin")
 
 
 def joined(before: str, jamo: str) -> str:
-    """Return the composed character after one more letter: itself, changed, or itself and a new one."""
+    """Return the composed character after another letter: unchanged, changed, or unchanged with a new one."""
     lead, vowel, tail = parts(before)
     if jamo in VOWELS and tail:
         moves = PARTS.get(tail, tail)[-1]
@@ -46,7 +46,7 @@ def joined(before: str, jamo: str) -> str:
 
 
 def shortened(before: str) -> str:
-    """Return the composed character after its last key is taken back; "" where it was the only one."""
+    """Return the composed character after its last key was deleted; "" if it was the only one."""
     lead, vowel, tail = parts(before)
     if tail:
         return syllable(lead, vowel, PARTS[tail][0] if tail in PARTS else "")
@@ -70,7 +70,7 @@ def parts(character: str) -> tuple[str, str, str]:
 
 
 def syllable(lead: str, vowel: str, tail: str = "") -> str:
-    """Return the character of these letters; without a lead the vowel alone."""
+    """Return the character of these letters; without a lead, the vowel alone."""
     if not lead:
         return vowel
     place = (LEADS.index(lead) * len(VOWELS) + VOWELS.index(vowel)) * len(TAILS)

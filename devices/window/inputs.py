@@ -16,7 +16,7 @@ KeyName = Literal[
 
 @dataclass(frozen=True)
 class Pressed:
-    """The left button went down."""
+    """The left button was pressed."""
 
     x: float
     y: float
@@ -34,7 +34,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Released:
-    """The left button came up."""
+    """The left button was released."""
 
     x: float
     y: float
@@ -43,7 +43,7 @@ class Released:
 
 @dataclass(frozen=True)
 class Key:
-    """A key that writes nothing went down, or repeats; the space bar gives both this and Typed(" ")."""
+    """A key that does not write was pressed, or repeats; the space bar gives both this and Typed(" ")."""
 
     name: KeyName
     shift: bool
@@ -52,7 +52,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Typed:
-    """Text came in, one character or more, composed by the system's input method."""
+    """Text was entered, one character or more, composed by the system's input method."""
 
     text: str
     t_s: float

@@ -1,4 +1,4 @@
-"""Colours and smooth shapes, painted onto a picture with Pillow."""
+"""Colours and antialiased shapes, painted with Pillow."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ GROUND: Colour = (246, 247, 249)
 CARD: Colour = (255, 255, 255)
 HAIR: Colour = (205, 211, 219)
 EDGE: Colour = (84, 94, 108)
-"""Outline of what can be pressed: 3:1 and more against both grounds (WCAG 1.4.11)."""
+"""Outline of anything that can be pressed: contrast of at least 3:1 against both backgrounds (WCAG 1.4.11)."""
 INK: Colour = (23, 28, 36)
 QUIET: Colour = (66, 74, 86)
-"""Hints and explanations: above 7:1 on both grounds (WCAG AAA)."""
+"""Hints and explanations: contrast above 7:1 on both backgrounds (WCAG AAA)."""
 ACCENT: Colour = (9, 73, 104)
 TINT: Colour = (226, 238, 245)
 ALERT: Colour = (130, 28, 20)
 SMOOTHING = 4
-"""Shapes are drawn so many times as large and averaged down."""
+"""Factor by which shapes are drawn larger before averaging."""
 
 
 @dataclass
 class Shapes:
-    """Masks of smooth shapes, kept by size while a session lasts."""
+    """Masks of antialiased shapes, cached by size."""
 
     _masks: dict[tuple[object, ...], Image.Image] = field(default_factory=dict, repr=False)
 
     def fill(self, image: Image.Image, box: Box, radius: int, colour: Colour) -> None:
-        """Fill a rectangle with round corners."""
+        """Fill a rectangle with rounded corners."""
         image.paste(colour, (box.left, box.top), self._rounded(box.width, box.height, radius, 0))
 
     def frame(self, image: Image.Image, box: Box, radius: int, width: int, colour: Colour) -> None:
-        """Draw the outline of a rectangle with round corners, inside the box."""
+        """Draw the outline of a rectangle with rounded corners, inside the box."""
         image.paste(colour, (box.left, box.top), self._rounded(box.width, box.height, radius, width))
 
     def tick(self, image: Image.Image, box: Box, width: int, colour: Colour) -> None:
@@ -74,7 +74,7 @@ def _luminance(colour: Colour) -> float:
 
 
 def _rounded(width: int, height: int, radius: int, outline: int) -> Image.Image:
-    """Return the mask of a round rectangle: only the corners are smoothed, straight edges lie on whole pixels."""
+    """Return the mask of a rounded rectangle: only the corners are antialiased, straight edges are on whole pixels."""
     from PIL import Image
 
     radius = min(radius, width // 2, height // 2)
@@ -89,7 +89,7 @@ def _rounded(width: int, height: int, radius: int, outline: int) -> Image.Image:
 
 
 def _corner(radius: int, outline: int) -> Image.Image:
-    """Return the top left corner of a round rectangle, `radius` pixels square."""
+    """Return the top left corner of a rounded rectangle, `radius` pixels square."""
     from PIL import Image, ImageDraw
 
     big = radius * SMOOTHING

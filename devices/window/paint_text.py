@@ -1,4 +1,4 @@
-"""Text set in lines: measured, wrapped, and drawn run by run on a common baseline."""
+"""Text in lines: measured, wrapped, and drawn run by run on a common baseline."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from PIL import Image
 
 LEADING = 1.42
-"""Height of a line in ems: room for the marks above and below the letters of every script."""
+"""Height of a line in ems, with room for the marks above and below the letters of every script."""
 BASELINE = 1.04
 BEARING = 0.1
-"""Room, in ems, kept free on either side of a line: some letters reach beyond their width."""
+"""Free space, in ems, on either side of a line: some letters extend beyond their width."""
 Align = Literal["left", "centre", "right"]
 EVENING = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5)
-"""Shares of the width that lines are narrowed to, for lines of like length."""
+"""Shares of the width that lines are narrowed to, for lines of similar length."""
 _SPACE = r"[^\S\u00a0\u202f]"
 _PIECES = re.compile(rf"{_SPACE}+|(?:(?!{_SPACE})[^/\-–—])+[/\-–—]*|[/\-–—]+")
 _UNSPACED = ((0x2E80, 0x312F), (0x31A0, 0x9FFF), (0xF900, 0xFAFF), (0xFF00, 0xFF60), (0x20000, 0x3FFFF))
-"""Chinese and Japanese, which break between any two characters."""
+"""Chinese and Japanese characters, between any two of which a line can break."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,17 @@ class Laid:
 
     @property
     def leading(self) -> int:
-        """Height of one line."""
+        """Return the height of one line."""
         return round(LEADING * self.size)
 
     @property
     def height(self) -> int:
-        """Height of all lines."""
+        """Return the height of all lines."""
         return self.leading * len(self.lines)
 
     @property
     def text(self) -> str:
-        """The text, for reports."""
+        """Return the text, for error messages."""
         return " ".join(self.lines)
 
 
@@ -60,9 +60,9 @@ BLANK = Laid((), 1, 0)
 def lay(
     fonts: Fonts, text: str, size: int, width: int | None = None, bold: bool = False, even: bool = False
 ) -> Laid | None:
-    """Return the text wrapped to a width in pixels, or None where one word is wider; line breaks stay.
+    """Return the text wrapped to a width in pixels, or None if a word is wider; line breaks are kept.
 
-    `even` makes lines of like length, for labels.
+    `even` makes lines of similar length, for labels.
     """
     key = text, size, width, bold, even
     if key not in fonts.laid:
@@ -87,14 +87,14 @@ def _laid(fonts: Fonts, text: str, size: int, width: int | None, bold: bool, eve
 
 
 def draw(image: Image.Image, fonts: Fonts, laid: Laid, box: Box, colour: Colour, align: Align = "left") -> None:
-    """Draw the lines into the box, in the middle of its height."""
+    """Draw the lines into the box, vertically centred."""
     for run, x, baseline in _placed_runs(fonts, laid, box, align):
         mask = fonts.mask(run.face, laid.size, run.text)
         image.paste(colour, (round(x) + mask.left, baseline + mask.top), mask.image)
 
 
 def ink(fonts: Fonts, laid: Laid, box: Box, align: Align = "left") -> Box | None:
-    """Return the pixels that `draw` covers; None where there is nothing to see."""
+    """Return the pixels that `draw` covers; None if nothing is visible."""
     covered: Box | None = None
     for run, x, baseline in _placed_runs(fonts, laid, box, align):
         bounds = fonts.font(run.face, laid.size).getbbox(run.text, anchor="ls")
@@ -106,7 +106,7 @@ def ink(fonts: Fonts, laid: Laid, box: Box, align: Align = "left") -> Box | None
 
 
 def bearing(size: int) -> int:
-    """Return the free room on either side of a line at an em size, in pixels."""
+    """Return the free space on either side of a line at an em size, in pixels."""
     return round(BEARING * size)
 
 
@@ -148,7 +148,7 @@ def _wrapped(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list
 
 
 def _evened(fonts: Fonts, text: str, size: int, width: int, bold: bool) -> list[str] | None:
-    """Return lines of similar length, as few as possible; None where one word is too wide."""
+    """Return lines of similar length, as few as possible; None if a word is too wide."""
     lines = _wrapped(fonts, text, size, width, bold)
     if lines is None or len(lines) < 2:
         return lines

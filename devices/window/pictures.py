@@ -1,4 +1,4 @@
-"""Pictures of every kind of screen, painted without a window: for the documentation and for a look beforehand."""
+"""Pictures of every kind of screen, painted without a window: for the documentation and for previews."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ if TYPE_CHECKING:
     from PIL import Image
 
 WIDTH_MM = 345.0
-"""Width of the screen that pictures are painted for, unless it is said: a small one of 15.6 inches."""
+"""Default width of the screen that pictures are painted for: a small one of 15.6 inches."""
 COLOURS = 64
 
 
 def pictures(
     folder: Path, size: tuple[int, int] = (1280, 720), language: str = "en", px_per_mm: float | None = None
 ) -> list[Path]:
-    """Paint a specimen of every kind of screen into folder/screen-NAME.png; the files. Raises WindowError."""
+    """Paint a specimen of every kind of screen into folder/screen-NAME.png, and return the files. Raises
+    WindowError.
+    """
     words = wording(language)
     page = specimen_page(Metrics(*size, px_per_mm or size[0] / WIDTH_MM), language, words)
     with staged_files(folder) as draft:
@@ -37,7 +39,7 @@ def pictures(
 
 
 def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None = None) -> Page:
-    """Return the page that specimens are shown on."""
+    """Return the page for specimens."""
     pages = {"instructions": (words or wording(language)).instructions}
     return Page(metrics, load_texts(language), find_fonts(language), pages=pages, total=TRIALS, force_of=_specimen_door)
 
@@ -51,7 +53,7 @@ def _specimen_door(setting: Mapping[str, float]) -> Sequence[float]:
 
 
 def shown(specimen: Specimen, page: Page) -> Screen:
-    """Return the specimen's screen as it looks half way."""
+    """Return the specimen's screen half way through its answers."""
     request = specimen.request
     if isinstance(request, str):
         return page_for(request, page)
@@ -64,7 +66,7 @@ def shown(specimen: Specimen, page: Page) -> Screen:
 
 
 def picture(screen: Screen, page: Page) -> Image.Image:
-    """Paint the whole screen and return the picture."""
+    """Paint the whole screen, and return the picture."""
     from PIL import Image
 
     image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))

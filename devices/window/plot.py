@@ -1,4 +1,4 @@
-"""Force over angle, drawn: smooth lines and bands as masks, so that a move of a slider is seen at once."""
+"""Draw force over angle: antialiased lines and bands as masks, fast enough to follow a slider."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 Mask = NDArray[np.uint8]
 PixelRows = NDArray[np.float32]
 PER_COLUMN = 4
-"""Places of the profile that are looked at for each column of pixels."""
+"""Number of places of the profile that are drawn for each column of pixels."""
 PIECES = 8
-"""A line is kept in so many pieces, side by side: where it is flat, a move of it touches few rows."""
+"""Number of pieces of a line, side by side: where it is flat, a move of it touches few rows."""
 STEP_N = 10.0
 LEAST_N, MOST_N = -20.0, 50.0
-"""The axis spans at least this; a profile beyond makes it longer by whole steps."""
+"""The axis covers at least this range; a profile beyond extends it by whole steps."""
 KEPT = 12
-"""Masks and pictures that are kept."""
+"""Number of masks and pictures that are cached."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Axes:
     high_N: float = MOST_N
 
     def x(self, angle_deg: float) -> int:
-        """Return the column of an angle."""
+        """Return the pixel column of an angle."""
         return self.box.left + round(angle_deg / MAX_ANGLE_DEG * (self.box.width - 1))
 
     def y(self, force_N: float) -> int:
-        """Return the row of a force."""
+        """Return the pixel row of a force."""
         return self.box.top + round((self.high_N - force_N) / (self.high_N - self.low_N) * (self.box.height - 1))
 
     @cached_property
@@ -64,19 +64,19 @@ def axes_for(box: Box, *profiles: Array) -> Axes:
 
 @dataclass(frozen=True)
 class Piece:
-    """Some columns of a line: how much it covers each pixel of the box, 0 to 255."""
+    """Some columns of a line: its coverage of each pixel of the box, 0 to 255."""
 
     box: Box
     cover: bytes
 
 
 def line_mask(force_N: Array, axes: Axes, thick_px: float) -> tuple[int, Mask]:
-    """Return the first row that the profile's line touches, and how much it covers each pixel from there, 0 to 255."""
+    """Return the first row that the profile's line touches, and its coverage of each pixel from there, 0 to 255."""
     return _cover(_course(force_N, axes), axes.box.height, thick_px)
 
 
 def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
-    """Return the same line in pieces where it lies on the screen, from left to right."""
+    """Return the line in pieces, from left to right, where it lies on the screen."""
     course, width = _course(force_N, axes), axes.box.width
     ends, pieces = [width * number // PIECES for number in range(PIECES + 1)], []
     for left, right in itertools.pairwise(ends):
@@ -87,7 +87,7 @@ def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...
 
 
 def _course(force_N: Array, axes: Axes) -> PixelRows:
-    """Return, by column, the line's row in the middle, its lean there (1: flat), its lowest and its highest row."""
+    """Return, by column, the line's middle row, its slope factor there (1: flat), its lowest and its highest row."""
     rows = _rows(force_N, axes)
     middle = rows[:, PER_COLUMN // 2]
     lean = 1.0 / np.sqrt(1.0 + np.gradient(middle) ** 2)
@@ -122,7 +122,7 @@ def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
 
 
 def _rows(force_N: Array, axes: Axes) -> PixelRows:
-    """Return the row of the profile at some places of every column, from the top of the box."""
+    """Return the profile's row at several places of every column, from the top of the box."""
     width = axes.box.width
     columns = np.arange(width * PER_COLUMN) / PER_COLUMN - 0.5
     places = np.clip(columns, 0, width - 1) / (width - 1) * MAX_ANGLE_DEG * POINTS_PER_DEG
@@ -133,7 +133,7 @@ def _rows(force_N: Array, axes: Axes) -> PixelRows:
 
 @dataclass
 class Masks:
-    """The last painted parts of the plot, so that what lies beside a change is not painted again."""
+    """A cache of the painted parts of the plot, so that unchanged parts are not painted again."""
 
     lines: dict[tuple[object, ...], tuple[Piece, ...]] = field(default_factory=dict)
     pictures: dict[tuple[object, ...], Image.Image] = field(default_factory=dict)
@@ -147,7 +147,7 @@ class Masks:
         return self.lines[key]
 
     def picture(self, key: tuple[object, ...], make: Callable[[], Image.Image]) -> Image.Image:
-        """Return a picture by its key, calling `make` where there is none yet."""
+        """Return a picture by its key, calling `make` if it is not cached."""
         if key not in self.pictures:
             _make_room(self.pictures)
             self.pictures[key] = make()
@@ -155,6 +155,6 @@ class Masks:
 
 
 def _make_room(kept: dict[tuple[object, ...], Any]) -> None:
-    """Drop the oldest entry where the memory is full."""
+    """Drop the oldest entry if the cache is full."""
     while len(kept) >= KEPT:
         del kept[next(iter(kept))]

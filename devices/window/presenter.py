@@ -1,4 +1,4 @@
-"""The participant's side of a session: requests become screens, and screens become replies."""
+"""The participant's side of a session: requests are shown as screens, which give replies."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ PAUSE, END = "pause", "end"
 
 
 class Presenter(Protocol):
-    """A presenter, which puts requests before a participant."""
+    """A presenter, which shows requests to a participant."""
 
     description: Mapping[str, Any]
-    """For the ledger: what the window is and what it says."""
+    """For the ledger: a description of the window and its texts."""
     on_side: Callable[[str], None] | None
-    """Told which side is on, where a screen has sides: when it appears, and when the participant switches."""
+    """Called with the current side, for screens with sides: when the screen appears, and at every switch."""
     force_of: Callable[[Mapping[str, float]], Sequence[float]] | None
-    """Makes the forces that a live form draws; None where nothing is made here."""
+    """Makes the forces that a live form draws; None if no door is made here."""
 
     def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
-        """Show the request's screen until it is answered, or until the experimenter does something.
+        """Show the request's screen until it is answered, or until an action of the experimenter.
 
-        Called again with the same request it goes on where it was; with another, the old screen is forgotten.
-        Raises WindowError if the window can no longer be used, or if the calibration is not confirmed.
+        Called again with the same request it continues; with another one, the old screen is dropped. Raises WindowError
+        if the window can no longer be used, or if the calibration is not confirmed.
         """
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Show the page of a text key until `ready` (None), or until the experimenter does something.
+        """Show the page of a text key until `ready` (returns None), or until an action of the experimenter.
 
         While the session is paused, the pause page is shown and `ready` is not called.
         """
 
     def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:
-        """Show the request's screen filled with the reply, so long; called again it goes on with the rest of it."""
+        """Show the request's screen filled with the reply for some seconds; called again, for the rest of them."""
 
     def show_live(
         self,
@@ -45,13 +45,13 @@ class Presenter(Protocol):
         ready: Callable[[], bool],
         moved: Callable[[Mapping[str, float], bool], None],
     ) -> Aside | None:
-        """Show the form that is felt until `ready` (None), or until the experimenter did something.
+        """Show the live form until `ready` (returns None), or until an action of the experimenter.
 
-        At every look `moved` is given where the lines stand, and whether the participant pressed Stop.
+        At every turn `moved` is called with the lines' values, and whether the participant pressed Stop.
         """
 
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
-        """Show the last page until the experimenter confirms at the desk; some seconds at most."""
+        """Show the last page until the experimenter confirms at the desk, for a limited time."""
 
     def close(self) -> None:
-        """Give the screen back."""
+        """Close the window."""

@@ -1,4 +1,4 @@
-"""The common page of every screen of a session, made and checked before any window is opened."""
+"""The common page of every screen of a session, prepared and checked before any window is opened."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def prepare(
     study: Study, calibration: Calibration, language: str, folder: Path,
     pages: Mapping[str, str] | None = None, plan: Plan | None = None, texts_file: Path | None = None,
 ) -> Page:  # fmt: skip
-    """Return the page with the texts in the language and fonts for them; check that the plan's forms fit the screen.
+    """Return the page with the texts in the language and fonts for them, after checking that all forms fit.
 
-    Raise WindowError naming the text, the characters or the form that cannot be shown.
+    Raises WindowError that names the text, the characters or the form that cannot be shown.
     """
     texts, words = load_texts(language, texts_file), load_study_texts(study, folder, language)
     fonts = find_fonts(language)

@@ -1,4 +1,4 @@
-"""The presenter of a real window: one scene is on at a time, and the others' time stands still."""
+"""The presenter with a real window: one scene is visible at a time, and the time of the others stands still."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from palpate.protocols.study import Study
 
 PARTICIPANT = "participant"
 END_S, END_AT_DESK_S = 6.0, 60.0
-"""How long the last page stays: where nobody is asked, and where the experimenter is."""
+"""How long the last page stays: without a desk, and with the experimenter at the desk."""
 
 
 @dataclass
 class WindowPresenter(Stage):
-    """The presenter of a shell; see palpate.devices.window.presenter.Presenter.
+    """A presenter on a shell; see palpate.devices.window.presenter.Presenter.
 
-    The request's scene is kept while something else is shown in between, the pause
-    page above all; it is forgotten with its answer.
+    The request's scene is kept while something else is shown, such as the pause page; it is dropped with its answer.
     """
 
     description: Mapping[str, Any]
@@ -38,7 +37,7 @@ class WindowPresenter(Stage):
     request_scene: Scene | None = None
     paused: bool = False
     resting: bool = False
-    """Whether it is the participant who paused the session."""
+    """Whether the participant paused the session."""
     covers: dict[str, Scene] = field(default_factory=dict)
     misread_mm: float | None = None
 
@@ -54,7 +53,7 @@ class WindowPresenter(Stage):
         return replace(reply, samples=tuple(replace(block, t0_ns=seen_ns) for block in reply.samples))
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
-        """Show a page until something else is ready."""
+        """Show a page until `ready`."""
         scene = self._cover(PAUSE if key == "paused" else key)
         while self.paused or not ready():
             if (aside := self._turn(scene, desk)) is not None:
@@ -80,7 +79,7 @@ class WindowPresenter(Stage):
         ready: Callable[[], bool],
         moved: Callable[[Mapping[str, float], bool], None],
     ) -> Aside | None:
-        """Show the form that is felt, its lines moved by the participant."""
+        """Show the live form, its lines moved by the participant."""
         scene = self._scene_of(request)
         while True:
             moved(scene.screen.so_far(), scene.screen.reply is not None)
@@ -90,7 +89,7 @@ class WindowPresenter(Stage):
                 return aside
 
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
-        """Show the last page. What the experimenter does now comes too late for the session's record."""
+        """Show the last page. The experimenter's actions are not recorded any more."""
         self.paused = self.resting = False
         scene = self.put_on(self._cover(page))
         if desk is not None:
@@ -103,7 +102,7 @@ class WindowPresenter(Stage):
             desk.demand(None)
 
     def close(self) -> None:
-        """Give the screen back."""
+        """Close the window."""
         self.shell.close()
 
     def _turn(self, scene: Scene, desk: Desk) -> Aside | None:
@@ -121,7 +120,7 @@ class WindowPresenter(Stage):
         return None
 
     def _rests(self, seen: Scene) -> str | None:
-        """Return "pause" or "go_on" where the participant has just begun or ended a rest, else None."""
+        """Return "pause" or "go_on" if the participant has just begun or ended a rest, else None."""
         if self.resting and seen.screen.reply is not None:
             return "go_on"
         begins, seen.screen.wants_rest = seen.screen.wants_rest, False
@@ -144,7 +143,7 @@ class WindowPresenter(Stage):
         return scene.screen.reply
 
     def _measured(self, desk: Desk) -> Reply | None:
-        """Return the ruler's reading from the desk, asking once more where it is off. Raise WindowError."""
+        """Return the ruler's reading from the desk, repeating the question once. Raises WindowError."""
         again = "" if self.misread_mm is None else f"{self.misread_mm:g} mm is not {NOMINAL_MM:g}: measure once more. "
         question = f"{again}How many mm does the line on the participant's screen measure?"
         desk.demand(Prompt(question, "number", NOMINAL_MM))
@@ -197,7 +196,7 @@ def open_presenter(
     """Open the participant's window, on the calibrated screen unless another is named.
 
     `folder` holds the study and its translations, `pages` are texts that replace the study's by name. With the plan,
-    all of its forms are laid out first. Raises WindowError before anything is seen: texts, fonts, sizes, display.
+    all of its forms are laid out first. Raises WindowError before anything is shown: texts, fonts, sizes, display.
     """
     page = prepare(study, calibration, language, folder, pages, plan, texts_file)
     shell = open_shell(calibration, calibration.screen if screen is None else screen, fullscreen)

@@ -1,4 +1,4 @@
-"""Screens before a person: a scene has its time and what it hears, with the pauses taken out; a stage shows one."""
+"""Visible screens: a scene has its own time and inputs, without pauses; a stage shows one scene."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from palpate.devices.window.shell import Shell
 
 TURN_S = 0.005
-"""How long to wait between two looks at the window and the desk, where nothing happens."""
+"""Time between two polls of the window and the desk if nothing happens."""
 
 
 @dataclass
 class Stopwatch:
-    """Seconds since a screen was shown, on the shell's clock; it stands still while the screen is covered."""
+    """A stopwatch of the seconds that a screen was visible, on the shell's clock."""
 
     shown_s: float
     covered_s: float | None = None
     lost_s: float = 0.0
 
     def at(self, now_s: float) -> float:
-        """Return the seconds that the screen was shown until then, never below 0."""
+        """Return the seconds that the screen was visible until then, never below 0."""
         until = now_s if self.covered_s is None else min(now_s, self.covered_s)
         return max(0.0, until - self.shown_s - self.lost_s)
 
@@ -36,7 +36,7 @@ class Stopwatch:
             self.covered_s = now_s
 
     def go_on(self, now_s: float) -> None:
-        """Resume the time, because the screen is seen again."""
+        """Resume the time, because the screen is visible again."""
         if self.covered_s is not None:
             self.lost_s += now_s - self.covered_s
             self.covered_s = None
@@ -44,11 +44,11 @@ class Stopwatch:
 
 @dataclass
 class Scene:
-    """A screen with its stopwatch, on a shell; `picture` is the whole screen, shared by all scenes of a window.
+    """A screen with its stopwatch on a shell; `picture` is the whole screen, shared by all scenes of a window.
 
-    An input counts from the moment that the screen is seen: what was done to the one before is not handed on.
-    A press belongs to the screen that it began on, so that neither half of it reaches another. A deaf scene hears
-    nothing of what the participant does. `switched` gathers every side that was switched to, until somebody takes them.
+    Inputs count from the moment that the screen is visible: earlier ones belong to the screen before. A press belongs
+    to the screen that it began on, so that neither half of it reaches another. A deaf scene ignores the participant's
+    inputs. `switched` collects every side that was switched to, until it is read.
     """
 
     screen: Screen
@@ -70,7 +70,7 @@ class Scene:
         return 0.0 if self.watch is None else self.shell.now_s() - self.watch.shown_s
 
     def appear(self) -> None:
-        """Paint and show the screen, for the first time or again; what was done meanwhile is not for it."""
+        """Paint and show the screen, for the first time or again; inputs made meanwhile are dropped."""
         self.screen.repaint()
         self.shell.show(self.picture, self.screen.paint(self.picture))
         self.shell.forget()
@@ -81,7 +81,7 @@ class Scene:
             self.watch.go_on(self.shell.now_s())
 
     def vanish(self) -> None:
-        """Release what is held and stop the time, because something else is to be shown."""
+        """Release what is held and stop the time, because something else will be shown."""
         if self.watch is None or self.watch.covered_s is not None:
             return
         now_s = self.shell.now_s()
@@ -91,7 +91,7 @@ class Scene:
         self.watch.stop(now_s)
 
     def turn(self) -> None:
-        """Pass inputs to the screen and paint what they changed; return at once when there is a reply."""
+        """Pass inputs to the screen and paint the changes; return at once when there is a reply."""
         for event in self.shell.gather():
             if not self.deaf and self.watch is not None and self._belongs(event):
                 self.screen.handle(replace(event, t_s=self.watch.at(event.t_s)))
@@ -126,7 +126,9 @@ class Scene:
 
 @dataclass
 class Stage:
-    """Shows one scene at a time on a shell; the time of the others stands still. `on` is the one that is seen."""
+    """A stage that shows one scene at a time on a shell; the time of the others stands still. `on` is the visible
+    scene.
+    """
 
     shell: Shell
     page: Page
@@ -144,7 +146,7 @@ class Stage:
         return Scene(screen, self.shell, self.picture, name)
 
     def put_on(self, scene: Scene) -> Scene:
-        """Show the scene in place of the one that is seen."""
+        """Show the scene instead of the visible one."""
         if self.on is not None:
             self.on.vanish()
         self.on = scene

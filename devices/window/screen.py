@@ -1,4 +1,4 @@
-"""The interface of a screen, and the page that it is made for."""
+"""The interface of a screen, and the page for which screens are built."""
 
 from __future__ import annotations
 
@@ -21,35 +21,35 @@ SLIDER_MM = 127.0
 
 
 class Screen(Protocol):
-    """A page before the participant: it hears inputs, keeps its state, and paints itself."""
+    """A page that the participant sees: it handles inputs, keeps its state, and paints itself."""
 
     reply: Reply | None
-    """The answer, once the participant is done."""
+    """The reply, once the participant has finished."""
     side: str | None
-    """Where there are sides to switch between: which one is on."""
+    """The current side, if there are sides to switch between."""
     wants_rest: bool
-    """Whether the participant has asked for a rest; whoever heeds it takes it back."""
+    """Whether the participant has requested a rest; the code that handles it resets it."""
 
     def handle(self, event: Input) -> None:
-        """Take in what the participant did; nothing once there is a reply."""
+        """Handle an input; ignore it once there is a reply."""
 
     def paint(self, image: Image.Image) -> tuple[Box, ...]:
-        """Paint what changed since the last call onto the whole-screen RGB picture; the boxes that were touched.
+        """Paint the changes since the last call onto the whole-screen RGB picture, and return the painted boxes.
 
-        The first call paints everything; nothing changed gives ().
+        The first call paints everything; without a change the result is ().
         """
 
     def repaint(self) -> None:
-        """Paint everything at the next `paint`, because something else was shown meanwhile."""
+        """Paint everything at the next `paint`, because something else was visible meanwhile."""
 
     def scene(self) -> Sequence[object]:
-        """Return everything as it looks now, to compare for changes. Raise WindowError where a text does not fit."""
+        """Return all elements as they look now, to compare for changes. Raises WindowError if a text does not fit."""
 
     def placed(self) -> tuple[Placed, ...]:
-        """Return every element's place now, for checks of the geometry."""
+        """Return the places of all elements now, for checks of the geometry."""
 
     def so_far(self) -> Mapping[str, float]:
-        """Return the values set on its lines now; {} on a screen without lines."""
+        """Return the current values of its lines; {} on a screen without lines."""
 
     def fill(self, value: Mapping[str, Any]) -> None:
         """Show the form as answered with a reply's value."""
@@ -61,8 +61,8 @@ class Page:
 
     `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
     (instructions), `total` is the number of trials and `length_mm` the length of a rating line. `hangul`: in fields
-    Latin keys write Hangul, where nothing else composes it. `may_rest`: forms of a trial have a button to rest.
-    `force_of` makes the forces of a door from a setting, where a screen draws them.
+    Latin keys write Hangul, if nothing else composes it. `may_rest`: forms of a trial have a button to rest. `force_of`
+    makes the forces of a door from a setting, if a screen draws them.
     """
 
     metrics: Metrics

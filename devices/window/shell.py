@@ -1,7 +1,7 @@
-"""The real window: PsychoPy's, one picture on it, and ears that miss nothing. Imported by whoever opens a window.
+"""The real window: PsychoPy's, with one picture, and handlers for all events. Imported only to open a window.
 
-The whole-screen picture is one texture on the graphics card, drawn pixel for pixel. What was drawn comes before the eye
-by a flip, or, where the processor draws, only what changed is copied to the front.
+The whole-screen picture is one texture on the graphics card, drawn pixel for pixel. A flip makes the drawn picture
+visible or, if the processor renders, only the changes are copied to the front.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ TITLE = "Palpate"
 VIEWING_CM = 60.0
 AWAKE_S, SIZE_S = 20.0, 0.5
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer")
-"""What the renderers call themselves that draw with the processor."""
+"""Names of renderers that draw with the processor."""
 EXTENSION = "GLX_MESA_copy_sub_buffer"
 Copy = Callable[[Box], None]
 
@@ -43,32 +43,32 @@ class Shell(Protocol):
     renderer: str
 
     def now_s(self) -> float:
-        """Return the seconds on the clock that inputs are timed with."""
+        """Return the seconds of the clock that times inputs."""
 
     def gather(self) -> list[Input]:
         """Return the participant's inputs since the last call, timed on the shell's clock.
 
-        Raise WindowError if the window is no longer what was calibrated.
+        Raises WindowError if the window is no longer as calibrated.
         """
 
     def forget(self) -> None:
         """Drop the inputs until now, and the repeats of a key that is held now: they belong to no screen."""
 
     def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
-        """Take over the touched boxes of the whole-screen picture, and have them seen."""
+        """Update these boxes of the whole-screen picture, and show them."""
 
     def rest(self, seconds: float) -> None:
-        """Wait so long, or until something may have happened."""
+        """Wait for some seconds, or until something may have happened."""
 
     def close(self) -> None:
-        """Give the screen back; a closed shell stays closed."""
+        """Close the window; it cannot be opened again."""
 
 
 @dataclass
 class PsychopyShell:
-    """A PsychoPy window (pyglet); redrawn only when something is to be shown, or when it was uncovered.
+    """A PsychoPy window (pyglet), redrawn only if something is to be shown, or if it was uncovered.
 
-    `copy` is what brings a part of the drawn picture before the eye; None: all of it is drawn and flipped each time.
+    `copy` copies a part of the drawn picture to the screen; None: all of it is drawn and flipped each time.
     """
 
     window: Any
@@ -81,11 +81,11 @@ class PsychopyShell:
     checked_s: dict[str, float] = field(default_factory=dict)
 
     def now_s(self) -> float:
-        """Return the seconds on a clock that never runs backwards."""
+        """Return the seconds of a clock that never decreases."""
         return time.perf_counter()
 
     def gather(self) -> list[Input]:
-        """Dispatch what the window system has, and hand over what was heard."""
+        """Dispatch the window system's events, and return the inputs."""
         self.window.winHandle.dispatch_events()
         if self._due("size", SIZE_S):
             self.ears.resized(*_true_size(self.window.winHandle))
@@ -96,7 +96,7 @@ class PsychopyShell:
         return self.ears.hand_over()
 
     def forget(self) -> None:
-        """Drop what was heard."""
+        """Drop the inputs so far."""
         self.gather()
         self.ears.forget()
 
@@ -136,7 +136,7 @@ class PsychopyShell:
         return Box(0, 0, *self.size)
 
     def _draw(self, boxes: Sequence[Box]) -> None:
-        """Draw what changed, or all where that is needed, and bring it before the eye at once."""
+        """Draw the changes, or everything if needed, and show them at once."""
         if self.copy is None or self.ears.uncovered:
             boxes = [self._whole]
         self.ears.uncovered = False
@@ -155,14 +155,14 @@ class PsychopyShell:
 
 
 def screen_sizes() -> list[tuple[int, int]]:
-    """Return the sizes of this machine's screens, in pixels. Raise WindowError: no display, PsychoPy missing."""
+    """Return the sizes of this machine's screens, in pixels. Raises WindowError: no display, PsychoPy missing."""
     demand_display()
     with _quiet_import():
         return _screens(_psychopy()[2])
 
 
 def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> PsychopyShell:
-    """Open the window on a screen; not full, it is as large as the calibrated screen (for tests).
+    """Open the window on a screen; if not full-screen, it is as large as the calibrated screen (for tests).
 
     Raises WindowError: no display, PsychoPy missing, another size than calibrated, a scaled display.
     """
@@ -195,7 +195,7 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
 
 @contextmanager
 def _quiet_import() -> Iterator[None]:
-    """Silence the warnings that PsychoPy's modules give about themselves while they are imported.
+    """Silence the warnings of PsychoPy's modules while they are imported, without garbage collection.
 
     Collecting garbage between thousands of new modules finds none and takes a tenth of the time.
     """
@@ -212,7 +212,7 @@ def _quiet_import() -> Iterator[None]:
 
 
 def _psychopy() -> tuple[Any, Any, Any]:
-    """Import PsychoPy's windows and monitors, and pyglet, here and nowhere else. Raise WindowError."""
+    """Import PsychoPy's windows and monitors, and pyglet, only here. Raises WindowError."""
     try:
         from psychopy import logging
 
@@ -237,7 +237,7 @@ def _screens(pyglet: Any) -> list[tuple[int, int]]:
 
 
 def _true_size(handle: Any) -> tuple[int, int]:
-    """Return the window system's size of the window: full-screen under X11, pyglet is told of no change."""
+    """Return the window system's size of the window: pyglet is not notified of full-screen sizes under X11."""
     if not hasattr(handle, "_x_display"):
         width, height = handle.get_size()
         return int(width), int(height)
@@ -251,11 +251,11 @@ def _true_size(handle: Any) -> tuple[int, int]:
 
 
 def copier(handle: Any, renderer: str, height: int) -> Copy | None:
-    """Return what copies a box of the drawn picture to the window of `handle` and leaves the drawn picture as it is.
+    """Return a function that copies a box of the drawn picture to the window of `handle` and keeps the drawn picture.
 
-    Return None where there is nothing but a flip: on a graphics card only a flip waits for the screen to be through,
-    so that no frame is seen half old, and what was drawn before is then lost. A software renderer has no screen to
-    wait for, and each pixel that it need not draw again is time won.
+    Return None if only a flip is possible: on a graphics card only a flip waits for the end of a frame, so that no
+    frame is half old, and the drawn picture is then lost. A software renderer does not wait, and every pixel that is
+    not drawn again saves time.
     """
     if not any(name in renderer.lower() for name in SOFTWARE) or not hasattr(handle, "_x_display"):
         return None
@@ -277,7 +277,7 @@ def copier(handle: Any, renderer: str, height: int) -> Copy | None:
 
 
 class Texture:
-    """One texture of the window's size, in the window's current context; `gl` is pyglet's."""
+    """A texture of the window's size in the window's current context; `gl` is pyglet's."""
 
     def __init__(self, gl: Any, size: tuple[int, int]) -> None:
         self._gl, self._size = gl, size
@@ -296,9 +296,9 @@ class Texture:
         gl.glTexImage2D(gl.GL_TEXTURE_2D, 0, gl.GL_RGBA8, width, height, 0, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, None)
 
     def upload(self, picture: Image.Image, box: Box) -> None:
-        """Take over a box of the picture; what of it lies outside of the window is left out.
+        """Update a box of the picture; parts outside the window are left out.
 
-        Pillow keeps a pixel of an RGB picture in four bytes, as the texture does: nothing need be converted.
+        Pillow stores a pixel of an RGB picture in four bytes, as the texture does, so nothing is converted.
         """
         inside = box.common(Box(0, 0, *self._size))
         if not inside.width or not inside.height:
@@ -313,7 +313,7 @@ class Texture:
         )  # fmt: skip
 
     def draw(self, boxes: Iterable[Box]) -> None:
-        """Cover these boxes of the window with the texture: the picture's first row is at the top."""
+        """Cover these boxes of the window with the texture, the picture's first row at the top."""
         gl = self._gl
         self._plain_state()
         for box in boxes:
@@ -326,7 +326,7 @@ class Texture:
         gl.glDisable(gl.GL_TEXTURE_2D)
 
     def _plain_state(self) -> None:
-        """Reset shader, blending and view to the window's own: PsychoPy leaves its own behind."""
+        """Reset shader, blending and view to the window's own, as PsychoPy changes them."""
         gl = self._gl
         gl.glUseProgram(0)
         for matrix in (gl.GL_PROJECTION, gl.GL_MODELVIEW):

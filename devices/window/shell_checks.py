@@ -1,4 +1,4 @@
-"""Checks before a window is opened; each failure says what was wrong and what to do."""
+"""Checks before a window is opened; each error says what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WINDOWS_DPI = 96
 
 
 def demand_display() -> None:
-    """Raise WindowError where PsychoPy is missing, or there is no display to open a window on."""
+    """Raise WindowError if PsychoPy is missing, or there is no display for a window."""
     try:
         demand_packages("a window", "psychopy")
     except ExtraMissing as error:
@@ -29,7 +29,7 @@ def demand_display() -> None:
 
 
 def demand_screen(sizes: Sequence[tuple[int, int]], screen: int, calibration: Calibration | None) -> None:
-    """Raise WindowError unless the screen is there, and as large as it was when it was calibrated."""
+    """Raise WindowError unless the screen exists and has the size of its calibration."""
     if screen >= len(sizes):
         there = ", ".join(f"{number}: {width}x{height}" for number, (width, height) in enumerate(sizes))
         raise WindowError(f"there is no screen {screen}; there are {there}: choose one with --screen")
@@ -38,7 +38,7 @@ def demand_screen(sizes: Sequence[tuple[int, int]], screen: int, calibration: Ca
 
 
 def demand_unscaled(pixel_ratio: float, dpi: int | None = None) -> None:
-    """Raise WindowError where the system enlarges windows: a millimetre would not be one."""
+    """Raise WindowError if the system scales windows, which would make millimetres wrong."""
     dpi = _system_dpi() if dpi is None else dpi
     scale = max(pixel_ratio, dpi / WINDOWS_DPI)
     if abs(scale - 1.0) > 0.001:
@@ -48,7 +48,7 @@ def demand_unscaled(pixel_ratio: float, dpi: int | None = None) -> None:
 
 
 def _system_dpi() -> int:
-    """Return the dots per inch by which Windows scales; on other systems those of an unscaled display."""
+    """Return the dots per inch by which Windows scales; on other systems the unscaled value."""
     if sys.platform == "win32":
         from ctypes import windll
 

@@ -1,6 +1,6 @@
-"""The window system's events, noted at once with their times: nothing is polled, so no tap is too short.
+"""The window system's events, recorded at once with their times: nothing is polled, so no tap is too short.
 
-pyglet's keys are named by ours once a window is open.
+pyglet's keys are mapped to our names once a window is open.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Handled = Literal[True]
 X_SYMBOLS: dict[int, KeyName] = {0xFF09: "tab", 0xFF31: "hangul"}
 """X11's symbols of Tab and of a Korean keyboard's Hangul key."""
 X_HANGUL_TOO: dict[str, KeyName] = {"F9": "hangul", "RALT": "hangul"}
-"""Where no input method composes Hangul, these keys switch it as well."""
+"""Keys that also switch Hangul, if no input method composes it."""
 PLAIN: dict[str, KeyName] = {
     "TAB": "tab", "ENTER": "enter", "NUM_ENTER": "enter", "SPACE": "space", "NUM_SPACE": "space",
     "NUM_LEFT": "left", "NUM_RIGHT": "right", "NUM_UP": "up", "NUM_DOWN": "down",
@@ -37,14 +37,14 @@ REPEATING: dict[str, KeyName] = {
     "LEFT": "left", "RIGHT": "right", "UP": "up", "DOWN": "down", "HOME": "home", "END": "end",
     "PAGEUP": "pageup", "PAGEDOWN": "pagedown", "BACKSPACE": "backspace", "DELETE": "delete",
 }  # fmt: skip
-"""Escape is left out: it does nothing for a participant."""
+"""Keys that repeat; Escape is left out, as it does nothing for a participant."""
 
 
 @dataclass(frozen=True)
 class Keys:
-    """Which key is which, by the window system's numbers.
+    """The keys by the window system's numbers.
 
-    The keys of `repeating` are heard as motions, which come again and again while such a key is held.
+    The keys in `repeating` are reported as motions, which repeat while such a key is held.
     """
 
     plain: Mapping[int, KeyName]
@@ -54,10 +54,10 @@ class Keys:
 
 @dataclass
 class Ears:
-    """Handlers of a window's events. Each answers True: PsychoPy's own handlers never come to run.
+    """The handlers of a window's events. Each returns True, so that PsychoPy's own handlers never run.
 
-    One press at a time, of the left button; another while it is held is not heard. `trouble` says why the window can
-    no longer be used, `uncovered` that it wants to be drawn again.
+    Only one press at a time, of the left button, is recorded; others are ignored meanwhile. `trouble` says why the
+    window can no longer be used, `uncovered` that it has to be redrawn.
     """
 
     size: tuple[int, int]
@@ -76,7 +76,7 @@ class Ears:
         return heard
 
     def forget(self) -> None:
-        """Drop what was heard; a key that is held now goes on repeating for nobody until it is pressed again."""
+        """Drop the inputs so far; repeats of a key that is held now are ignored until it is pressed again."""
         self.heard.clear()
         self.stale = set(self.down)
 
@@ -93,20 +93,20 @@ class Ears:
         return {**heard, **dict.fromkeys(unheard, self.ignore)}
 
     def press(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
-        """Record that a button went down."""
+        """Record that a button was pressed."""
         if button == LEFT and not self.held:
             self.held = True
             self.heard.append(Pressed(x, self._down(y), self.now_s()))
         return True
 
     def release(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
-        """Record that a button came up."""
+        """Record that a button was released."""
         if button == LEFT:
             self._let_go(x, y)
         return True
 
     def drag(self, x: float, y: float, _dx: float, _dy: float, buttons: int, _modifiers: int) -> Handled:
-        """Record that the pointer moved with some button held."""
+        """Record that the pointer moved with a button held."""
         if not buttons & LEFT:
             self._let_go(x, y)
         elif self.held:
@@ -119,7 +119,7 @@ class Ears:
         return True
 
     def key(self, symbol: int, modifiers: int) -> Handled:
-        """Record that a key went down; repeats come as motions."""
+        """Record that a key was pressed; repeats are reported as motions."""
         if (held := self.keys.repeating.get(symbol)) is not None:
             self.down.add(held)
         if (name := self.keys.plain.get(symbol)) is not None:
@@ -127,30 +127,30 @@ class Ears:
         return True
 
     def key_up(self, symbol: int, _modifiers: int) -> Handled:
-        """Record that a key came up."""
+        """Record that a key was released."""
         if (held := self.keys.repeating.get(symbol)) is not None:
             self.down.discard(held)
             self.stale.discard(held)
         return True
 
     def text(self, text: str) -> Handled:
-        """Record text; keys that write nothing come as keys."""
+        """Record text; keys that do not write are reported as keys."""
         if written := "".join(character for character in text if character.isprintable()):
             self.heard.append(Typed(written, self.now_s()))
         return True
 
     def repeating(self, motion: int, shift: bool = False) -> Handled:
-        """Record that an arrow or its like went down, or repeats."""
+        """Record that an arrow or similar key was pressed, or repeats."""
         if (name := self.keys.motions.get(motion)) is not None and name not in self.stale:
             self.heard.append(Key(name, shift, self.now_s()))
         return True
 
     def repeating_with_shift(self, motion: int) -> Handled:
-        """Record the same with shift held."""
+        """Record that such a key was pressed, or repeats, with shift held."""
         return self.repeating(motion, shift=True)
 
     def resized(self, width: int, height: int) -> Handled:
-        """Check the window's size: another than the calibrated one is trouble."""
+        """Check the window's size: any other than the calibrated one is trouble."""
         if (width, height) != self.size:
             then, now = f"{self.size[0]}x{self.size[1]}", f"{width}x{height}"
             self.trouble = (
@@ -160,7 +160,7 @@ class Ears:
         return True
 
     def expose(self) -> Handled:
-        """Note that the window was uncovered."""
+        """Record that the window was uncovered."""
         self.uncovered = True
         return True
 
@@ -191,7 +191,7 @@ def keys_of(key: Any, handle: Any) -> Keys:
 
 
 def _by_code(key: Any, handle: Any) -> dict[int, KeyName]:
-    """Return keys by the physical key, because X11 has symbols that pyglet does not know, as that of Shift-Tab."""
+    """Return keys by their physical codes, for X11 symbols that pyglet does not know, such as Shift-Tab's."""
     from pyglet.libs.x11 import xlib
 
     names: dict[int, KeyName] = {}

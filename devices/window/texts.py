@@ -1,4 +1,4 @@
-"""The words of every screen, by key, in a language: English and Korean are shipped, a lab can bring its own file."""
+"""The texts of all screens by key, in a language: English and Korean are shipped, a lab can add its own file."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from palpate.protocols.yaml_text import YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "texts"
 MASTER = "en"
-"""The language whose keys and placeholders every other one must have."""
+"""The language whose keys and placeholders every other language must have."""
 
 
 @dataclass(frozen=True)
 class Texts:
-    """The words of the screens in one language."""
+    """The texts of the screens in one language."""
 
     language: str
     words: Mapping[str, str]
 
     def __call__(self, key: str, **values: Any) -> str:
-        """Return the text of a key with its placeholders filled in. Raise KeyError on an unknown key."""
+        """Return the text of a key with its placeholders filled in. Raises KeyError for an unknown key."""
         return self.words[key].format(**values) if values else self.words[key]
 
 
 def languages() -> tuple[str, ...]:
-    """Return the languages that are shipped."""
+    """Return the shipped languages."""
     return tuple(sorted(path.stem for path in SHIPPED.glob("*.yaml")))
 
 
 def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
-    """Return the screens' words in a shipped language, or from a lab's own file.
+    """Return the screens' texts in a shipped language, or from a lab's own file.
 
-    Raise WindowError naming every fault.
+    Raises WindowError that lists all problems.
     """
     file = extra or SHIPPED / f"{language}.yaml"
     if not file.is_file():
@@ -52,7 +52,7 @@ def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
 
 
 def window_texts(folder: Path, whose: str, language: str = MASTER) -> Texts:
-    """Return a window's own texts from a folder, with those of the pages that all share. Raise WindowError."""
+    """Return a window's own texts from a folder, with those of the shared pages. Raises WindowError."""
     file = folder / f"{language}.yaml"
     if not file.is_file():
         known = nearest(language, sorted(path.stem for path in folder.glob("*.yaml")))
@@ -61,7 +61,7 @@ def window_texts(folder: Path, whose: str, language: str = MASTER) -> Texts:
 
 
 def problems(file: Path) -> list[str]:
-    """Describe what is wrong with a language file, measured against the English one, for `palpate check`."""
+    """Return the problems of a language file, compared with the English one, for `palpate check`."""
     try:
         words = read_words(file)
     except WindowError as error:
@@ -70,7 +70,7 @@ def problems(file: Path) -> list[str]:
 
 
 def read_words(file: Path) -> dict[str, str]:
-    """Return a flat YAML mapping of texts. Raise WindowError."""
+    """Return a flat YAML mapping of texts. Raises WindowError."""
     try:
         document = load(file.read_bytes(), str(file))
     except YamlError as error:
@@ -85,7 +85,7 @@ def read_words(file: Path) -> dict[str, str]:
 
 
 def placeholders(text: str) -> set[str]:
-    """Return the names in braces. Raise ValueError on a brace without its partner."""
+    """Return the names in braces. Raises ValueError for unbalanced braces."""
     return {name for _, name, _, _ in Formatter().parse(text) if name is not None}
 
 

@@ -1,7 +1,7 @@
 """The translation of a study's own texts: STUDY/texts/LANGUAGE.yaml maps each source text to its translation.
 
-Long texts can be named instead of repeated: the keys `title` and `instructions` stand for those texts.
-Names in the ledger stay as the study file has them.
+Long texts can be named instead of repeated: the keys `title` and `instructions` stand for those texts. Names in the
+ledger stay as in the study file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def study_texts(study: Study) -> tuple[str, ...]:
 def load_study_texts(study: Study, folder: Path, language: str) -> dict[str, str]:
     """Return {source text: translation}, with single spaces in the source; {} for the study as written.
 
-    A study is assumed to be written in English. Raise WindowError on a missing file and on every fault of it.
+    A study is assumed to be written in English. Raises WindowError for a missing file and for every problem in it.
     """
     file = folder / "texts" / f"{language}.yaml"
     if language == MASTER and not file.is_file():
@@ -50,13 +50,13 @@ def load_study_texts(study: Study, folder: Path, language: str) -> dict[str, str
 
 
 def check_study_texts(study: Study, folder: Path) -> list[str]:
-    """Describe what is wrong with the translations that lie beside a study, for `palpate check`."""
+    """Return the problems of the translations beside a study, for `palpate check`."""
     files = sorted((folder / "texts").glob("*.yaml"))
     return [fault for file in files for fault in study_problems(study, file)]
 
 
 def study_problems(study: Study, file: Path) -> list[str]:
-    """Describe what is wrong with one translation of a study."""
+    """Return the problems of one translation of a study."""
     try:
         words = read_words(file)
     except WindowError as error:
@@ -65,7 +65,7 @@ def study_problems(study: Study, file: Path) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """Return a text with single spaces, as translations are looked up."""
+    """Return a text with single spaces, the form in which translations are looked up."""
     return " ".join(text.split())
 
 

@@ -1,4 +1,4 @@
-"""Texts laid out once and kept: at the first size that fits, or cut short where a message is too long."""
+"""Texts laid out once and cached: at the first size that fits, or shortened if a message is too long."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Steps = tuple[float, ...]
 
 
 def line_px(page: Page, step: float) -> int:
-    """Return the height of a line of that size."""
+    """Return the height of a line at that size."""
     return round(LEADING * page.metrics.text(step))
 
 
 @dataclass
 class Typesetter:
-    """Lays texts out on a page."""
+    """A typesetter of a page's texts."""
 
     page: Page
     _laid: dict[tuple[object, ...], Laid] = field(default_factory=dict)
@@ -36,14 +36,14 @@ class Typesetter:
     def text(
         self, text: str, width: int, height: int, steps: Steps = LABEL_STEPS, bold: bool = False, even: bool = False
     ) -> Laid:
-        """Return the text at the first size that fits. Raise WindowError where none does."""
+        """Return the text at the first size that fits. Raises WindowError if none does."""
         key = text, width, height, steps, bold, even
         if key not in self._laid:
             self._keep(key, fitted(self.page, text, width, height, steps, bold, even))
         return self._laid[key]
 
     def cut(self, text: str, width: int, height: int, steps: Steps = LABEL_STEPS) -> Laid:
-        """Return the text, shortened where it must be: a message never ends the work."""
+        """Return the text, shortened if needed: a message never ends the work."""
         key = "cut", text, width, height, steps
         if key not in self._laid:
             shorter = (text[:stop].rstrip() + " …" for stop in range(len(text) - 4, 0, -4))
@@ -52,7 +52,7 @@ class Typesetter:
         return self._laid[key]
 
     def same_size(self, texts: Sequence[str], width: int, height: int, steps: Steps = LABEL_STEPS) -> Steps:
-        """Return the one size at which all fit, so that none looks more important; all sizes where none does."""
+        """Return the one size at which all texts fit, so that none looks more important; all sizes if none does."""
         for step in steps:
             if all(first_fit(self.page, text, width, height, (step,), even=True) for text in texts):
                 return (step,)
@@ -62,7 +62,7 @@ class Typesetter:
         self, name: str, text: str, box: Box, colour: Colour = INK, align: Align = "left", steps: Steps = LABEL_STEPS,
         bold: bool = False, even: bool = False, within: str = "",
     ) -> Label:  # fmt: skip
-        """Return a text in its box."""
+        """Return a label with a text in its box."""
         laid = self.text(text, box.width, box.height, steps, bold, even)
         return Label(name, box, within, laid, colour, align)
 

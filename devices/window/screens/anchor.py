@@ -1,4 +1,4 @@
-"""A reference stimulus: what it stands for, to be felt as often as wished before going on."""
+"""The screen of a reference stimulus: what it stands for, to be felt as often as wanted before going on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from palpate.protocols.forms import AnchorForm
 
 
 class AnchorScreen(Base):
-    """The reference's label with Feel it and Next; Next is off before it was felt. The key T feels it as well."""
+    """The reference's label with Feel it and Next; Next is off before it was felt. The key T feels it too."""
 
     def __init__(self, ask: Ask, form: AnchorForm, page: Page) -> None:
         texts = page.texts
@@ -62,5 +62,5 @@ class AnchorScreen(Base):
             self.chosen(TRY)
 
     def default_choice(self) -> str:
-        """Enter feels what was not felt yet, and goes on from what was."""
+        """Return the button for Enter: Feel it if it was not felt yet, else Next."""
         return "next" if self.felt else TRY

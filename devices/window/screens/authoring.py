@@ -1,4 +1,4 @@
-"""Setting lines and trying out what they make, as often as wished; the last setting stands."""
+"""Set lines and try out the result, as often as wanted; the last setting counts."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from palpate.protocols.forms import Sliders
 
 TRY = "try"
 TRY_KEYS = {"t", "ㅅ"}
-"""What the key T writes, also where Hangul is on."""
+"""What the key T writes, also while Hangul is on."""
 
 
 class AuthoringScreen(SliderScreen):
-    """A slider form with Try it and Done; Done is off before the first try. The key T tries as well."""
+    """A slider form with Try it and Done; Done is off before the first try. The key T tries too."""
 
     def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int) -> None:
         super().__init__(ask, form, page, t0_ns)
@@ -27,7 +27,7 @@ class AuthoringScreen(SliderScreen):
 
     @property
     def deciding(self) -> bool:
-        """Whether this is the last sheet, where the setting is tried and settled."""
+        """Return whether this is the last sheet, on which the setting is tried and confirmed."""
         return self.sheet == self.sheets - 1
 
     def turned(self) -> None:
@@ -54,7 +54,7 @@ class AuthoringScreen(SliderScreen):
             self.chosen(TRY)
 
     def default_choice(self) -> str:
-        """Enter tries a setting that was not tried yet, and is done with one that was."""
+        """Return the button for Enter: Try it for a setting that was not tried yet, else Done."""
         return TRY if self.deciding and self.marks.answers != self.tried else "next"
 
     def _frame_for(self, page: Page, ask: Ask, _form: Sliders, /) -> Frame:

@@ -1,6 +1,6 @@
-"""The common behaviour of screens: one owner per press, a focus for the keyboard, sheets, Next and Back.
+"""The common behaviour of screens: one target per press, a focus for the keyboard, sheets, Next and Back.
 
-Of a screen only what changed is painted: its elements are compared with those painted last.
+Only the changes of a screen are painted: its elements are compared with those painted last.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 
 DECIDING = ("next", "agree")
 DOUBLE_CLICK_S = 0.5
-"""How long after it came up a button that decides is not pressed by the second half of a double click."""
+"""How long after its appearance a decisive button ignores presses, such as the second half of a double click."""
 Missing = tuple[str, str]
-"""(element to go to, what it is called) of something that is not answered yet."""
+"""(element to go to, its name) of an item that is not answered yet."""
 Scene = tuple[Element, ...]
 
 
 class Base:
-    """A screen with a frame and a body; what stands in the body and what it does is the subclass's.
+    """A screen with a frame and a body; subclasses define the content and behaviour of the body.
 
-    `sheet` counts the sheets that a long form is turned over on; Next leads on from the last one only.
+    `sheet` is the current sheet of a long form; Next leads on from the last one only.
     """
 
     shows_held: type[Target] = Button
-    """The targets that look pressed while they are."""
+    """The kinds of targets that look pressed while they are held."""
 
     def __init__(self, frame: Frame, sheets: int = 1, may_go_back: bool = False) -> None:
         self.frame = frame
@@ -63,7 +63,7 @@ class Base:
         return ()
 
     def missing(self) -> Sequence[Missing]:
-        """Return what keeps the participant from leaving this sheet."""
+        """Return what prevents the participant from leaving this sheet."""
         return ()
 
     def value(self) -> dict[str, Any]:
@@ -71,20 +71,20 @@ class Base:
         return {}
 
     def samples(self) -> tuple[Samples, ...]:
-        """Return what was recorded meanwhile."""
+        """Return the samples that were recorded on the screen."""
         return ()
 
     def pressed(self, name: str, event: Pressed) -> None:
-        """Handle the press of a target, which owns the pointer until it is released."""
+        """Handle the press of a target, which then gets all pointer events until the release."""
 
     def dragged(self, name: str, event: Moved | Released) -> None:
-        """Handle a move of the pointer that a target owns."""
+        """Handle a move or release of the pointer after the press of a target."""
 
     def chosen(self, name: str, /) -> None:
         """Handle a button other than Next and Back."""
 
     def key(self, _name: str | None, _event: Key, /) -> bool:
-        """Handle a key while a target has the focus; return whether it meant something there."""
+        """Handle a key while a target has the focus; return whether it had an effect there."""
         return False
 
     def turned(self) -> None:
@@ -94,12 +94,12 @@ class Base:
         """Handle text typed while a target has the focus."""
 
     def show(self, answers: Mapping[str, Any]) -> None:
-        """Take over answers given elsewhere."""
+        """Fill in answers given elsewhere."""
 
     # What the screen is to those who show it.
 
     def handle(self, event: Input) -> None:
-        """Take in what the participant did; nothing once there is a reply."""
+        """Handle an input; ignore it once there is a reply."""
         if self.reply is not None:
             return
         self.now_s, self._stale = event.t_s, True
@@ -117,7 +117,7 @@ class Base:
                 self.typed(self.focus, event.text)
 
     def paint(self, image: Image.Image) -> tuple[Box, ...]:
-        """Paint what changed onto the whole-screen picture; the boxes that were touched."""
+        """Paint the changes onto the whole-screen picture, and return the painted boxes."""
         if not self._stale:
             return ()
         self._stale = False
@@ -129,7 +129,7 @@ class Base:
         self._stale = True
 
     def so_far(self) -> Mapping[str, float]:
-        """Return an empty mapping, because there are no lines."""
+        """Return an empty mapping, as there are no lines."""
         return {}
 
     def repaint(self) -> None:
@@ -147,12 +147,12 @@ class Base:
         return tuple(self._looking(element) for element in self._elements())
 
     def finish(self, **beside: Any) -> None:
-        """Make the reply, because the participant is done."""
+        """Make the reply, because the participant has finished."""
         value = {**beside, **self.value(), "seconds": round(self.now_s, 3)}
         self.reply = Reply(value, self.samples())
 
     def go_back(self) -> None:
-        """Turn back a sheet, or leave for the trial before where that is allowed; what was answered goes on record."""
+        """Turn back a sheet, or leave for the trial before if allowed; the answers so far are recorded."""
         self.notice = ()
         if self.sheet > 0:
             self._turn(self.sheet - 1)
@@ -162,7 +162,7 @@ class Base:
             self.reply = Reply({"go": "back", "seconds": round(self.now_s, 3), **so_far}, self.samples())
 
     def go_on(self) -> None:
-        """Turn to the next sheet, or finish; where something is missing, say what."""
+        """Turn to the next sheet, or finish; if something is missing, say what."""
         if missing := self.missing():
             self.complain(missing)
         elif self.sheet < self.sheets - 1:
@@ -171,24 +171,24 @@ class Base:
             self.finish()
 
     def complain(self, missing: Sequence[Missing], /, key: str = "please_answer") -> None:
-        """Name what is missing and go to the first of it."""
+        """Name what is missing, and focus on the first missing item."""
         names = [called for _, called in missing]
         fewer = (", ".join(names[:n]) + ", …" for n in range(len(names) - 1, 0, -1))
         self.notice = tuple(self.page.texts(key, missing=shown) for shown in (", ".join(names), *fewer))
         self.focus, self.by_key = missing[0][0], True
 
     def tell(self, key: str, **values: Any) -> None:
-        """Put a notice at the foot of the screen."""
+        """Show a notice at the foot of the screen."""
         self.notice = (self.page.texts(key, **values),)
 
     def buttons(self) -> Iterator[Button]:
-        """Yield the buttons of the foot, in the order that the keyboard goes through them."""
+        """Yield the buttons of the foot, in the order of the keyboard's focus."""
         for choice in (*reversed(self.frame.right), *self.frame.left):
             if choice.name != "back" or self.may_go_back or self.sheet > 0:
                 yield self.frame.button(choice.name, on=self.is_on(choice.name))
 
     def is_on(self, name: str) -> bool:
-        """Return whether a button leads somewhere now; one that does not says why when it is pressed."""
+        """Return whether a button is enabled now; a disabled one says why when it is pressed."""
         return name != "next" or not self.missing()
 
     def target_at(self, x: float, y: float) -> str | None:
@@ -197,7 +197,7 @@ class Base:
         return targets[-1].name if targets else None
 
     def move_focus(self, by: int, among: Sequence[str] | None = None) -> None:
-        """Move the keyboard's focus on, round and round."""
+        """Move the keyboard's focus on, cyclically."""
         stops = list(among) if among is not None else self.stops()
         if not stops:
             return
@@ -205,7 +205,7 @@ class Base:
         self.focus = stops[(start + by) % len(stops)]
 
     def stops(self) -> list[str]:
-        """Return where the keyboard's focus stops on this sheet, in order."""
+        """Return the targets of this sheet that the keyboard's focus stops at, in order."""
         return [element.name for element in self._elements() if element.stops]
 
     def _elements(self) -> Iterator[Element]:
@@ -226,13 +226,13 @@ class Base:
         self.decided_from_s = self.now_s + DOUBLE_CLICK_S
 
     def lay_out_on(self, sheets: int) -> None:
-        """Set the number of sheets; their numbers stand at the top."""
+        """Set the number of sheets; it is shown at the top with the current one."""
         self.sheets = sheets
         number = f"{self.sheet + 1} / {sheets}" if sheets > 1 else ""
         self.frame = replace(self.frame, label=" · ".join(filter(None, (self._label, number))))
 
     def _turn(self, sheet: int) -> None:
-        """Turn to a sheet; what is held is let go where it is, for it stands on the sheet before."""
+        """Turn to a sheet, and release anything held, because it belongs to the sheet before."""
         self.sheet, self.focus, self.held, self.notice = sheet, None, None, ()
         self.lay_out_on(self.sheets)
         self.turned()
@@ -249,7 +249,7 @@ class Base:
             self.pressed(self.held, event)
 
     def _release(self, event: Released) -> None:
-        """Handle a release: a button counts when it is released where it was pressed, or close by."""
+        """Handle a release: a button counts if it is released on it, or close by."""
         name, self.held = self.held, None
         if name is None:
             return
@@ -285,24 +285,24 @@ class Base:
             self.go_back()
 
     def default_choice(self) -> str | None:
-        """Return the button that Enter stands for, if any."""
+        """Return the button for Enter, if any."""
         return self.frame.right[-1].name if self.frame.right else None
 
 
 def back_and_next(page: Page, next_key: str = "next") -> tuple[tuple[Choice, ...], tuple[Choice, ...]]:
-    """Return the usual buttons: Back to the left, Next to the right."""
+    """Return the usual buttons: Back on the left, Next on the right."""
     texts = page.texts
     return (Choice("back", texts("back")),), (Choice("next", texts(next_key), primary=True),)
 
 
 @dataclass
 class Painted:
-    """The look of a screen when it was painted last; None before."""
+    """The look of a screen when it was painted last; None before the first time."""
 
     scene: Scene | None = None
 
     def bring_up(self, image: Image.Image, scene: Scene, page: Page) -> tuple[Box, ...]:
-        """Paint the differences; the boxes that were painted."""
+        """Paint the differences, and return the painted boxes."""
         before, self.scene = self.scene, scene
         boxes = [page.metrics.screen] if before is None else gathered(changed(before, scene))
         for box in boxes:
@@ -317,7 +317,7 @@ def changed(before: Scene, after: Scene) -> list[Box]:
 
 
 def gathered(boxes: Iterable[Box]) -> list[Box]:
-    """Return the boxes with those that overlap joined."""
+    """Return the boxes, with overlapping ones joined."""
     apart: list[Box] = []
     for box in boxes:
         joined = box
@@ -330,7 +330,7 @@ def gathered(boxes: Iterable[Box]) -> list[Box]:
 
 
 def _paint(image: Image.Image, box: Box, scene: Scene, page: Page) -> None:
-    """Paint a part of the screen anew: everything that reaches into it, in order, cut at its edges."""
+    """Repaint a part of the screen: all elements that reach into it, in order, clipped to it."""
     from PIL import Image
 
     part = Image.new("RGB", (box.width, box.height), GROUND)

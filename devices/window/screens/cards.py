@@ -1,4 +1,4 @@
-"""Cards below one another: items dealt onto sheets, and each sheet's cards spread over the room there is."""
+"""Cards below one another: items distributed over sheets, and each sheet's cards spread over the available room."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ T = TypeVar("T")
 APART = 1.2
 """Least distance between cards, in the design's millimetres."""
 LOOSEST = 13.0
-"""Most room that is added for each card: further apart, they would not look like one form."""
+"""Greatest height that is added for each card: further apart, they would not look like one form."""
 
 
 def dealt(items: Sequence[T], sheets: int) -> list[list[T]]:
-    """Return the items in order on so many sheets, evenly."""
+    """Return the items in order on `sheets` sheets, evenly."""
     each = max(1, ceil(len(items) / sheets))
     return [list(items[start : start + each]) for start in range(0, len(items), each)]
 
 
 def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[int] | None]) -> tuple[int, int] | None:
-    """Return (sheets, em size): as few sheets as `count` items need, at the largest size that fits; None if none does.
+    """Return (sheets, em size): the fewest sheets for `count` items, at the largest size that fits; None if none does.
 
-    `heights` gives the height of each item's card at an em size in pixels, None where a text does not fit its place.
+    `heights` returns the height of each item's card at an em size in pixels, None if a text does not fit.
     """
     known = {size: heights(size) for size in dict.fromkeys(page.metrics.text(step) for step in STEPS)}
     for sheets in range(1, count + 1):
@@ -37,7 +37,7 @@ def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[i
 
 
 def tall(page: Page, heights: Sequence[int]) -> int:
-    """Return the height of cards below one another."""
+    """Return the total height of cards below one another."""
     return sum(heights) + (len(heights) - 1) * page.metrics.unit(APART)
 
 

@@ -1,6 +1,6 @@
-"""Questions about the person: numbers, texts and choices; what is voluntary can be left out by saying so.
+"""Questions about the person: numbers, texts and choices; a voluntary question can be left out explicitly.
 
-Each stands on a card, its text to the left, what answers it to the right.
+Each question is on a card, its text on the left, its answer on the right.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NONE = "none"
 
 
 class DemographicsScreen(Base):
-    """One card for each question."""
+    """A form with one card for each question."""
 
     kind = "demographics"
 
@@ -119,7 +119,7 @@ class DemographicsScreen(Base):
         return False
 
     def _key_on(self, place: PlacedQuestion, number: int, event: Key) -> bool:
-        """Choose among the options of a question with arrows, and the one that has the focus with the space bar."""
+        """Choose an option of a question with the arrow keys, or the focused option with the space bar."""
         if event.name in STEP:
             number = (number + STEP[event.name]) % len(place.options)
             self.focus = place.options[number].name
@@ -129,7 +129,7 @@ class DemographicsScreen(Base):
         return True
 
     def _pick(self, place: PlacedQuestion, option: Option) -> None:
-        """Choose an option; the voluntary silence about a field is taken back by choosing it again."""
+        """Choose an option; choosing "rather not say" about a field again takes it back."""
         name = self._question(place).name
         if option.value is None and self._unsaid(name) and place.number in self.fields:
             del self.picked[name]
@@ -138,14 +138,14 @@ class DemographicsScreen(Base):
         self.notice = ()
 
     def _answer(self, number: int, question: Question) -> Any:
-        """Return the answer; None is no answer, which only a voluntary question accepts."""
+        """Return the answer; None means no answer, which only a voluntary question accepts."""
         if question.name in self.picked or question.kind == "choice":
             return self.picked.get(question.name)
         text = " ".join(self.fields[number].writing.text.split())
         return number_in(text) if question.kind == "number" else text or None
 
     def _fault(self, place: PlacedQuestion) -> bool:
-        """Return whether the question still needs an answer: an empty field is no answer, silence must be chosen."""
+        """Return whether the question still needs an answer: leaving it out must be chosen explicitly."""
         question = self._question(place)
         if self._unsaid(question.name):
             return False
@@ -156,7 +156,7 @@ class DemographicsScreen(Base):
         return name in self.picked and self.picked[name] is None
 
     def _is_stop(self, place: PlacedQuestion, option: Option) -> bool:
-        """Return whether the focus stops at this option: the one that has the focus, is chosen, or comes first."""
+        """Return whether the focus stops at this option: it has the focus, is chosen, or comes first."""
         names = [item.name for item in place.options]
         if self.focus in names:
             return option.name == self.focus
@@ -177,7 +177,7 @@ class DemographicsScreen(Base):
 
 
 class EligibilityScreen(DemographicsScreen):
-    """Questions to be answered by yes or no; what leaves the screen is whether all were answered as they must be."""
+    """Questions to be answered by yes or no; the reply is only whether all answers are as required."""
 
     kind = "eligibility"
 
@@ -197,7 +197,7 @@ class EligibilityScreen(DemographicsScreen):
 
 
 def number_in(text: str) -> int | float | None:
-    """Return the number that is written, with point or comma; None where there is none."""
+    """Return the number in a text, with point or comma; None if there is none."""
     plain = text.strip().replace(",", ".")
     try:
         return int(plain)
@@ -211,7 +211,7 @@ def number_in(text: str) -> int | float | None:
 
 
 def _expected(page: Page, question: Question) -> str:
-    """Describe what kind of number is needed, in the participant's words."""
+    """Return what kind of number is expected, in the participant's language."""
     low, high = (f"{bound:g}" if bound is not None else "" for bound in (question.low, question.high))
     key = {(True, True): "number_range", (True, False): "number_least", (False, True): "number_most"}
     return page.texts(key.get((bool(low), bool(high)), "number_any")).format(low=low, high=high)
@@ -219,7 +219,7 @@ def _expected(page: Page, question: Question) -> str:
 
 @dataclass(frozen=True)
 class Option:
-    """An answer to choose, or None for preferring not to say."""
+    """An answer to choose, or None for "rather not say"."""
 
     name: str
     value: str | None
@@ -228,7 +228,7 @@ class Option:
 
 @dataclass(frozen=True)
 class PlacedQuestion:
-    """One question's place; `field` is where its field stands, if it has one."""
+    """A question's place on the screen; `field` is the place of its field, if it has one."""
 
     number: int
     fixed: tuple[Element, ...]
@@ -257,7 +257,7 @@ class _Set:
 
 
 def questions_on(page: Page, questions: Sequence[Question], room: Box) -> list[list[PlacedQuestion]]:
-    """Return the questions of every sheet. Raise WindowError where a text does not fit."""
+    """Return the questions of every sheet. Raises WindowError if a text does not fit."""
     width = min(room.width, page.metrics.unit(WIDEST))
 
     def sets(size: int) -> list[_Set] | None:
@@ -316,7 +316,7 @@ def _option(page: Page, name: str, label: str, value: str | None, size: int) -> 
 
 
 def _flowed(page: Page, cells: list[_Cell], width: int) -> tuple[tuple[_Cell, ...], ...] | None:
-    """Return the cells in lines no wider than the column, or None where one alone is wider."""
+    """Return the cells in lines no wider than the column, or None if a single one is wider."""
     gap = page.metrics.unit(2)
     lines: list[list[_Cell]] = [[]]
     for cell in cells:
@@ -365,7 +365,7 @@ def _question_px(page: Page, width: int) -> int:
 
 
 def _refusal(page: Page, questions: Sequence[Question], width: int) -> WindowError:
-    """Return an error that names the text at fault; raise it directly where it is one text alone."""
+    """Return an error that names the text that does not fit; raise it directly if it is a single text."""
     column = width - _question_px(page, width) - 6 * page.metrics.unit(3)
     for question in questions:
         fitted(page, page.say(question.text), _question_px(page, width), page.metrics.height_px // 2, STEPS)

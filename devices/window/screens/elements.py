@@ -1,6 +1,6 @@
-"""Elements of screens: each one has its place and its present look, and paints itself.
+"""Elements of screens: each has a place and a look, and paints itself.
 
-Elements are equal when they look the same, so a screen repaints what differs from the last time.
+Elements are equal if they look the same, so a screen repaints those that differ from the last time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Element:
 
     @property
     def stops(self) -> bool:
-        """Whether the keyboard's focus stops here."""
+        """Return whether the keyboard's focus stops here."""
         return False
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
@@ -37,12 +37,12 @@ class Element:
         yield Placed(self.name, "mark", self.box, within=self.within)
 
     def paint(self, image: Image.Image, page: Page, /) -> None:
-        """Paint the element, all of it inside its box."""
+        """Paint the element completely inside its box."""
 
 
 @dataclass(frozen=True)
 class Card(Element):
-    """A light ground for what belongs together."""
+    """A light background for elements that belong together."""
 
     radius: int = 0
     edge: Colour = HAIR

@@ -15,17 +15,17 @@ from palpate.devices.window.screens.targets import Button
 from palpate.protocols.events import Ask
 
 STEPS = (5.4, 5.0, 4.6, 4.2, 3.8)
-"""Em sizes of text in the design's millimetres, tried one after another; none falls below the floor of the metrics."""
+"""Em sizes of text in the design's millimetres, tried in this order; none becomes smaller than the metrics' minimum."""
 HINT_STEPS = (4.4, 4.0, 3.6)
 CUT = 8
-"""Letters by which a notice is shortened, again and again, until it fits."""
+"""Number of letters by which a notice is shortened, repeatedly, until it fits."""
 MARGIN = 8.0
 FOOT = 12.0
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A button of the foot: its name, its words, and whether it leads on."""
+    """A button of the foot: its name, its text, and whether it leads on."""
 
     name: str
     words: str
@@ -62,7 +62,7 @@ class Frame:
 
     @cached_property
     def buttons(self) -> dict[str, tuple[Box, Laid]]:
-        """Place and words of every button."""
+        """Return the place and the text of every button."""
         gap = self.page.metrics.unit(4)
         placed, x = {}, self.foot.left
         for choice in self.left:
@@ -91,7 +91,7 @@ class Frame:
         return Box(left, self.foot.top - gap // 3, max(0, right - left), self.foot.height + 2 * (gap // 3))
 
     def elements(self, notice: Sequence[str] = ()) -> Iterator[Element]:
-        """Yield heading, progress, and the notice (the first wording that fits) or else the hint; not the buttons."""
+        """Yield heading, progress, and the notice (the first wording that fits) or else the hint, without buttons."""
         if self.progress is not None:
             box = Box(0, 0, self.page.metrics.width_px, self.page.metrics.unit(1.4))
             yield Progress("progress", box, share=self.progress)
@@ -131,7 +131,7 @@ class Frame:
 
     @property
     def _heading_width(self) -> int:
-        """Room for the heading: all, or what a hint and a label leave of it."""
+        """Return the width of the heading: everything, or the rest beside a hint and a label."""
         unit = self.page.metrics.unit
         full = self.page.metrics.width_px - 2 * unit(MARGIN) - unit(36)
         return round(0.45 * full) if self.hint_above else full
@@ -148,7 +148,7 @@ class Frame:
         return fitted(self.page, self.hint, self.middle.width, self.middle.height, HINT_STEPS, even=True)
 
     def _notice(self, wordings: Sequence[str]) -> Laid:
-        """Return the first wording that fits, or the last one cut short: a message never ends a session."""
+        """Return the first wording that fits, or the last one shortened: a message never ends a session."""
         last, room = wordings[-1], self.middle
         shorter = (last[:stop].rstrip() + " …" for stop in range(len(last) - CUT, 0, -CUT))
         for words in (*wordings, *shorter):
@@ -157,7 +157,7 @@ class Frame:
         return BLANK
 
     def _button(self, choice: Choice) -> tuple[int, Laid]:
-        """Return width and words: as wide as the words need, within bounds."""
+        """Return width and text of a button, as wide as the text needs, within bounds."""
         unit = self.page.metrics.unit
         laid = fitted(self.page, choice.words, unit(70), self.foot.height, STEPS, bold=choice.primary, even=True)
         return max(unit(38), laid.width + unit(10)), laid
@@ -172,7 +172,7 @@ def fitted(
     bold: bool = False,
     even: bool = False,
 ) -> Laid:
-    """Return the text at the first size at which it fits. Raise WindowError where even the smallest does not."""
+    """Return the text at the first size at which it fits. Raises WindowError if even the smallest does not."""
     laid = first_fit(page, text, width, height, steps, bold, even)
     if laid is None:
         metrics = page.metrics
@@ -206,7 +206,7 @@ def first_fit(
 def trial_frame(
     page: Page, ask: Ask, prompt: str, hint: str, left: tuple[Choice, ...], right: tuple[Choice, ...]
 ) -> Frame:
-    """Return the frame of a trial's form: the progress, whether it is practice, and how to go back."""
+    """Return the frame of a trial's form: the progress, whether it is practice, and the button to go back."""
     trial = ask.trial
     if ask.may_go_back:
         hint += "   " + page.texts("back_hint", back=page.texts("back"))

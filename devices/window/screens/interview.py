@@ -1,4 +1,4 @@
-"""Questions answered in the participant's own words, one on each sheet."""
+"""Questions with free-text answers, one on each sheet."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WIDEST = 220.0
 
 
 class InterviewScreen(Base):
-    """A question and a field of many lines; without an answer it is left empty."""
+    """A question and a field of several lines; without an answer it stays empty."""
 
     def __init__(self, ask: Ask, form: Interview, page: Page) -> None:
         left, right = back_and_next(page)

@@ -1,4 +1,4 @@
-"""Words of the participant's own, one on each line."""
+"""Words that the participant writes, one on each line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WIDEST = 150.0
 
 
 class LexiconScreen(Base):
-    """A field of many lines; blank lines and repetitions do not count."""
+    """A field of several lines; blank lines and repetitions do not count."""
 
     def __init__(self, ask: Ask, form: Lexicon, page: Page) -> None:
         left, right = back_and_next(page)

@@ -1,4 +1,4 @@
-"""Statements, each agreed with on a row of round buttons between two labelled ends."""
+"""Statements, each rated on a row of round buttons between two labelled ends."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SMALLER = 0.86
 
 
 class LikertScreen(Base):
-    """No numbers are shown; a press takes the nearest button of the row."""
+    """A form of statements without numbers; a press chooses the nearest button of the row."""
 
     def __init__(self, ask: Ask, form: Likert, page: Page) -> None:
         left, right = back_and_next(page)
@@ -103,7 +103,7 @@ class _Set:
 
 
 def statements(page: Page, questionnaire: Questionnaire, room: Box) -> list[list[PlacedStatement]]:
-    """Return the rows of every sheet. Raise WindowError where a statement or a label does not fit."""
+    """Return the rows of every sheet. Raises WindowError if a statement or a label does not fit."""
     unit = page.metrics.unit
     width = min(room.width, unit(WIDEST))
     pitch = max(unit(PITCH), page.metrics.target() + page.metrics.mm(NEAREST_TARGETS_MM) + 2)

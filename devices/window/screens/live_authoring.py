@@ -1,4 +1,4 @@
-"""Sliders that stay on while what they make is felt, with its force beside them where the study shows it."""
+"""Sliders that stay visible while the stimulus is felt, with its force beside them if the study shows it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from palpate.protocols.events import Ask
 from palpate.protocols.forms import Sliders
 
 BESIDE = (0.36, 0.3, 0.26)
-"""Shares of the width that the plot may take beside the lines; the first that leaves them on one sheet."""
+"""Shares of the width for the plot beside the lines; the first that leaves them on one sheet is used."""
 BELOW = 0.4
-"""The share of the height that it takes where none does."""
+"""Share of the height for the plot below the lines, if none of these does."""
 GAP, PAD = 4.0, 3.0
 MINUS = "\N{MINUS SIGN}"
 TICKS_N, TICKS_DEG = (20.0, 40.0, 100.0), (0, 20, 40, 60)
@@ -90,7 +90,7 @@ class Plot:
     masks: Masks = field(default_factory=Masks)
 
     def elements(self, answers: Mapping[str, float]) -> Iterator[Element]:
-        """Yield the card, its axes, and the curve where every line is set and a model can make doors."""
+        """Yield the card, its axes, and the curve if every line is set and a model can make doors."""
         force_N = self._force(answers)
         axes = axes_for(self._inner, *(() if force_N is None else (force_N,)))
         yield Card("force", self.card, radius=rounding(self.page))
@@ -150,7 +150,7 @@ class Plot:
 
 
 def _split(form: Sliders, frame: Frame) -> Plot:
-    """Return the plot beside the lines where they stay on one sheet, else below them."""
+    """Return the plot beside the lines if they stay on one sheet, else below them."""
     page, body, gap = frame.page, frame.body, frame.page.metrics.unit(GAP)
     for share in BESIDE:
         width = round(share * body.width)

@@ -1,4 +1,4 @@
-"""Pages without an answer, or with none but going on: rest, waiting, pause, the end, and the ruler's page."""
+"""Pages without an answer, or where the only answer is to go on: rest, waiting, pause, the end, the ruler."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WIDEST = 190.0
 
 
 class MessageScreen(Base):
-    """A page by its key among the texts: a title and a text, or a text alone. It waits for nobody's answer."""
+    """A page by its text key: a title and a text, or a text alone. It has no answer."""
 
     def __init__(self, key: str, page: Page) -> None:
         super().__init__(Frame(page, "", "", (), ()))
@@ -34,7 +34,7 @@ class MessageScreen(Base):
 
 
 class RestScreen(Base):
-    """A break, with how much of the session is done where it was planned."""
+    """A break, with the progress of the session if it was planned."""
 
     def __init__(self, request: Rest | None, page: Page) -> None:
         right = (Choice("next", page.texts("continue"), primary=True),)
@@ -81,7 +81,7 @@ class RulerScreen(Base):
 
 
 def _words(page: Page, key: str) -> tuple[str, str]:
-    """Return (title, text) of a page's key. Raise WindowError on an unknown key."""
+    """Return (title, text) of a page's key. Raises WindowError for an unknown key."""
     words = page.texts.words
     for name in (key, f"{key}_text"):
         if name in words:

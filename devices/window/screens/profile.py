@@ -1,4 +1,4 @@
-"""A door's force over its angle, as screens draw it: the ground with its lines, and the pieces of the curve."""
+"""A door's force over its angle, as screens draw it: the background with its lines, and the pieces of the curve."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ BAND: Colour = (238, 241, 244)
 
 @dataclass(frozen=True)
 class Ground(Element):
-    """What lies behind the doors: where rated ones lie, between `low` and `high` (empty: nowhere), and lines at every
-    step of force and every ten degrees, a stronger one at zero. It is painted once for each pair of ends of the axis.
+    """The background of doors: the range of rated ones, between `low` and `high` (empty: none), and grid lines.
+
+    Lines are at every step of force and every ten degrees, a stronger one at zero. It is painted once for each pair of
+    ends of the axis.
     """
 
     low: bytes = b""
@@ -55,13 +57,13 @@ class Ground(Element):
 
 @dataclass(frozen=True)
 class Curve(Element):
-    """A piece of a profile's line on the plot's ground; `cover` tells for each pixel of the box how much of it."""
+    """A piece of a profile's line on the plot's background; `cover` is its coverage of each pixel of the box."""
 
     cover: bytes = b""
     colour: Colour = ACCENT
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """Yield the piece, which lies on the plot with whatever else is drawn there."""
+        """Yield the piece, which lies on the plot with everything else that is drawn there."""
         return iter(())
 
     def paint(self, image: Image.Image, _page: Page, /) -> None:

@@ -1,4 +1,4 @@
-"""Putting what was felt in order: cards that are dragged, or moved by keys, along a row of places."""
+"""Put stimuli in order after feeling them: cards that are dragged, or moved by keys, along a row of places."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 CARD_NAME, SLOT_NAME, AGAIN = "card ", "place ", "again"
 WIDEST, TALLEST = 30.0, 28.0
-"""Largest place, in the design's millimetres."""
+"""Greatest size of a place, in the design's millimetres."""
 EDGE_MM = 0.6
-"""How much of a place is seen around its card."""
+"""How much of a place is visible around its card."""
 TAP_MM = 4.0
-"""How far a press may move and still be no drag."""
+"""Greatest move of a press that is not a drag."""
 REACH = 14.0
-"""How far above and below the row a card can be let go, in the design's millimetres."""
+"""How far above and below the row a card can be dropped, in the design's millimetres."""
 
 
 @dataclass(frozen=True)
 class Slot(Target):
-    """A place for a card; the keyboard goes from card to card."""
+    """A place for a card; the keyboard moves from card to card."""
 
     @property
     def stops(self) -> bool:
@@ -51,7 +51,7 @@ class Slot(Target):
 
 @dataclass(frozen=True)
 class RankedCard(Target):
-    """The card of a stimulus: its letter; a `new` one has no place yet, a `chosen` one is the one that is moved."""
+    """The card of a stimulus with its letter; a `new` card has no place yet, a `chosen` card is being moved."""
 
     new: bool = False
     chosen: bool = False
@@ -65,10 +65,11 @@ class RankedCard(Target):
 
 
 class RankingScreen(Base):
-    """The card of what was just felt, and the row of all places, of which the first are taken.
+    """The card of the stimulus just felt, and the row of all places, of which the first are taken.
 
-    A card is put into the row where it is dragged to, and those from there on make room. Once all that was felt has its
-    place, Next leads on to what is felt next or, after the last, ends the trial. The key T feels the chosen one again.
+    A card is inserted in the row where it is dragged to, and those behind it make room. Once all stimuli felt so far
+    have a place, Next leads on to the next stimulus or, after the last, ends the trial. The key T feels the chosen one
+    again.
     """
 
     def __init__(self, ask: Ask, form: Ranking, page: Page) -> None:
@@ -173,7 +174,7 @@ class RankingScreen(Base):
             self.chosen_card = self._of(self.focus)
 
     def _put(self, card: str, rank: int) -> None:
-        """Give a card a rank, the first that is free where that leaves a gap, or 0; the others close up around it."""
+        """Give a card a rank, the first free one if it would leave a gap, or 0; the others close up around it."""
         others = [name for name in self.form.stimuli if self.ranks[name] and name != card]
         others.sort(key=lambda name: self.ranks[name])
         place = min(rank, len(others) + 1)
@@ -182,7 +183,7 @@ class RankingScreen(Base):
         self.notice = ()
 
     def _note(self, card: str, before: int) -> None:
-        """Keep where a card was put that had another rank before, and when."""
+        """Record the new rank of a card that had another rank before, and when."""
         if self.ranks[card] != before:
             self.moves.append([card, self.ranks[card], round(self.now_s, 3)])
 
@@ -229,7 +230,7 @@ class RankingScreen(Base):
 
     @property
     def _progress(self) -> Label:
-        """How many stimuli have been felt, and what to do now."""
+        """Return a label with how many stimuli have been felt, and what to do now."""
         texts, new = self.page.texts, self.new
         now = texts("ranking_all") if new is None or self.ranks[new] else texts("ranking_new", card=self._letter(new))
         felt = texts("ranking_felt", felt=len(self.shown), total=len(self.form.stimuli))
@@ -255,7 +256,7 @@ class RankingScreen(Base):
         return self.form.stimuli[int(name.removeprefix(CARD_NAME))]
 
     def _letter(self, name: str) -> str:
-        """Return the letter on a card: A was felt first."""
+        """Return the letter on a card: A for the stimulus felt first."""
         return ascii_uppercase[self.form.stimuli.index(name)]
 
 

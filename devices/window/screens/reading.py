@@ -1,4 +1,4 @@
-"""Text to read, on as many pages as it needs: instructions and consent."""
+"""Text to read, on as many pages as needed: instructions and consent."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from palpate.protocols.events import Ask, Instruct
 from palpate.protocols.forms import Consent
 
 WIDEST = 205.0
-"""Longest line, in the design's millimetres: some 75 letters, beyond which the eye loses the next line."""
+"""Longest line, in the design's millimetres: about 75 letters, beyond which readers lose the next line."""
 BETWEEN = 0.6
 """Room between paragraphs, in lines."""
 STEPS = (6.2, 5.8, 5.4, 5.0)
-"""Sizes tried to bring a text onto one page; a longer one is turned over at the last."""
+"""Sizes tried to fit a text on one page; a longer text has several pages at the last size."""
 LONELY = 8
 """A last line of so few letters is avoided."""
 _MARKS = re.compile(r"\*\*|(?<!_)__(?!_)|<!--.*?-->", re.DOTALL)
@@ -40,7 +40,7 @@ class Paragraph:
 
 
 class InstructionScreen(Base):
-    """A page of instructions, by its name; read to its end, then on. Raises WindowError on an unknown page."""
+    """A page of instructions, by its name, read to its end. Raises WindowError for an unknown page."""
 
     def __init__(self, request: Instruct, page: Page) -> None:
         if request.page not in page.pages:
@@ -56,7 +56,7 @@ class InstructionScreen(Base):
 
 
 class ConsentScreen(Base):
-    """The consent text: whoever agrees has seen its last page; one can decline on every page."""
+    """The consent text: agreeing is possible on its last page, declining on every page."""
 
     def __init__(self, ask: Ask, form: Consent, page: Page) -> None:
         texts = page.texts
@@ -92,7 +92,7 @@ class ConsentScreen(Base):
         return {"answers": {"agreed": self.agreed}}
 
     def key(self, name: str | None, event: Key) -> bool:
-        """Handle a key; Enter agrees only where a button has the focus."""
+        """Handle a key; Enter agrees only if a button has the focus."""
         on_button = name in ("next", "agree", "decline", "back")
         return event.name == "enter" and not on_button and self.sheet == self.sheets - 1
 
@@ -116,9 +116,9 @@ def paragraphs(text: str) -> list[Paragraph]:
 
 
 def paged(page: Page, text: str, room: Box) -> list[list[Element]]:
-    """Return the text on one page at the largest size that allows it, or else on several.
+    """Return the text on one page at the largest possible size, or else on several pages.
 
-    Raise WindowError where a word is wider than a page, or where there is no text.
+    Raises WindowError if a word is wider than a page, or if there is no text.
     """
     width = min(room.width, page.metrics.unit(WIDEST))
     column = Box(room.left + (room.width - width) // 2, room.top, width, room.height)

@@ -1,4 +1,4 @@
-"""Rating how alike two things are while switching between them; every side is to be felt before going on."""
+"""Rate the similarity of stimuli while switching between them; every side must be felt before going on."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIDE = "side "
 
 @dataclass
 class Switching:
-    """When which side was switched to, and for how long each was on."""
+    """A record of when which side was switched to, and for how long each was on."""
 
     sides: tuple[str, ...]
     on: str | None = None
@@ -32,7 +32,7 @@ class Switching:
     spent_s: dict[str, float] = field(default_factory=dict)
 
     def to(self, side: str, at_s: float) -> None:
-        """Switch to a side; to the one that is on is no switch."""
+        """Switch to a side; the current side again is not a switch."""
         if side == self.on:
             return
         self._count(at_s)
@@ -40,7 +40,7 @@ class Switching:
         self.switches.append({"to": side, "at_s": round(at_s, 3)})
 
     def value(self, at_s: float) -> dict[str, Any]:
-        """Return what the ledger keeps, until now."""
+        """Return the switches and durations until now, for the ledger."""
         self._count(at_s)
         self.since_s = at_s
         return {"switches": self.switches, "side_s": {s: round(self.spent_s.get(s, 0.0), 3) for s in self.sides}}
@@ -56,7 +56,7 @@ class Switching:
 
 
 class SimilarityScreen(SliderScreen):
-    """A slider form with a large button for each side; keys 1, 2, ... or a side's first letter switch as well."""
+    """A slider form with a large button for each side; keys 1, 2, ... or a side's first letter switch too."""
 
     def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int) -> None:
         self.switching = Switching(form.sides)
@@ -127,7 +127,7 @@ class SimilarityScreen(SliderScreen):
 
     @property
     def _room(self) -> Box:
-        """The body, or so much of its middle as a short form fills."""
+        """Return the body, or the part of its middle that a short form fills."""
         body, unit = self.frame.body, self.page.metrics.unit
         height = min(body.height, unit(50) + len(self.form.attributes) * unit(38))
         return Box(body.left, body.top + (body.height - height) // 3, body.width, height)
@@ -142,7 +142,7 @@ class SimilarityScreen(SliderScreen):
 
     @property
     def _side_label(self) -> Label:
-        """Return a label of the side that is on: colour alone does not show it."""
+        """Return a label of the current side, because colour alone would not show it to all."""
         room, texts = self._room, self.page.texts
         on = self.side
         words = texts("sides_none") if on is None else texts("sides_label", side=_called(self.page, on))
@@ -154,6 +154,6 @@ class SimilarityScreen(SliderScreen):
 
 
 def _called(page: Page, side: str) -> str:
-    """Return a side's name for the participant."""
+    """Return a side's name in the participant's language."""
     words = page.say(side).replace("_", " ")
     return words[:1].upper() + words[1:]

@@ -1,4 +1,4 @@
-"""Rating on lines: where they stand, what a press makes of them, and the answers.
+"""Rating on lines: their layout, the effect of a press, and the answers.
 
 No ticks, no numbers, no marker before the first touch; Next is off until all are answered. Of every marker the answer
 is kept, when and how often it was touched, and its path. A line stands on a card for its attribute, with the two words
@@ -31,22 +31,22 @@ if TYPE_CHECKING:
     from PIL import Image
 
 FINE = 100
-"""Steps from end to end by keyboard where the scale has none."""
+"""Steps from end to end by keyboard if the scale has none."""
 COARSE = 10
-"""Steps that the page keys take at once."""
+"""Number of steps of the page keys."""
 ROW = struct.Struct("<3f")
 WIDEST_WORDS, NARROWEST_WORDS = 76.0, 24.0
 """Room for the words beside a line, in the design's millimetres."""
 BAND = 10.0
 OVERHANG = 5.0
-"""How far the band that takes presses reaches beyond the line's ends."""
+"""How far the band that takes presses extends beyond the line's ends."""
 SMALLER = 0.86
-"""Explanations and labels are set so much smaller than the words."""
+"""Size of explanations and labels relative to the words."""
 PAD = 0.8
 
 
 class SliderScreen(Base):
-    """One line for each attribute."""
+    """A form with one line for each attribute."""
 
     def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int) -> None:
         super().__init__(self._frame_for(page, ask, form), may_go_back=ask.may_go_back)
@@ -64,7 +64,7 @@ class SliderScreen(Base):
 
     @property
     def room(self) -> Box:
-        """Where the lines stand."""
+        """Return the room for the lines."""
         return self.frame.body
 
     def body(self) -> Iterator[Element]:
@@ -144,7 +144,7 @@ class SliderScreen(Base):
 
 @dataclass
 class Marks:
-    """Markers by attribute; one that was never touched has no answer, which is not the same as zero."""
+    """Markers by attribute; an untouched marker has no answer, which is not the same as zero."""
 
     form: Sliders
     t0_ns: int
@@ -163,7 +163,7 @@ class Marks:
         self.touches[name] = self.touches.get(name, 0) + 1
 
     def put(self, number: int, value: float, at_s: float) -> None:
-        """Set a marker to the scale's nearest answer and record a change of it as a sample."""
+        """Set a marker to the scale's nearest answer, and record the change as a sample."""
         name = self.form.attributes[number].name
         answer = float(self.form.scale.nearest(value)) + 0.0  # a plain float, and never -0.0
         self.at_s[name] = round(at_s, 3)
@@ -172,14 +172,14 @@ class Marks:
             self.path += ROW.pack(number, at_s, answer)
 
     def value(self) -> dict[str, Any]:
-        """Return the answers in the form's order, with times and touches of those that were touched."""
+        """Return the answers in the form's order, with times and touches of the touched markers."""
         return {
             part: {name: known[name] for name in self.form.items() if name in known}
             for part, known in (("answers", self.answers), ("at_s", self.at_s), ("touches", self.touches))
         }
 
     def samples(self) -> tuple[Samples, ...]:
-        """Return the path of the markers; none where nothing was moved."""
+        """Return the paths of the markers; empty if none was moved."""
         if not self.path:
             return ()
         channels, units = ("item", "time", "value"), ("index", "s", "scale")
@@ -188,9 +188,9 @@ class Marks:
 
 @dataclass(frozen=True)
 class Track(Target):
-    """A rating line in the band that takes presses; `share` is where the marker stands, None before the first touch.
+    """A rating line in the band that takes presses; `share` is the marker's position, None before the first touch.
 
-    `ticks` are the shares of the line that are marked by a stroke.
+    `ticks` are the shares of the line that have a tick mark.
     """
 
     line_px: int = 0
@@ -199,14 +199,14 @@ class Track(Target):
 
     @property
     def line(self) -> Box:
-        """The line: its width is the length that the study prescribes (`palpate.protocols.study.Scale`: 127 mm)."""
+        """Return the line's box, whose width is the prescribed length."""
         thick = max(2, self.box.height // 20)
         left = self.box.left + (self.box.width - self.line_px) // 2
         return Box(left, self.box.top + (self.box.height - thick) // 2, self.line_px, thick)
 
     @property
     def marker(self) -> Box | None:
-        """The marker; its middle is the answer."""
+        """Return the marker's box, whose middle is the answer."""
         if self.share is None:
             return None
         width = max(5, self.box.height // 5) | 1
@@ -223,7 +223,7 @@ class Track(Target):
         return tuple(Box(middle - line.height // 2, top, line.height, height) for middle in middles)
 
     def share_at(self, x: float) -> float:
-        """Return where along the line a point lies: 0 at its first pixel, 1 at its last, beyond them the nearer end."""
+        """Return the position of a point along the line, 0 at its first pixel and 1 at its last, clipped."""
         return min(max((x - self.line.left) / (self.line_px - 1), 0.0), 1.0)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
@@ -246,7 +246,7 @@ class Track(Target):
 
 @dataclass(frozen=True)
 class PlacedAttribute:
-    """One attribute's place: `fixed` never changes, `track` is the line before its first touch."""
+    """An attribute's place: `fixed` never changes, `track` is the line before its first touch."""
 
     fixed: tuple[Element, ...]
     track: Track
@@ -293,9 +293,9 @@ class _Set:
 
 
 def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -> list[list[PlacedAttribute]]:
-    """Return the rows of every sheet: one sheet where all fit, at the largest size at which they do.
+    """Return the rows of every sheet: one sheet if all fit, at the largest possible size.
 
-    Raises WindowError where a word does not fit, or the line itself.
+    Raises WindowError if a word, or the line itself, does not fit.
     """
     widths = _across(page, room)
     ticks = tuple(_share(scale, value) for value in scale.ticked)
@@ -316,7 +316,7 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -
 
 
 def _across(page: Page, room: Box) -> Across:
-    """Return the widths for a screen. Raise WindowError where the line with its words is wider than the screen."""
+    """Return the widths for a screen. Raises WindowError if the line with its words is wider than the screen."""
     unit = page.metrics.unit
     widths = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
     if widths.card_px > room.width:
@@ -344,15 +344,15 @@ def _share(scale: Scale, value: float) -> float:
 
 
 def _overhang(widths: Across, share: float, laid: Laid) -> int:
-    """Return how much room a label takes beside the band, under the words, in pixels."""
+    """Return the width of a label's part beside the band, under the words, in pixels."""
     beyond = laid.width // 2 - round(min(share, 1 - share) * widths.line_px)
     return max(0, beyond - widths.page.metrics.unit(OVERHANG))
 
 
 def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid], ...] | None:
-    """Return the scale's labels with their shares of the line, or None where one is wider than its place.
+    """Return the scale's labels with their shares of the line, or None if one is wider than its place.
 
-    A label has half the way to its neighbours, one at an end of the line also the room under the words.
+    A label has half the distance to its neighbours; one at an end of the line also has the room under the words.
     """
     page, small = widths.page, max(round(SMALLER * size), widths.page.metrics.text(0))
     shares = [_share(scale, value) for value, _ in scale.labelled]
@@ -369,7 +369,7 @@ def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid]
 
 
 def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[float, Laid], ...]) -> _Set | None:
-    """Return the texts at a size, or None where a word is too wide."""
+    """Return the texts at a size, or None if a word is too wide."""
     page, unit = widths.page, widths.page.metrics.unit
     low, high = (
         lay(page.fonts, page.say(text), size, widths.words_px, bold=True, even=True)
@@ -425,7 +425,7 @@ def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float
 
 
 def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: Scale) -> WindowError:
-    """Return an error that names the text that does not fit; raise it directly where it is one text alone."""
+    """Return an error that names the text that does not fit; raise it directly if it is a single text."""
     page = widths.page
     for attribute in attributes:
         for text in (attribute.low, attribute.high):

@@ -1,4 +1,4 @@
-"""One specimen of every kind of screen, as a participant would meet it half way: for pictures and for checks."""
+"""A specimen of every kind of screen, half way through its answers: for pictures and checks."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ FOLDER = Path(__file__).resolve().parents[1] / "texts" / "specimens"
 
 @dataclass(frozen=True)
 class Specimen:
-    """A request, or the key of a page, and what is answered already."""
+    """A request, or the key of a page, with the answers so far."""
 
     request: Ask | Instruct | Rest | Confirm | Present | str
     answers: Mapping[str, Any] = field(default_factory=dict)
 
 
 def specimens(words: Wording | None = None) -> dict[str, Specimen]:
-    """Return specimens by name, one for every kind of screen, in English or in other words.
+    """Return a specimen of every kind of screen by name, in English or with another wording.
 
-    Those of forms that one task has for itself are `SPECIMEN` beside their screens.
+    Forms of a single task have their `SPECIMEN` beside their screens.
     """
     words = words or wording()
     keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "ineligible", "aborted")
@@ -126,7 +126,7 @@ def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Questio
 
 @dataclass(frozen=True)
 class Wording:
-    """The study's side of the specimens in one language; `person` are questions with their answers or their unit."""
+    """The study's texts for the specimens in one language; `person` are questions with their answers or their unit."""
 
     seven: tuple[tuple[str, str, str], ...]
     four: tuple[tuple[str, str, str], ...]
@@ -146,7 +146,7 @@ class Wording:
 
 
 def wording(language: str = "en") -> Wording:
-    """Return the specimens' texts in a language, or in English where they are not translated."""
+    """Return the specimens' texts in a language, or in English if they are not translated."""
     file = FOLDER / f"{language}.yaml"
     return read_wording(file if file.is_file() else FOLDER / "en.yaml")
 

@@ -1,4 +1,4 @@
-"""Elements that can be pressed: buttons, ticks, round buttons and fields."""
+"""Elements that can be pressed: buttons, check boxes, round buttons and fields."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Target(Element):
 
 @dataclass(frozen=True)
 class Button(Target):
-    """A button; `primary` ones lead on, a `chosen` one is the side that is on."""
+    """A button; a `primary` one leads on, a `chosen` one is the current side."""
 
     primary: bool = False
     on: bool = True
@@ -68,7 +68,7 @@ class Button(Target):
 
 @dataclass(frozen=True)
 class Tick(Target):
-    """A word to tick: ticked ones carry a tick mark and a strong frame."""
+    """A word with a check box: ticked words have a tick mark and a strong frame."""
 
     ticked: bool = False
 
@@ -108,7 +108,7 @@ class Tick(Target):
 
 @dataclass(frozen=True)
 class Dot(Target):
-    """A round button of a row of choices; with a text it stands to the left of it, without in the middle."""
+    """A round button of a row of choices, on the left of its text, or in the middle without text."""
 
     chosen: bool = False
     stop: bool = True
@@ -146,14 +146,14 @@ class Dot(Target):
 
 @dataclass(frozen=True)
 class Points(Target):
-    """Round buttons in a row, of which one can be chosen (0-based); a press takes the nearest."""
+    """Round buttons in a row, of which one can be chosen (0-based); a press chooses the nearest."""
 
     count: int = 1
     at: int | None = None
 
     @property
     def circles(self) -> tuple[Box, ...]:
-        """The buttons, evenly apart."""
+        """Return the circles of the buttons, evenly spaced."""
         pitch = self.box.width / self.count
         side = round(0.66 * min(self.box.height, pitch)) | 1
         top = self.box.top + (self.box.height - side) // 2
@@ -188,7 +188,7 @@ class Points(Target):
 
 @dataclass(frozen=True)
 class TextBox(Target):
-    """A field to write in: the lines that are in view and, where the writing goes on, the caret (line, x)."""
+    """A text field: its visible lines and, while it is edited, the caret (line, x)."""
 
     lines: tuple[str, ...] = ()
     size: int = 1
@@ -199,7 +199,7 @@ class TextBox(Target):
 
     @property
     def inner(self) -> Box:
-        """Where the text stands."""
+        """Return the box of the text."""
         return inside(self.box, self.pad, round(LEADING * self.size))
 
     def placed(self, page: Page) -> Iterator[Placed]:
@@ -233,13 +233,13 @@ class TextBox(Target):
 
 
 def inside(box: Box, pad: int, line: int) -> Box:
-    """Return the room for text in a field: `pad` on all sides, but less above and below where a line needs it."""
+    """Return the room for text in a field: `pad` on all sides, but less above and below if a line needs it."""
     above = min(pad, max(0, (box.height - line) // 2))
     return Box(box.left + pad, box.top + above, box.width - 2 * pad, box.height - 2 * above)
 
 
 def disc(image: Image.Image, page: Page, circle: Box, chosen: bool) -> None:
-    """Draw a round button; a chosen one carries a disc."""
+    """Draw a round button; a chosen one contains a disc."""
     page.shapes.fill(image, circle, circle.width // 2 + 1, CARD)
     page.shapes.frame(
         image, circle, circle.width // 2 + 1, hair(page) * (3 if chosen else 2), ACCENT if chosen else EDGE

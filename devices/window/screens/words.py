@@ -1,4 +1,4 @@
-"""Words to tick, in as many columns as the rows allow, at the largest size that cuts none; a field for further ones."""
+"""Words to tick, in as many columns as the rows allow, at the largest size that fits; a field for further words."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ FURTHER = "further"
 SEPARATORS = ",;，、"
 MOST_COLUMNS = 8
 TALLEST, WIDEST = 15.0, 72.0
-"""Largest cell, in the design's millimetres."""
+"""Greatest size of a cell, in the design's millimetres."""
 
 
 class WordScreen(Base):
-    """Any number of words may be ticked; an empty answer has to be confirmed."""
+    """A list of words, any number of which may be ticked; an empty answer has to be confirmed."""
 
     def __init__(self, ask: Ask, form: Words, page: Page) -> None:
         left, right = back_and_next(page)
@@ -103,7 +103,7 @@ class WordScreen(Base):
         super().go_on()
 
     def stops(self) -> list[str]:
-        """Return the whole grid as one stop: arrows move within it."""
+        """Return the focus order with the whole grid as one stop: arrow keys move within it."""
         words = [tick.name for tick in self._cells[self.sheet]]
         here = self.focus if self.focus in words else words[0]
         return [name for name in super().stops() if name == here or not name.startswith("word ")]
@@ -129,7 +129,7 @@ class WordScreen(Base):
 def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]], int]:
     """Return the words' cells on every sheet, row by row, and the number of columns.
 
-    Use one sheet where possible, with the largest text for which it is. Raise WindowError naming a word too long.
+    Uses one sheet if possible, with the largest text for which it is. Raises WindowError that names a word too long.
     """
     sizes = list(dict.fromkeys(page.metrics.text(step) for step in STEPS))
     for sheets in range(1, len(words) + 1):
@@ -143,7 +143,7 @@ def grid(page: Page, words: Sequence[str], room: Box) -> tuple[list[list[Tick]],
 
 
 def _attempt(page: Page, sheets: list[list[str]], room: Box, size: int, columns: int) -> list[list[Tick]] | None:
-    """Return the sheets at a size in so many columns, or None where a cell is too small for a finger or its word."""
+    """Return the sheets at a size in `columns` columns, or None if a cell is too small for a finger or its word."""
     lines = ceil(len(sheets[0]) / columns)
     width, height = _cell(page, room, columns, lines)
     if height < page.metrics.target(0):

@@ -1,4 +1,4 @@
-"""A field on a screen: a place to write in, what is written there, and how mouse and keys work in it."""
+"""A text field on a screen: its place, its text, and its mouse and keyboard handling."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.devices.window.screens.targets import TextBox, inside
 
 @dataclass
 class FieldOn:
-    """A field with its place; `size` is the em size of what is written in it."""
+    """A text field with its place; `size` is the em size of its text."""
 
     page: Page
     name: str
@@ -26,7 +26,7 @@ class FieldOn:
     placeholder: Laid | None = None
     hangul_on: bool = True
     composed_to: int | None = None
-    """Where the caret stands while the character before it is being composed; None while none is."""
+    """Position of the caret while the character before it is being composed; None otherwise."""
 
     @property
     def pad(self) -> int:
@@ -58,14 +58,14 @@ class FieldOn:
         )  # fmt: skip
 
     def press(self, x: float, y: float) -> None:
-        """Put the caret to where the field was pressed."""
+        """Move the caret to where the field was pressed."""
         self.composed_to = None
         inner = self._inner
         line = int((y - inner.top) // round(LEADING * self.size)) if self.writing.many_lines else 0
         self.writing.caret = place_at(self.page.fonts, self._view, self.size, line, x - inner.left - bearing(self.size))
 
     def type(self, text: str) -> None:
-        """Write what was typed; where Hangul is composed here and on, Latin keys write it."""
+        """Insert typed text; if Hangul is composed here and on, Latin keys write it."""
         if not (self.page.hangul and self.hangul_on):
             self.writing.insert(text)
             return
@@ -79,7 +79,7 @@ class FieldOn:
             self.composed_to = None if jamo is None else self.writing.caret
 
     def key(self, event: Key) -> bool:
-        """Handle a key while writing; return False for one that means something to the screen."""
+        """Handle a key while writing; return False for a key that the screen handles."""
         composing, self.composed_to = self._composing, None
         match event.name:
             case "hangul":
@@ -104,11 +104,11 @@ class FieldOn:
 
     @property
     def _composing(self) -> str:
-        """The character that is being composed, or ""."""
+        """Return the character that is being composed, or ""."""
         caret = self.writing.caret
         return self.writing.text[caret - 1 : caret] if self.composed_to == caret > 0 else ""
 
 
 def with_hangul(page: Page, hint: str) -> str:
-    """Return a hint, with the key that switches between Hangul and Latin where there is one."""
+    """Return a hint, with the key that switches between Hangul and Latin if there is one."""
     return f"{hint}   {page.texts('hangul_hint')}" if page.hangul else hint
