@@ -63,7 +63,7 @@ class AnalogOut:
 
     @property
     def latency_s(self) -> float:
-        """How long a sample waits in the card, in seconds."""
+        """Return how long a sample waits in the card, in seconds."""
         return self.ahead / self.rate_hz
 
     def open(self) -> None:

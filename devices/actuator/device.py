@@ -49,12 +49,12 @@ class VoiceCoil:
 
     @property
     def unit(self) -> str:
-        """The unit of the samples: m/s^2 with a calibration, else V."""
+        """Return the unit of the samples: m/s^2 with a calibration, else V."""
         return "V" if self.compensation is None else "m/s^2"
 
     @property
     def room(self) -> int:
-        """How many samples may be written now."""
+        """Return how many samples may be written now."""
         return self.queue.room
 
     def open(self) -> None:

@@ -41,7 +41,7 @@ class Queue:
 
     @property
     def room(self) -> int:
-        """How many more samples fit."""
+        """Return how many more samples fit."""
         return self.capacity - len(self._waiting)
 
     def write(self, samples: Array) -> int:

@@ -56,7 +56,7 @@ class Settings(Strict):
 
     @property
     def count(self) -> int:
-        """The number of pictures of each sample."""
+        """Return the number of pictures of each sample."""
         return self.lights if isinstance(self.lights, int) else len(self.lights)
 
     def light(self, number: int) -> str:

@@ -77,7 +77,7 @@ class Daq(Protocol):
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """The card's own description once it is open: product, serial number, driver, real rate."""
+        """Return the card's own description once it is open: product, serial number, driver, real rate."""
 
     def open(self) -> None:
         """Reserve the inputs. Raises DeviceError if they are not available as wired."""

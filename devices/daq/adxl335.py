@@ -63,7 +63,7 @@ class SixPositions:
 
     @property
     def worst_g(self) -> float:
-        """The residual of the worst position."""
+        """Return the residual of the worst position."""
         return max(self.residual_g.values())
 
 
@@ -178,7 +178,7 @@ class Accelerometer:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """How many samples were clipped since the start, and for how long at a time."""
+        """Return how many samples were clipped since the start, and for how long at a time."""
         return {
             "samples clipped": str(self.clipped),
             "longest clipping": f"{1000 * self.longest / self.signal.rate_hz:.3g} ms",

@@ -98,7 +98,7 @@ class NiDaq:
 
     @property
     def columns(self) -> int:
-        """How many inputs are sampled."""
+        """Return how many inputs are sampled."""
         return sum(len(wiring.channels) for wiring in (self.wiring, *self.further))
 
     @property

@@ -59,7 +59,7 @@ class Transducer(Protocol):
 
     @property
     def calibrated(self) -> str | None:
-        """The date of the last calibration, as an ISO date."""
+        """Return the date of the last calibration, as an ISO date."""
 
     @property
     def facts(self) -> Mapping[str, str]:

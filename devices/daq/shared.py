@@ -62,7 +62,7 @@ class Share:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """The card's facts, and that it is shared."""
+        """Return the card's facts, and that it is shared."""
         return {**self.card.daq.facts, "shared": f"takes every {self.every}. sample" if self.every > 1 else "yes"}
 
     def open(self) -> None:

@@ -74,17 +74,17 @@ class Designer:
 
     @property
     def attributes(self) -> tuple[str, ...]:
-        """The low word of each wish, in order."""
+        """Return the low word of each wish, in order."""
         return self.force.card.takes.names
 
     @property
     def antonyms(self) -> tuple[str, ...]:
-        """The opposite of each low word, in order."""
+        """Return the opposite of each low word, in order."""
         return self.force.card.takes.antonyms or self.perception.card.gives.antonyms
 
     @cached_property
     def identity(self) -> Mapping[str, str]:
-        """The models' names and the SHA-256 of their weights, for the record."""
+        """Return the models' names and the SHA-256 of their weights, for the record."""
         pair = {"force": self.force.card, "perception": self.perception.card}
         names = {f"{what}_model": card.name for what, card in pair.items()}
         return names | {f"{what}_sha256": card.weights.sha256 for what, card in pair.items()}

@@ -20,19 +20,19 @@ class DesignedDoor(Protocol):
 
     @property
     def force_N(self) -> Array:
-        """The 621 forces."""
+        """Return the 621 forces."""
 
     @property
     def predicted(self) -> Array:
-        """The predicted ratings, 0..100, in the wishes' order."""
+        """Return the predicted ratings, 0..100, in the wishes' order."""
 
     @property
     def off(self) -> Array:
-        """The difference between prediction and wishes."""
+        """Return the difference between prediction and wishes."""
 
     @property
     def attainable(self) -> bool:
-        """Whether the prediction is near enough to the wishes."""
+        """Return whether the prediction is near enough to the wishes."""
 
 
 class Maker(Protocol):
@@ -40,15 +40,15 @@ class Maker(Protocol):
 
     @property
     def attributes(self) -> Sequence[str]:
-        """The low word of each wish, in order."""
+        """Return the low word of each wish, in order."""
 
     @property
     def antonyms(self) -> Sequence[str]:
-        """The opposite of each low word, in order."""
+        """Return the opposite of each low word, in order."""
 
     @property
     def identity(self) -> Mapping[str, Any]:
-        """The models' names and SHA-256."""
+        """Return the models' names and SHA-256."""
 
     def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> DesignedDoor:
         """Return the door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.

@@ -50,7 +50,7 @@ class Scripted:
 
     @property
     def seconds(self) -> float:
-        """The length in seconds."""
+        """Return the length in seconds."""
         return len(self) / RATE_HZ
 
     def at(self, sample: int) -> tuple[float, float]:

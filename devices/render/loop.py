@@ -92,7 +92,7 @@ class Deadlines:
 
     @property
     def late_share(self) -> float:
-        """The share of late steps among all steps."""
+        """Return the share of late steps among all steps."""
         return self.late / self.steps if self.steps else 0.0
 
     def quantile_us(self, share: float) -> float:

@@ -30,7 +30,7 @@ class Trace:
 
     @property
     def count(self) -> int:
-        """The number of samples so far."""
+        """Return the number of samples so far."""
         return int(self.memory[0])
 
     def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:

@@ -67,19 +67,19 @@ class Settings(Strict):
 
     @property
     def dbfs(self) -> float:
-        """The level of the samples, in dBFS."""
+        """Return the level of the samples, in dBFS."""
         if self.level_db_spl is None or self.db_spl_at_0_dbfs is None:
             return self.level_dbfs
         return self.level_db_spl - self.db_spl_at_0_dbfs
 
     @property
     def spoken_db_spl(self) -> float:
-        """The level at the ear in dB SPL, where it was measured; else NaN."""
+        """Return the level at the ear in dB SPL, where it was measured; else NaN."""
         return float("nan") if self.db_spl_at_0_dbfs is None else self.dbfs + self.db_spl_at_0_dbfs
 
     @property
     def db_a(self) -> float:
-        """The A-weighted level at the ear, where it was measured; else NaN."""
+        """Return the A-weighted level at the ear, where it was measured; else NaN."""
         from palpate.devices.sound.noise import a_weighted_db
 
         return self.spoken_db_spl + a_weighted_db(self.colour, self.rate_hz)

@@ -25,11 +25,11 @@ class Output(Protocol):
 
     @property
     def rate_hz(self) -> float:
-        """The rate in samples per second."""
+        """Return the rate in samples per second."""
 
     @property
     def latency_s(self) -> float:
-        """The latency in seconds."""
+        """Return the latency in seconds."""
 
     def open(self) -> None:
         """Check that the output is available. Raises DeviceError."""

@@ -108,7 +108,7 @@ class Stream:
 
     @property
     def width(self) -> int:
-        """The number of channels of a row."""
+        """Return the number of channels of a row."""
         return len(self.signal.channels)
 
     def take(self, last: bool = False) -> tuple[tuple[Samples, ...], dict[str, Any] | None]:

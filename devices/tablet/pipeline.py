@@ -50,12 +50,12 @@ class Shape:
 
     @property
     def speed_delay_s(self) -> float:
-        """The mean delay of the speed: half an interval by the difference, the upsampling, the filter."""
+        """Return the mean delay of the speed: half an interval by the difference, the upsampling, the filter."""
         return 0.5 / self.report_hz + self.force_delay_s
 
     @property
     def force_delay_s(self) -> float:
-        """The mean delay of the force: half an interval held, or a whole one on the line; and the filter."""
+        """Return the mean delay of the force: half an interval held, or a whole one on the line; and the filter."""
         return (0.5 if self.upsampling == "hold" else 1.0) / self.report_hz + delay_s(self.cutoff_hz)
 
 

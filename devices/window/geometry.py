@@ -67,7 +67,7 @@ class Metrics:
 
     @property
     def screen(self) -> Box:
-        """The whole screen."""
+        """Return the whole screen."""
         return Box(0, 0, self.width_px, self.height_px)
 
 
@@ -90,7 +90,7 @@ class Box:
 
     @property
     def middle(self) -> tuple[int, int]:
-        """The pixel in the middle."""
+        """Return the pixel in the middle."""
         return self.left + self.width // 2, self.top + self.height // 2
 
     def holds(self, x: float, y: float) -> bool:

@@ -50,7 +50,7 @@ class Axes:
 
     @cached_property
     def forces_N(self) -> tuple[float, ...]:
-        """The forces at the grid's lines, in newtons."""
+        """Return the forces at the grid's lines, in newtons."""
         steps = round((self.high_N - self.low_N) / STEP_N)
         return tuple(self.low_N + STEP_N * step for step in range(steps + 1))
 

@@ -67,7 +67,8 @@ class Ranking:
 
 
 def put_in_order(trial: Trial) -> Steps:
-    """Feel the stimuli one after another, each placed before the next is felt, then again as often as wanted.
+    """Feel the stimuli one after another, each placed before the next is felt, then again as often as the participant
+    likes.
 
     With `trial.previous`, the order of an earlier attempt, the form starts from it and stimuli with a place in it are
     not felt again.

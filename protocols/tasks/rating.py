@@ -18,10 +18,10 @@ RATED = ("attributes", "scale")
 
 
 def author(trial: Trial) -> Steps:
-    """Set sliders and feel what is made from them, as often as wanted; the last setting counts (thesis 5.7.2.1).
+    """Set sliders and feel what is made from them, as often as the participant likes (thesis 5.7.2.1).
 
-    If the form is live, the sliders were moved while the stimulus was felt: the next form starts from their last
-    positions.
+    The last setting counts. If the form is live, the sliders were moved while the stimulus was felt: the next form
+    starts from their last positions.
     """
     former: Mapping[str, Any] | None = None
     while True:

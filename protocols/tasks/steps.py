@@ -83,7 +83,7 @@ def feel_and_answer(trial: Trial) -> Steps:
 
 
 def feel_anchor(trial: Trial) -> Steps:
-    """Read what a reference stands for and feel it, as often as wanted (thesis 5.8.3)."""
+    """Read what a reference stands for and feel it, as often as the participant likes (thesis 5.8.3)."""
     form, felt = form_of(trial), 0
     while (reply := (yield Ask(form, trial, {"felt": felt}))).value.get("go") == "try":
         felt += 1

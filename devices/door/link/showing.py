@@ -68,11 +68,11 @@ class Door(Protocol):
 
     @property
     def by(self) -> str:
-        """The name of the door that presents, for the reply."""
+        """Return the name of the door that presents, for the reply."""
 
     @property
     def time_limit_s(self) -> float:
-        """The longest time of a presentation, in seconds."""
+        """Return the longest time of a presentation, in seconds."""
 
     def profile(self, request: Present) -> Profile:
         """Return the profile to be played. Raises DeviceFault (limit)."""

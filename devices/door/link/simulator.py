@@ -94,12 +94,12 @@ class DoorSimulator:
 
     @property
     def by(self) -> str:
-        """The name of the door that presents, for the reply; a simulated door is named as such."""
+        """Return the name of the door that presents, for the reply; a simulated door is named as such."""
         return "twin" if self.setup.driver == "twin" else "door"
 
     @property
     def time_limit_s(self) -> float:
-        """The longest time of a presentation, in seconds."""
+        """Return the longest time of a presentation, in seconds."""
         return self.setup.time_limit_s
 
     @property

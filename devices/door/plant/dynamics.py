@@ -73,7 +73,7 @@ class Dynamics:
 
     @property
     def angle_rad(self) -> float:
-        """The arm's angle in radians."""
+        """Return the arm's angle in radians."""
         return self.origin + self.x
 
     def hand_torque(self) -> float:

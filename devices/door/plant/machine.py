@@ -75,7 +75,7 @@ class Cascade:
 
     @property
     def share(self) -> float:
-        """The share of the torque loop that is in use."""
+        """Return the share of the torque loop that is in use."""
         return self._easing.share
 
     def begin(self, rendered: Rendered, angle_rad: float, felt_Nm: float) -> None:

@@ -78,7 +78,7 @@ class Passage(Rendered):
         self._share = 0.0
 
     def after_tick(self) -> Rendered:
-        """Return the passage one tick later, or the new profile if it is over."""
+        """Return the passage one tick later, or the new profile if the passage is over."""
         self._share += self._step
         return self if self._share < 1.0 else Rendered(self._torque, self.end_rad, self.stiffness)
 

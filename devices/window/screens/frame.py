@@ -47,14 +47,14 @@ class Frame:
 
     @cached_property
     def body(self) -> Box:
-        """The room between head and foot."""
+        """Return the room between head and foot."""
         unit = self.page.metrics.unit
         top = self._heading.bottom + unit(3) if self.prompt else unit(MARGIN)
         return Box(unit(MARGIN), top, self.page.metrics.width_px - 2 * unit(MARGIN), self.foot.top - unit(4) - top)
 
     @cached_property
     def foot(self) -> Box:
-        """The room of the buttons and the hint."""
+        """Return the room of the buttons and the hint."""
         unit, metrics = self.page.metrics.unit, self.page.metrics
         height = metrics.target(FOOT)
         top = metrics.height_px - unit(6) - height
@@ -78,12 +78,12 @@ class Frame:
 
     @cached_property
     def middle(self) -> Box:
-        """The room of hints and notices: between the buttons, or beside the heading."""
+        """Return the room of hints and notices: between the buttons, or beside the heading."""
         return self._beside if self.hint_above else self.between
 
     @cached_property
     def between(self) -> Box:
-        """The room between the buttons."""
+        """Return the room between the buttons."""
         gap = self.page.metrics.unit(6)
         lefts = [self.buttons[choice.name][0].right + gap for choice in self.left]
         rights = [self.buttons[choice.name][0].left - gap for choice in self.right]
@@ -113,7 +113,7 @@ class Frame:
 
     @property
     def _beside(self) -> Box:
-        """The room to the right of the heading."""
+        """Return the room to the right of the heading."""
         unit = self.page.metrics.unit
         right = self.foot.right - (unit(34) if self.label else 0)
         left = self._heading.left + self._heading_laid.width + unit(6)

@@ -111,7 +111,7 @@ class Plot:
 
     @cached_property
     def _text_px(self) -> int:
-        """The height of a line of text."""
+        """Return the height of a line of text."""
         return fitted(self.page, "60", self.card.width, None, HINT_STEPS).height
 
     @cached_property

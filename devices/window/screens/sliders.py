@@ -216,7 +216,7 @@ class Track(Target):
 
     @property
     def strokes(self) -> tuple[Box, ...]:
-        """The ticks, each centred on its value."""
+        """Return the ticks, each centred on its value."""
         line, height = self.line, round(0.36 * self.box.height)
         middles = (line.left + round(share * (self.line_px - 1)) for share in self.ticks)
         top = self.box.top + (self.box.height - height) // 2
@@ -262,17 +262,17 @@ class Across:
 
     @property
     def band_px(self) -> int:
-        """The height of the band that takes presses."""
+        """Return the height of the band that takes presses."""
         return self.line_px + 2 * self.page.metrics.unit(OVERHANG)
 
     @property
     def card_px(self) -> int:
-        """The width of the card: words, band, words, and the gaps between them."""
+        """Return the width of the card: words, band, words, and the gaps between them."""
         return self.band_px + 2 * (self.words_px + 2 * self.page.metrics.unit(3))
 
     @property
     def explanation_px(self) -> int:
-        """The width of the explanation."""
+        """Return the width of the explanation."""
         return self.card_px - 2 * self.page.metrics.unit(3)
 
 
@@ -288,7 +288,7 @@ class _Set:
 
     @property
     def labels_px(self) -> int:
-        """The height of the labels below the line."""
+        """Return the height of the labels below the line."""
         return max((laid.height for _, laid in self.labels), default=0)
 
 

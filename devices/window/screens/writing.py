@@ -30,7 +30,7 @@ class FieldOn:
 
     @property
     def pad(self) -> int:
-        """The padding between frame and text."""
+        """Return the padding between frame and text."""
         return self.page.metrics.unit(3 if self.writing.many_lines else 2)
 
     @property
@@ -45,7 +45,7 @@ class FieldOn:
 
     @property
     def _width(self) -> int:
-        """The width of a line, with a little room for the caret."""
+        """Return the width of a line, with a little room for the caret."""
         return self._inner.width - self.size // 3
 
     def element(self, focused: bool, off: bool = False) -> TextBox:
