@@ -74,7 +74,7 @@ def faults_as_errors() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Signal:
-    """One stream of samples: channels that are sampled together by one clock.
+    """A stream of samples: channels that are sampled together by one clock.
 
     `units` has the unit of each channel, as the ledger records it (`palpate.protocols.events.Samples`).
     `clock` names the clock that times the samples: `host`, or a device whose own clock may drift against the host's.

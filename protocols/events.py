@@ -293,7 +293,7 @@ class Log(Protocol):
 
 
 class World(Protocol):
-    """Everything outside the program's control: time, the participant and the devices enter here and nowhere else."""
+    """The world outside the program: time, the participant and the devices enter here and nowhere else."""
 
     def now(self) -> int:
         """Return nanoseconds since the session began; the value never decreases."""

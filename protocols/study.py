@@ -281,7 +281,7 @@ class Participants(Strict):
 
 
 class Rest(Strict):
-    """Rests: after how many counted trials they come, and whether a button offers a rest in every trial's form."""
+    """The rests of a session: after how many counted trials, and whether every trial's form has a button to rest."""
 
     every: Annotated[Whole, Field(ge=1)] | None = None
     button: bool = False
@@ -327,7 +327,10 @@ class Capture(Strict):
 
 
 class Live(Strict):
-    """Live authoring: the door follows the sliders while it is felt; `show_force` draws its force beside them."""
+    """The live mode of task authoring: the door follows the sliders while it is felt.
+
+    `show_force` draws its force beside the sliders.
+    """
 
     show_force: bool = True
 
@@ -346,7 +349,7 @@ class Item(Strict):
 
 
 class Questionnaire(Strict):
-    """Statements rated from 1 to `points`, with labels for the ends."""
+    """The statements of a questionnaire, rated from 1 to `points`, with labels for the ends."""
 
     items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=20)]
     ends: tuple[Text, Text] = ("Strongly disagree", "Strongly agree")
@@ -362,7 +365,7 @@ class Criterion(Strict):
 
 
 class Simulation(Strict):
-    """How simulated participants perceive stimuli.
+    """The perception of simulated participants.
 
     latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli; the
     column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
@@ -424,7 +427,7 @@ def rule_for(sessions: int) -> OverSessions:
 
 
 class Console(Strict):
-    """What the experimenter's console hides: columns of the stimulus table, and with them the stimulus' id."""
+    """The columns of the stimulus table that the experimenter's console hides, and with them the stimulus' id."""
 
     blind: Annotated[tuple[Text, ...], Field(min_length=1)]
 

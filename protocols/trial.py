@@ -21,7 +21,7 @@ class ParticipantRow:
 
 @dataclass(frozen=True)
 class Recording:
-    """What is recorded of a stimulus: by which device and for how long."""
+    """A recording of a stimulus: by which device and for how long."""
 
     device: str
     seconds: float

@@ -129,7 +129,7 @@ class Felt(Element):
 
 @dataclass(frozen=True)
 class Pane(Card):
-    """A card that is painted fast where none of its edges is in view."""
+    """A card that is painted fast if none of its edges is in view."""
 
     def paint(self, image: Image.Image, page: Page) -> None:
         whole = Box(0, 0, *image.size)

@@ -29,7 +29,7 @@ class Arrived:
 
 @dataclass
 class Folder:
-    """Files that appear in a folder; each is returned once its size has not changed for `settle_s`."""
+    """A folder of files; each is returned once its size has not changed for `settle_s`."""
 
     device: str
     path: Path

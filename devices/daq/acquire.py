@@ -27,7 +27,7 @@ _RANGE = re.compile(r"^(?:(?P<device>[^/,\s]+)/)?(?P<line>[A-Za-z_]+)(?P<first>\
 
 @dataclass(frozen=True)
 class Wiring:
-    """What a card is set up for: inputs, range, rate, and how many seconds it may buffer unread."""
+    """The setup of a card: inputs, range, rate, and how many seconds it may buffer unread."""
 
     channels: tuple[str, ...]
     low_V: float

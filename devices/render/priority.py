@@ -70,7 +70,7 @@ def by_itself() -> None:
 
 
 class _Attributes(ctypes.Structure):
-    """struct sched_attr of the kernel."""
+    """The kernel's struct sched_attr."""
 
     _fields_ = (
         ("size", ctypes.c_uint32), ("policy", ctypes.c_uint32), ("flags", ctypes.c_uint64), ("nice", ctypes.c_int32),

@@ -14,7 +14,7 @@ from palpate.devices.rig.file import RigFile
 
 @dataclass
 class OpenRig:
-    """Open devices by their names in the rig file."""
+    """The open devices of a rig, by their names in the rig file."""
 
     file: RigFile
     devices: Mapping[str, Device]

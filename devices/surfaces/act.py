@@ -29,7 +29,9 @@ KEPT = 3
 
 @dataclass(frozen=True)
 class Batch:
-    """6.4 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N) and place (mm)."""
+    """A batch of 6.4 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N), position
+    (mm).
+    """
 
     acceleration: Array
     force: Array

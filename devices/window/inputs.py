@@ -16,7 +16,7 @@ KeyName = Literal[
 
 @dataclass(frozen=True)
 class Pressed:
-    """The left button was pressed."""
+    """A press of the left button."""
 
     x: float
     y: float
@@ -25,7 +25,7 @@ class Pressed:
 
 @dataclass(frozen=True)
 class Moved:
-    """The pointer moved while the button was held."""
+    """A move of the pointer while the button was held."""
 
     x: float
     y: float
@@ -34,7 +34,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Released:
-    """The left button was released."""
+    """A release of the left button."""
 
     x: float
     y: float
@@ -43,7 +43,7 @@ class Released:
 
 @dataclass(frozen=True)
 class Key:
-    """A key that does not write was pressed, or repeats; the space bar gives both this and Typed(" ")."""
+    """A press or repeat of a key that does not write; the space bar gives both this and Typed(" ")."""
 
     name: KeyName
     shift: bool
@@ -52,7 +52,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Typed:
-    """Text was entered, one character or more, composed by the system's input method."""
+    """Text that was entered, one character or more, composed by the system's input method."""
 
     text: str
     t_s: float

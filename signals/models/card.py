@@ -62,7 +62,7 @@ class Port(Strict):
 
 
 class Affine(Strict):
-    """y = gain * x + offset, by element; each a number or a tensor that fits x."""
+    """The step y = gain * x + offset, by element; each is a number or a tensor that broadcasts to x."""
 
     do: Literal["affine"] = "affine"
     gain: float | Tensor = 1.0
@@ -77,7 +77,7 @@ class DoorFeatures(Strict):
 
 
 class Dense(Strict):
-    """y = weight x + bias; weight (out, in), bias (out). The input is read in C order."""
+    """The step y = weight x + bias; weight (out, in), bias (out). The input is read in C order."""
 
     do: Literal["dense"] = "dense"
     weight: Tensor
@@ -85,7 +85,7 @@ class Dense(Strict):
 
 
 class Conv(Strict):
-    """Cross-correlation over (channels, length); weight (out, in, width), bias (out); `pad` zeros on either side."""
+    """A cross-correlation over (channels, length); weight (out, in, width), bias (out); `pad` zeros on either side."""
 
     do: Literal["conv"] = "conv"
     weight: Tensor
@@ -94,10 +94,10 @@ class Conv(Strict):
 
 
 class Activation(Strict):
-    """By element, but softmax along the length of each channel (of a list, over its numbers).
+    """An activation function by element; softmax is along the length of each channel, or over a list's numbers.
 
-    gelu is x times the normal distribution function (erf), leaky relu with 0.2 below zero, log the natural logarithm of
-    x, at least 1e-10.
+    gelu is x times the normal distribution function (erf), leaky relu has a slope of 0.2 below zero, log is the natural
+    logarithm of x, at least 1e-10.
     """
 
     do: Literal["activation"] = "activation"
@@ -107,35 +107,38 @@ class Activation(Strict):
 
 
 class Residual(Strict):
-    """relu(x + steps(x)) (thesis 5.2)."""
+    """The step relu(x + steps(x)) (thesis 5.2)."""
 
     do: Literal["residual"] = "residual"
     steps: tuple[Step, ...]
 
 
 class MaxPool(Strict):
-    """The greatest of every `size` neighbours along the length; what is left over at the end is dropped."""
+    """The maximum of every `size` neighbours along the length; an incomplete group at the end is dropped."""
 
     do: Literal["max_pool"] = "max_pool"
     size: int = Field(ge=2)
 
 
 class Upsample(Strict):
-    """Every element along the length, `times` times."""
+    """The repetition of every element along the length, `times` times."""
 
     do: Literal["upsample"] = "upsample"
     times: int = Field(ge=2)
 
 
 class Reshape(Strict):
-    """The same numbers in C order, in this shape: (size) or (channels, length)."""
+    """The same numbers in C order, in another shape: (size) or (channels, length)."""
 
     do: Literal["reshape"] = "reshape"
     shape: tuple[int, ...]
 
 
 class Kernel(Strict):
-    """y = weights^T k(x), k_i = variance * exp(-|x - points_i|^2 / (2 length^2)); points (n, in), weights (n, out)."""
+    """The step y = weights^T k(x), k_i = variance * exp(-|x - points_i|^2 / (2 length^2)).
+
+    points (n, in), weights (n, out).
+    """
 
     do: Literal["kernel"] = "kernel"
     points: Tensor
@@ -147,7 +150,7 @@ class Kernel(Strict):
 class Forest(Strict):
     """The mean of regression trees: node i goes left where x[feature_i] <= threshold_i; a leaf has feature -1.
 
-    x is first rounded to the thresholds' precision; a child stands after its parent.
+    x is first rounded to the thresholds' precision; a child comes after its parent.
     """
 
     do: Literal["forest"] = "forest"
@@ -175,7 +178,7 @@ class Mean(Strict):
 
 
 class Clip(Strict):
-    """Within low and high, by element."""
+    """The limits low and high, by element."""
 
     do: Literal["clip"] = "clip"
     low: float
@@ -183,7 +186,7 @@ class Clip(Strict):
 
 
 class Playable(Strict):
-    """A force profile in newtons within these limits: where it is too steep, it follows as fast as it may."""
+    """The limits of force profiles in newtons; a part that is too steep follows at the steepest slope."""
 
     do: Literal["playable"] = "playable"
     force_N: float = Field(gt=0)
@@ -209,7 +212,7 @@ class Weights(Strict):
 
 
 class Interval(Strict):
-    """Half widths around each output that hold `coverage` of new answers, and how that was calibrated."""
+    """The half width around each output that covers the share `coverage` of new answers, and how it was calibrated."""
 
     method: str
     coverage: float = Field(gt=0, lt=1)

@@ -13,39 +13,39 @@ from pydantic import Field
 from palpate.protocols.strict import Strict, Tensor
 
 Name = Annotated[str, Field(min_length=1, max_length=60)]
-"""What a value is kept under; within one model, and not the name of a tensor."""
+"""The name under which a value is kept; unique within a model, and not the name of a tensor."""
 
 
 class Keep(Strict):
-    """Keep the value under a name, and go on with it."""
+    """A step that keeps the value under a name and passes it on."""
 
     do: Literal["keep"] = "keep"
     kept: Name
 
 
 class Recall(Strict):
-    """Go on with a value that was kept."""
+    """A step that goes on with a kept value."""
 
     do: Literal["recall"] = "recall"
     kept: Name
 
 
 class Add(Strict):
-    """x + a value that was kept, of the same shape."""
+    """The step x + a kept value of the same shape."""
 
     do: Literal["add"] = "add"
     kept: Name
 
 
 class Join(Strict):
-    """The value, and below it those that were kept: along the channels, or lists one after another."""
+    """The value with kept values below it: along the channels, or lists one after another."""
 
     do: Literal["join"] = "join"
     kept: tuple[Name, ...] = Field(min_length=1)
 
 
 class Part(Strict):
-    """Channels `start` to before `stop`; of a list, its numbers; with along = "length", places."""
+    """A selection of channels from `start` to before `stop`; of a list, numbers; with along = "length", places."""
 
     do: Literal["part"] = "part"
     start: int = Field(ge=0)
@@ -54,7 +54,7 @@ class Part(Strict):
 
 
 class Turn(Strict):
-    """(channels, length) to (length, channels)."""
+    """The transposition of (channels, length) to (length, channels)."""
 
     do: Literal["turn"] = "turn"
 
@@ -76,8 +76,8 @@ class Attention(Strict):
 
     weight (3 width, width): queries, keys, values, one below the other, bias (3 width); out (width, width), out_bias
     (width). Queries come from the value; keys and values from it too, or from the value kept as `memory`. `causal`: a
-    place sees none after itself. `sparse`: only so many places with the largest max - mean of their scores ask, the
-    others answer the mean of the values, or where causal their sum up to there (Zhou et al. 2021, all keys looked at).
+    place attends to none after itself. `sparse`: only this many places with the largest max - mean of their scores
+    attend, the others get the mean of the values, or if causal their sum up to there (Zhou et al. 2021, with all keys).
     """
 
     do: Literal["attention"] = "attention"
@@ -92,7 +92,7 @@ class Attention(Strict):
 
 
 class Lstm(Strict):
-    """A long short-term memory along the length, from rest: (in, length) to (hidden, length).
+    """A long short-term memory along the length, starting at rest: (in, length) to (hidden, length).
 
     weight (4 hidden, in), state (4 hidden, hidden), bias (4 hidden); input, forget, cell, output gates in this order.
     `reverse`: from the last place to the first, each answer at its own place.
@@ -106,13 +106,13 @@ class Lstm(Strict):
 
 
 class Polar(Strict):
-    """(2, n) real and imaginary parts to (2, n) magnitudes and phases in radians (atan2)."""
+    """The conversion of (2, n) real and imaginary parts to (2, n) magnitudes and phases in radians (atan2)."""
 
     do: Literal["polar"] = "polar"
 
 
 class Cartesian(Strict):
-    """(2, n) magnitudes and phases to (2, n) real and imaginary parts."""
+    """The conversion of (2, n) magnitudes and phases to (2, n) real and imaginary parts."""
 
     do: Literal["cartesian"] = "cartesian"
 

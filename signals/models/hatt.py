@@ -306,7 +306,7 @@ def _parsed(root: ElementTree.Element) -> Hatt:
 
 
 def _ordered(models: Sequence[ElementTree.Element]) -> list[ElementTree.Element]:
-    """Return the models in the order of their numbers, which triangles refer to; as they stand where they have none."""
+    """Return the models in the order of their numbers, which triangles refer to; unchanged if they have no numbers."""
     numbers = [model.find("modNum") for model in models]
     if any(number is None for number in numbers):
         return list(models)

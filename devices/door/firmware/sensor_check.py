@@ -61,7 +61,7 @@ class SensorCheck:
         return (DoorFault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
 
     def _stuck(self, reading: Tick, state: State, end_deg: float) -> Found | None:
-        """Return a fault if the encoder stands still while the arm cannot: it stopped at once, or is pulled."""
+        """Return a fault if the encoder stands still while the arm cannot: it stopped at once, or is being pulled."""
         angle = math.degrees(reading.angle_rad)
         self.angles_deg.append(angle)
         pulled = abs(reading.torque_Nm) > abs(reading.commanded_Nm) + PULLED_NM

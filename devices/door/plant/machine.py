@@ -51,7 +51,10 @@ class Command:
 
 
 class Cascade:
-    """PID on the torque error -> speed; P on the speed error -> torque; the integral stops at the motor's limit."""
+    """A cascade of two controllers: PID on the torque error -> speed, P on the speed error -> torque.
+
+    The integral stops at the motor's limit.
+    """
 
     __slots__ = (
         "_anchor", "_brake", "_dry", "_easing", "_error", "_feed", "_gains", "_held", "_lag", "_motor_limit", "_shaken",

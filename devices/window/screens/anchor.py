@@ -1,4 +1,4 @@
-"""The screen of a reference stimulus: what it stands for, to be felt as often as wanted before going on."""
+"""The screen of a reference stimulus: what it stands for, to be felt as often as the participant likes."""
 
 from __future__ import annotations
 

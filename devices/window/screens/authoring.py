@@ -1,4 +1,4 @@
-"""Set lines and try out the result, as often as wanted; the last setting counts."""
+"""Set lines and try out the result, as often as the participant likes; the last setting counts."""
 
 from __future__ import annotations
 

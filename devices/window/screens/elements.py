@@ -54,7 +54,7 @@ class Card(Element):
 
 @dataclass(frozen=True)
 class Label(Element):
-    """Text to read."""
+    """A text to read."""
 
     laid: Laid = BLANK
     colour: Colour = INK

@@ -1,8 +1,8 @@
 """Rating on lines: their layout, the effect of a press, and the answers.
 
-No ticks, no numbers, no marker before the first touch; Next is off until all are answered. Of every marker the answer
-is kept, when and how often it was touched, and its path. A line stands on a card for its attribute, with the two words
-and the explanation.
+There are no ticks unless the scale has some, no numbers, and no marker before the first touch; Next is off until all
+are answered. For every marker its answer, when and how often it was touched, and its path are recorded. A line is on a
+card for its attribute, with the two words and the explanation.
 """
 
 from __future__ import annotations
@@ -254,7 +254,7 @@ class PlacedAttribute:
 
 @dataclass(frozen=True)
 class Across:
-    """Widths that all rows share."""
+    """The widths that all rows share."""
 
     page: Page
     line_px: int

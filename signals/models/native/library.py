@@ -16,7 +16,7 @@ ANSWERED = 0
 
 
 class KernelMissing(ValueError):
-    """No kernel to run a program with; the message says why, and what to do."""
+    """The error that there is no kernel to run a program with; the message says why, and what to do."""
 
 
 class Program(ctypes.Structure):
