@@ -16,7 +16,7 @@ def train() -> None:
 
 @click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
 def evaluate() -> None:
-    """Judge every method side by side: error and time."""
+    """Compare every method side by side: error and time."""
 
 
 for _command in (train_doors, train_textures, train_attributes):

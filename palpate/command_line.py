@@ -53,7 +53,7 @@ VERBS = {
     "export": ("palpate.analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),
     "power": ("palpate.analysis.power.commands:power", "How many participants an effect needs, by simulated sessions."),
     "train": ("palpate.modeling.commands:train", "Train the models that predict a feeling and make a profile."),
-    "evaluate": ("palpate.modeling.commands:evaluate", "Judge every method side by side: error and time."),
+    "evaluate": ("palpate.modeling.commands:evaluate", "Compare every method side by side: error and time."),
     "textures": ("palpate.modeling.commands_library:textures", "A library of textures, searched by how they feel."),
     "predict": ("palpate.devices.models.commands:predict", "How a profile would feel; a profile for a wished feeling."),
     "models": ("palpate.devices.models.commands:models", "List trained models, show their cards, compare them."),
@@ -131,7 +131,7 @@ def _version(ctx: click.Context, _parameter: click.Parameter, requested: bool) -
 @click.option("--version", is_flag=True, callback=_version, is_eager=True, expose_value=False, help="Show the version.")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
-    """Palpate: experiments on touch, from a declared study to a report, and one that proves it.
+    """Palpate: experiments on touch, from a declared study to its report.
 
     A lab is a folder (--lab, default: the current one). Sessions lie in LAB/sessions/*.sqlite.
     """
