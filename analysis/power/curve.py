@@ -233,7 +233,7 @@ def _draw_curve(points: Sequence[Point], request: PowerRequest, target: float, f
             sizes, [point.power for point in points], color=OKABE_ITO[0], marker="o", markersize=4.5, linewidth=1.6
         )
         axes.axhline(target, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
-        axes.text(sizes[-1], target, f"wanted: {target:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
+        axes.text(sizes[-1], target, f"target: {target:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
         axes.set_ylim(0, 1.02)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("participants", color=INK)
