@@ -55,8 +55,8 @@ def lapses(record):
 def test_every_outcome_is_among_them():
     assert len(LEDGERS) == 12
     plain, interrupted, lapsed, revised = (read(ledger(who)) for who in ("P001", "P002", "P004", "P006"))
-    assert (lefts(plain), lapses(plain), len(plain.sittings)) == (0, [], 3)
-    assert [s.value.get("because") for s in interrupted.sittings if s.kind == "closed"] == [
+    assert (lefts(plain), lapses(plain), len(plain.run_notes)) == (0, [], 3)
+    assert [s.value.get("because") for s in interrupted.run_notes if s.kind == "closed"] == [
         "interrupted by SIGTERM", "complete",
     ]  # fmt: skip
     assert lapses(lapsed) == [(4, "Easy-to-pull")]

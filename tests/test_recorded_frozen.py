@@ -86,7 +86,7 @@ def test_every_study_is_there_complete_and_killed_in_mid_trial(lab):
     for name in (*HEADS, LIVE):
         last = records[name].events[-1]
         assert (last.kind, last.trial is None) == ("request", False), name
-        assert [entry.kind for entry in records[name].sittings] == ["created", "opened"], name
+        assert [entry.kind for entry in records[name].run_notes] == ["created", "opened"], name
 
 
 @pytest.mark.parametrize("name", LEDGERS)
@@ -236,7 +236,7 @@ def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_acce
         refused = run_palpate(*command, status=2)
         assert f"{card.stem} was {before[:12]} in {killed.name} and is {now[:12]}" in refused
         run_palpate(*command, "--accept-change")
-    assert accepted.items() <= read(killed).sittings[-2].value["accepted_change"].items()
+    assert accepted.items() <= read(killed).run_notes[-2].value["accepted_change"].items()
     ledger = sessions / "texture_similarity_P007_s1.sqlite"
     assert accepted.items() <= read(ledger).header["accepted_change"].items()
     run_palpate("run", *(word.replace("P007", "P008") for word in study))

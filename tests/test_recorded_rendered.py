@@ -30,7 +30,7 @@ def test_a_recorded_session_repeats_event_by_event(who):
     result, record = replay(LEDGERS[who]), read(LEDGERS[who])
     assert result.complete and result.events == len(record.events)
     assert LEDGERS[who].read_bytes() == before
-    because = [entry.value.get("because") for entry in record.sittings if entry.kind == "closed"]
+    because = [entry.value.get("because") for entry in record.run_notes if entry.kind == "closed"]
     assert because == (["complete"] if STOPPED[who] is None else ["interrupted by SIGTERM", "complete"])
 
 

@@ -55,7 +55,7 @@ def kinds(name, kind):
 
 def test_what_can_happen_to_a_session_is_among_them():
     for name in INTERRUPTED:
-        because = [s.value.get("because") for s in read(LEDGERS[name]).sittings if s.kind == "closed"]
+        because = [s.value.get("because") for s in read(LEDGERS[name]).run_notes if s.kind == "closed"]
         assert because == ["interrupted by SIGTERM", "complete"]
     assert [event["do"] for event in kinds("texture_similarity", "experimenter")] == ["pause", "note", "go_on"]
     assert [event["as"] for event in kinds("texture_adjectives", "trial_ended")].count("repeated") == 1

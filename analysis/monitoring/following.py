@@ -12,7 +12,7 @@ from palpate.protocols.events import event_hash
 from palpate.protocols.session_state import SessionState
 from palpate.studies.sessions.ledger_schema import connect_to_read
 from palpate.studies.sessions.ledger_state import FileState, file_state
-from palpate.studies.sessions.record import Sitting, demand_shape, linked_events, read, stored_sittings
+from palpate.studies.sessions.record import RunNote, demand_shape, linked_events, read, stored_run_notes
 
 
 @dataclass
@@ -27,13 +27,13 @@ class Followed:
     session: SessionState
     times_ns: list[int]
     head: str
-    sittings: tuple[Sitting, ...]
+    run_notes: tuple[RunNote, ...]
     lacks_wal: bool
 
     @property
     def laid_down(self) -> bool:
         """Whether the last process to hold the ledger laid it down properly."""
-        return self.sittings[-1].kind == "closed"
+        return self.run_notes[-1].kind == "closed"
 
 
 def follow(path: Path) -> Followed:
@@ -41,7 +41,7 @@ def follow(path: Path) -> Followed:
     file = file_state(path)
     record = read(path)
     times_ns = [event.t_ns for event in record.events]
-    return Followed(path, file, record.state, times_ns, record.head, record.sittings, record.lacks_wal)
+    return Followed(path, file, record.state, times_ns, record.head, record.run_notes, record.lacks_wal)
 
 
 def catch_up(followed: Followed) -> Followed:
@@ -70,7 +70,7 @@ def _grown(followed: Followed, file: FileState) -> Followed | None:
                 return None  # the chain breaks, or time runs backwards
             demand_shape(followed.path, shapes, event)
             times_ns.append(event.t_ns)
-        sat = tuple(sitting for _, sitting in stored_sittings(connection))
-    if len(sat) < len(followed.sittings):
+        run_notes = tuple(run_note for _, run_note in stored_run_notes(connection))
+    if len(run_notes) < len(followed.run_notes):
         return None
-    return replace(followed, file=file, head=head, sittings=sat, lacks_wal=False)
+    return replace(followed, file=file, head=head, run_notes=run_notes, lacks_wal=False)

@@ -96,9 +96,9 @@ def session_of(
         elapsed_s=state.t_ns / NS + since,
         left_s=_left(state, status, done),
         last_event_age_s=age,
-        started_at=_when(followed.sittings[0].value),
-        ended_at=_when(followed.sittings[-1].value) if state.ended and followed.laid_down else None,
-        sittings=sum(sitting.kind == "opened" for sitting in followed.sittings),
+        started_at=_when(followed.run_notes[0].value),
+        ended_at=_when(followed.run_notes[-1].value) if state.ended and followed.laid_down else None,
+        sittings=sum(note.kind == "opened" for note in followed.run_notes),
         lacks_wal=followed.lacks_wal and status != "running",
         notes=tuple(_notes(followed, simulated, hider(study))),
         rated=rated,
@@ -123,8 +123,8 @@ def _left(state: SessionState, status: str, done: int) -> float | None:
 
 def _notes(followed: Followed, simulated: bool, hide: Callable[[str], str]) -> Iterator[Note]:
     for event in followed.session.asides:
-        # The session's clock went on from the sitting that the event belongs to.
-        opened = [sitting for sitting in followed.sittings if sitting.kind == "opened" and sitting.events <= event.seq]
+        # The session's clock went on from the run that the event belongs to.
+        opened = [note for note in followed.run_notes if note.kind == "opened" and note.events <= event.seq]
         start = None if simulated or not opened else _when(opened[-1].value)
         at = None if start is None else start + (event.t_ns - followed.times_ns[opened[-1].events - 1]) / NS
         body = event.value

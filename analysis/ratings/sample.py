@@ -14,7 +14,7 @@ from palpate.protocols.study import Study
 
 @dataclass(frozen=True)
 class DoneSession:
-    """A complete session: whose, which one, and how many minutes it took, the time between sittings left out."""
+    """A complete session: whose, which one, and how many minutes it took, the time between its runs left out."""
 
     participant: str
     group: str | None

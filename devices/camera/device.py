@@ -184,22 +184,22 @@ class Camera:
 
     def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
         def ready() -> bool:
-            light_wanted = self._wanted()
-            if light_wanted is not None and desk.answer() is not None:
+            light = self._light_due()
+            if light is not None and desk.answer() is not None:
                 # A confirmation keeps the picture that is complained of, or says that no more are coming.
-                if light_wanted in self.taken:
-                    self.accepted.add(light_wanted)
+                if light in self.taken:
+                    self.accepted.add(light)
                 else:
                     self.stopped = True
             for arrived in self.source.new(now_ns() / NS):
                 self._take(request, arrived)
             desk.demand(self._prompt(request))
-            return self._wanted() is None or self.stopped or act.seconds(now_ns()) >= request.seconds
+            return self._light_due() is None or self.stopped or act.seconds(now_ns()) >= request.seconds
 
         desk.demand(self._prompt(request))
         return act.wait("recording", window, desk, now_ns, ready)
 
-    def _wanted(self) -> int | None:
+    def _light_due(self) -> int | None:
         """Return the light that needs a picture: the first without one, then the first with a bad one.
 
         A twin's pictures do not get better: they are flagged and kept.
@@ -209,12 +209,12 @@ class Camera:
         return next(missing, None) or (None if self.settings.driver == "twin" else next(bad, None))
 
     def _prompt(self, request: Sense) -> Prompt | None:
-        light_wanted = self._wanted()
-        if light_wanted is None:
+        number = self._light_due()
+        if number is None:
             return None
-        light = f"{request.trial.stimulus.id}, {self.settings.light(light_wanted)}"
-        if light_wanted in self.taken:
-            flags = " and ".join(self.taken[light_wanted]["flags"]).replace("_", " ")
+        light = f"{request.trial.stimulus.id}, {self.settings.light(number)}"
+        if number in self.taken:
+            flags = " and ".join(self.taken[number]["flags"]).replace("_", " ")
             return Prompt(f"{light}: the picture is {flags}. Take it again, or confirm to keep it.")
         return Prompt(f"{light}: take the picture. Confirm only where no more come.")
 
@@ -222,7 +222,7 @@ class Camera:
         from palpate.devices.camera.look import Incomplete, Limits, keep, look
 
         chosen = self.settings
-        light = self._wanted()
+        light = self._light_due()
         try:
             seen = look(arrived.data, Limits(chosen.least_pixels, chosen.least_sharpness, chosen.most_white))
         except Incomplete as error:

@@ -71,7 +71,7 @@ class Card:
         try:
             self._stream = sound.OutputStream(
                 samplerate=self.rate_hz, device=self.device, channels=self.channels, dtype="float32",
-                latency=self.requested_latency, callback=self._wanted, finished_callback=self._finished,
+                latency=self.requested_latency, callback=self._deliver, finished_callback=self._finished,
             )  # fmt: skip
             self.latency_s = float(self._stream.latency)
             self._stream.start()
@@ -79,7 +79,7 @@ class Card:
             self.stop()
             raise DeviceError(f"{self.name}: the sound output {self.output_name!r} does not start: {error}") from None
 
-    def _wanted(self, out: Any, frames: int, _times: Any, status: Any) -> None:
+    def _deliver(self, out: Any, frames: int, _times: Any, status: Any) -> None:
         """Fill PortAudio's buffer on its thread; raise nothing, because the card would repeat its last buffer."""
         self._called_s = self.clock_s()
         self.late += bool(status.output_underflow)

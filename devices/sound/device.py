@@ -233,7 +233,7 @@ class Masked:
             self.noise.close()
             return self.unconfirmed.record(fault)
         if isinstance(event, Aside):
-            self.heed(event)
+            self.handle_aside(event)
         return event
 
     def _there(self) -> None:
@@ -246,7 +246,7 @@ class Masked:
         except DeviceError as error:
             raise DeviceFault(self.noise.name, "link_lost", str(error)) from None
 
-    def heed(self, aside: Aside) -> None:
+    def handle_aside(self, aside: Aside) -> None:
         """Silence the noise in a pause and resume it afterwards, also during an answer."""
         match aside.value.get("do"):
             case "pause":

@@ -193,9 +193,8 @@ class Stage:
         self.request = request
         scanned: Callable[[], Sequence[str]] = (lambda: ()) if self.scanner is None else self.scanner.codes
         codes = self.settings.driver == "barcode"
-        found = Scanning(desk, request.trial.stimulus, scanned, self.known, self.settings.key_confirms, codes)
-        self.scanning = found
-        return found
+        self.scanning = Scanning(desk, request.trial.stimulus, scanned, self.known, self.settings.key_confirms, codes)
+        return self.scanning
 
     def _simulated(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         self.act = act = going_on(self.act, request, now_ns)

@@ -164,12 +164,12 @@ class Recording:
             if stream.broken is not None:
                 return stream.broken
             if stood_s := stream.standstill.stood_s:
-                said = f"{name}: nothing for {stood_s:.1f} s, and its samples were numbered on as if there had been"
-                return DeviceFault(stream.device, "silent", said)
+                problem = f"{name}: nothing for {stood_s:.1f} s, and its samples were numbered on as if there had been"
+                return DeviceFault(stream.device, "silent", problem)
             rate_hz = stream.signal.rate_hz
             if rate_hz and name not in self.may_hide and stream.bad_run >= NOT_A_NUMBER_S * rate_hz:
-                said = f"{name}: no numbers for {stream.bad_run / rate_hz:.1f} s (limit {NOT_A_NUMBER_S:g} s)"
-                return DeviceFault(stream.device, "not_a_number", said)
+                problem = f"{name}: no numbers for {stream.bad_run / rate_hz:.1f} s (limit {NOT_A_NUMBER_S:g} s)"
+                return DeviceFault(stream.device, "not_a_number", problem)
         return None
 
     def _empty(self) -> DeviceFault | None:
@@ -194,6 +194,6 @@ class Recording:
                 limit_s = max(least_s, SILENT_SAMPLES / signal.rate_hz) if signal.rate_hz else None
                 quiet_s = (now_ns - reader.heard_ns.get(signal.name, now_ns)) / NS
                 if limit_s is not None and quiet_s > limit_s:
-                    said = f"{signal.name}: nothing for {quiet_s:.1f} s (limit {limit_s:g} s)"
-                    return DeviceFault(reader.sensor.name, "silent", said)
+                    problem = f"{signal.name}: nothing for {quiet_s:.1f} s (limit {limit_s:g} s)"
+                    return DeviceFault(reader.sensor.name, "silent", problem)
         return None

@@ -136,25 +136,28 @@ MEANINGS: Mapping[str, str] = {
 
 def make(name: str, settings: Settings, folder: Path) -> Tablet:
     """Return the tablet of these settings without opening it. Raises DeviceError if they do not go together."""
-    one = settings
     shape = Shape(
-        Force(one.force.a_N, one.force.b), one.report_hz, one.upsampling, one.cutoff_hz, float(TICK_HZ),
-        *one.speed_mm_s, *one.force_N,
+        Force(settings.force.a_N, settings.force.b), settings.report_hz, settings.upsampling, settings.cutoff_hz,
+        float(TICK_HZ), *settings.speed_mm_s, *settings.force_N,
     )  # fmt: skip
     return Tablet(name, settings, _source(name, settings, folder, shape.force), shape)
 
 
-def _source(name: str, one: Settings, folder: Path, force: Force) -> TabletSource:
-    if one.driver == "evdev":
-        axes = {} if one.axes is None else {key: Axis(**value) for key, value in one.axes.model_dump().items()}
-        return EventFile(name, folder / _given(name, one.path, "path: /dev/input/event3"), axes)
-    if one.driver == "pyglet":
-        return PygletTablet(name, _given(name, one.px_per_mm, "px_per_mm: 10.4 (of the screen's calibration)"))
-    if one.driver == "recording":
-        return PlayedReports(folder / _given(name, one.recording, "recording: FILE.csv"))
+def _source(name: str, settings: Settings, folder: Path, force: Force) -> TabletSource:
+    if settings.driver == "evdev":
+        axes = (
+            {} if settings.axes is None else {key: Axis(**value) for key, value in settings.axes.model_dump().items()}
+        )
+        return EventFile(name, folder / _given(name, settings.path, "path: /dev/input/event3"), axes)
+    if settings.driver == "pyglet":
+        return PygletTablet(name, _given(name, settings.px_per_mm, "px_per_mm: 10.4 (of the screen's calibration)"))
+    if settings.driver == "recording":
+        return PlayedReports(folder / _given(name, settings.recording, "recording: FILE.csv"))
     from palpate.devices.tablet.twin import TwinTablet
 
-    return TwinTablet(name, force, one.report_hz, 1e-3 * one.jitter_ms, one.step_mm, one.levels, one.seed)
+    return TwinTablet(
+        name, force, settings.report_hz, 1e-3 * settings.jitter_ms, settings.step_mm, settings.levels, settings.seed
+    )
 
 
 @dataclass

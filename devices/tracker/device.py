@@ -84,23 +84,30 @@ MEANINGS: Mapping[str, str] = {
 
 def make(name: str, settings: Settings, folder: Path) -> Tracker:
     """Return the tracker of these settings without opening it. Raises DeviceError if no recording is named."""
-    one = settings
     source: TrackerSource
-    if one.driver == "lsl":
+    if settings.driver == "lsl":
         source = LslStream(
-            name, one.by, one.stream, one.wait_s, one.channels, one.seen, one.seen_above, one.unit, one.recover
+            name,
+            settings.by,
+            settings.stream,
+            settings.wait_s,
+            settings.channels,
+            settings.seen,
+            settings.seen_above,
+            settings.unit,
+            settings.recover,
         )
-    elif one.driver == "twin":
+    elif settings.driver == "twin":
         from palpate.devices.tracker.twin import Twin
 
         source = Twin(
-            name, one.rate_hz, one.noise_mm, one.occlusions_per_s, one.occlusion_s, one.hides, one.drift_ppm,
-            one.seed, one.silent_after_s,
+            name, settings.rate_hz, settings.noise_mm, settings.occlusions_per_s, settings.occlusion_s, settings.hides,
+            settings.drift_ppm, settings.seed, settings.silent_after_s,
         )  # fmt: skip
-    elif one.recording is None:
+    elif settings.recording is None:
         raise DeviceError(f"{name}: the driver `recording` needs the file to play: set `recording: FILE.csv`.")
     else:
-        source = Played(name, folder / one.recording, one.unit, one.marker, one.silent_s)
+        source = Played(name, folder / settings.recording, settings.unit, settings.marker, settings.silent_s)
     return Tracker(name, settings, source)
 
 
@@ -159,8 +166,12 @@ class Tracker:
             raise DeviceError(f"{self.name} is not open.")
         if problem := self._misdeclared(self.opened):
             raise DeviceError(problem)
-        one = self.settings
-        self.numbering, self.watch, self.tally = Numbering(one.rate_hz), OcclusionDetector(one.repeats), Tally()
+        settings = self.settings
+        self.numbering, self.watch, self.tally = (
+            Numbering(settings.rate_hz),
+            OcclusionDetector(settings.repeats),
+            Tally(),
+        )
         self.source.start(self.elapsed_s or since(now_ns))
         self.zero_s = self.source.zero_s(now_ns)
         self.clock_ns, self.heard_ns = now_ns, now_ns()

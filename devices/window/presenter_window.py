@@ -108,7 +108,7 @@ class WindowPresenter(Stage):
     def _turn(self, scene: Scene, desk: Desk) -> Aside | None:
         """Poll the desk and the window once; show the scene, or the page of a pause or rest."""
         if (aside := desk.poll()) is not None:
-            return self._heed(aside, desk)
+            return self._handle_aside(aside, desk)
         seen = self._cover(RESTING if self.resting else PAUSE) if self.paused else scene
         if self.on is not seen:
             self.put_on(seen)
@@ -116,7 +116,7 @@ class WindowPresenter(Stage):
         seen.turn()
         self._tell_sides(scene)
         if (does := self._rests(seen)) is not None:
-            return self._heed(Aside({"do": does, "by": PARTICIPANT}), desk)
+            return self._handle_aside(Aside({"do": does, "by": PARTICIPANT}), desk)
         return None
 
     def _rests(self, seen: Scene) -> str | None:
@@ -126,7 +126,7 @@ class WindowPresenter(Stage):
         begins, seen.screen.wants_rest = seen.screen.wants_rest, False
         return "pause" if begins and not self.paused else None
 
-    def _heed(self, aside: Aside, desk: Desk) -> Aside:
+    def _handle_aside(self, aside: Aside, desk: Desk) -> Aside:
         match aside.value.get("do"):
             case "pause":
                 self.paused, self.resting = True, aside.value.get("by") == PARTICIPANT

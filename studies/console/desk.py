@@ -24,7 +24,7 @@ from palpate.studies.sessions.interrupts import Interrupted
 
 REACTION_S = 0.3
 """A key that comes sooner after a demand or a trial's start was meant for what stood there before."""
-STILL_HEEDED = ("confirm", "number", "help", "quit")
+ORDERS_AFTER_THE_END = ("confirm", "number", "help", "quit")
 """The orders that are accepted after the session's end, while its last page is shown."""
 
 
@@ -161,17 +161,17 @@ class ExperimenterDesk:
         if not self.source.by_line:
             pressed = press(self.view.entry, heard.text, self._waiting, self.status.paused)
             self._show(entry=pressed.entry, hint=pressed.hint, help=False)
-            return None if pressed.order is None else self._heed(pressed.order, heard.t_s)
+            return None if pressed.order is None else self._handle_order(pressed.order, heard.t_s)
         if not heard.text.strip():
             return None
         try:
-            return self._heed(order_of(heard.text), heard.t_s)
+            return self._handle_order(order_of(heard.text), heard.t_s)
         except OrderError as error:
             self._hint(str(error))
             return None
 
-    def _heed(self, order: Order, t_s: float) -> Aside | None:
-        if self.status.ended is not None and order.do not in STILL_HEEDED:
+    def _handle_order(self, order: Order, t_s: float) -> Aside | None:
+        if self.status.ended is not None and order.do not in ORDERS_AFTER_THE_END:
             self._hint("the session is over: nothing more is recorded")
             return None
         match order.do:

@@ -35,7 +35,7 @@ class Windowless:
         if isinstance(request, Confirm) and request.text is not None:
             while self.paused or (reply := confirmed(request, desk)) is None:
                 if (aside := desk.poll()) is not None:
-                    return self._heed(aside)
+                    return self._handle_aside(aside)
                 self.rest(TURN_S)
             return reply
         raise RigError(f"there is no window to {request.body()['do']} in: `window` is missing in the study's needs")
@@ -44,7 +44,7 @@ class Windowless:
         """Wait until `ready` or until the experimenter does something; while paused, only for the latter."""
         while self.paused or not ready():
             if (aside := desk.poll()) is not None:
-                return self._heed(aside)
+                return self._handle_aside(aside)
             self.rest(TURN_S)
         return None
 
@@ -69,7 +69,7 @@ class Windowless:
     def close(self) -> None:
         """Do nothing: there is no window to close."""
 
-    def _heed(self, aside: Aside) -> Aside:
+    def _handle_aside(self, aside: Aside) -> Aside:
         if aside.value["do"] in {"pause", "go_on"}:
             self.paused = aside.value["do"] == "pause"
         return aside

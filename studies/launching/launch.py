@@ -111,7 +111,7 @@ def demand_in_time(
     earlier = ledger_path(lab, study.study, participant, number - 1)
     if today is None or sample.apart_days is None or not earlier.is_file():
         return None
-    before = datetime.fromisoformat(read(earlier).sittings[-1].value["at"]).astimezone().date()
+    before = datetime.fromisoformat(read(earlier).run_notes[-1].value["at"]).astimezone().date()
     days, (fewest, most) = (today - before).days, sample.apart_days
     if fewest <= days <= most:
         return None

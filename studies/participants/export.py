@@ -181,7 +181,7 @@ def demographics(lab: Path, with_simulated: bool = False) -> Answers:
             records.append(read(path))
         except LedgerError as error:
             answers.refused.append(str(error))
-    for record in sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name)):
+    for record in sorted(records, key=lambda record: (record.run_notes[0].value["at"], record.path.name)):
         if record.header["rig"]["kind"] == "simulated" and not with_simulated:
             answers.simulated.append(record.path.name)
             continue

@@ -29,16 +29,16 @@ from palpate.studies.sessions.ledger_schema import (
     engine_to_write,
     events,
     metadata,
+    run_note_hash,
+    run_notes,
     samples,
-    sitting_hash,
-    sittings,
 )
 from palpate.studies.sessions.record import LedgerError, Record, read
 
 Shield = Callable[[], AbstractContextManager[object]]
 
 
-def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
+def create(path: Path, header: Mapping[str, Any], run_note: Mapping[str, Any]) -> None:
     """Create a ledger that holds session_started; it appears under its name atomically.
 
     Raises LedgerError if the name is taken or the disk is full.
@@ -52,7 +52,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     draft.unlink(missing_ok=True)
     try:
         with ledger_errors(path, "its first event"):
-            _write_first(draft, header, sitting)
+            _write_first(draft, header, run_note)
         # Give the draft its name, unless the name is taken (FileExistsError).
         try:
             os.link(draft, path)
@@ -69,7 +69,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     sync_folder(path.parent)
 
 
-def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
+def _write_first(draft: Path, header: Mapping[str, Any], run_note: Mapping[str, Any]) -> None:
     engine = engine_to_write(str(draft))
     try:
         metadata.create_all(engine)
@@ -79,7 +79,7 @@ def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, A
             first = Event(0, 0, "session_started", canonical(header))
             head = event_hash(SEED, first)
             _insert_event(connection, first, head)
-            _insert_sitting(connection, 0, SEED, "created", (1, head), {**sitting, CHECKPOINTED: True})
+            _insert_run_note(connection, 0, SEED, "created", (1, head), {**run_note, CHECKPOINTED: True})
         _to_plain_file(engine)
     finally:
         engine.dispose()
@@ -106,13 +106,13 @@ class Ledger:
     head: str = field(init=False)
     written: int = field(init=False)
     status: str = field(init=False)
-    last_sitting: str = field(init=False)
-    sitting_count: int = field(init=False)
+    last_run_note: str = field(init=False)
+    run_note_count: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.head, self.written = self.record.head, len(self.record.events)
-        self.status, self.last_sitting = self.record.status, self.record.sittings[-1].hash
-        self.sitting_count = len(self.record.sittings)
+        self.status, self.last_run_note = self.record.status, self.record.run_notes[-1].hash
+        self.run_note_count = len(self.record.run_notes)
 
     def append(self, event: Event) -> None:
         """Write the event and its samples; they are on the disk when this returns."""
@@ -125,17 +125,19 @@ class Ledger:
             self.head, self.written = link, self.written + 1
             self.status = event.ended_as or "interrupted"
 
-    def record_sitting(self, kind: str, body: Mapping[str, Any]) -> None:
+    def record_run_note(self, kind: str, body: Mapping[str, Any]) -> None:
         """Record that a process opened or closed the ledger."""
         with ledger_errors(self.record.path, f"the note that it was {kind}"), self.connection.begin():
             at = (self.written, self.head)
-            self.last_sitting = _insert_sitting(self.connection, self.sitting_count, self.last_sitting, kind, at, body)
-        self.sitting_count += 1
+            self.last_run_note = _insert_run_note(
+                self.connection, self.run_note_count, self.last_run_note, kind, at, body
+            )
+        self.run_note_count += 1
 
     def close(self, body: Mapping[str, Any]) -> None:
         """Close the ledger, leaving one plain file, and release its lock."""
         try:
-            self.record_sitting("closed", body)
+            self.record_run_note("closed", body)
         finally:
             self.connection.close()
             with suppress(SQLAlchemyError):
@@ -162,7 +164,7 @@ class Watched:
 
 def open_for_append(
     path: Path,
-    sitting: Mapping[str, Any],
+    run_note: Mapping[str, Any],
     shield: Shield = nullcontext,
     demand: Callable[[Record], object] = lambda _record: None,
 ) -> Ledger:
@@ -178,7 +180,7 @@ def open_for_append(
         demand(record)
         engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
-        ledger.record_sitting("opened", sitting)
+        ledger.record_run_note("opened", run_note)
         ledger.connection.exec_driver_sql("PRAGMA wal_checkpoint(FULL)")
         ledger.connection.rollback()  # of the transaction that SQLAlchemy begins by itself
     except OperationalError as error:
@@ -220,13 +222,13 @@ def _insert_event(connection: Connection, event: Event, link: str) -> None:
         connection.execute(insert(samples), {**row, "form": block.form().decode(), "data": block.data})
 
 
-def _insert_sitting(
+def _insert_run_note(
     connection: Connection, n: int, previous: str, kind: str, at: tuple[int, str], body: Mapping[str, Any]
 ) -> str:
     (count, head), text_body = at, canonical(body).decode()
-    link = sitting_hash(previous, n, kind, count, head, text_body)
+    link = run_note_hash(previous, n, kind, count, head, text_body)
     row = {"n": n, "kind": kind, "events": count, "head": head, "body": text_body, "hash": link}
-    connection.execute(insert(sittings), row)
+    connection.execute(insert(run_notes), row)
     return link
 
 

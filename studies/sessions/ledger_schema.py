@@ -48,7 +48,7 @@ samples = Table(
     Column("form", Text, nullable=False),
     Column("data", LargeBinary, nullable=False),
 )
-sittings = Table(
+run_notes = Table(
     "sittings",
     metadata,
     Column("n", Integer, primary_key=True, autoincrement=False),
@@ -60,7 +60,7 @@ sittings = Table(
 )
 
 
-def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, body: str) -> str:
+def run_note_hash(previous: str, n: int, kind: str, events_then: int, head: str, body: str) -> str:
     """Return a link of the chain of runs."""
     return hashlib.sha256(previous.encode() + canonical([n, kind, events_then, head, body])).hexdigest()
 

@@ -35,14 +35,14 @@ from palpate.studies.sessions.ledger_schema import (
     SEED,
     connect_to_read,
     metadata,
-    sitting_hash,
+    run_note_hash,
 )
 
 _UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
 _EVENTS = "SELECT seq, t_ns, kind, trial, attempt, body, hash FROM events"
 _SAMPLES = "SELECT seq, block, stream, form, data FROM samples"
-_SITTINGS = "SELECT n, kind, events, head, body, hash FROM sittings ORDER BY n"
+_RUN_NOTES = "SELECT n, kind, events, head, body, hash FROM sittings ORDER BY n"
 
 
 def _is_moment(value: Any) -> bool:
@@ -61,7 +61,7 @@ class LedgerError(ValueError):
 
 
 @dataclass(frozen=True)
-class Sitting:
+class RunNote:
     """A note that a process opened or closed the ledger: the time by the wall clock, the software, the reason."""
 
     kind: str
@@ -88,7 +88,7 @@ class Record:
     path: Path
     events: tuple[Event, ...]
     hashes: tuple[str, ...]
-    sittings: tuple[Sitting, ...]
+    run_notes: tuple[RunNote, ...]
     state: SessionState
     """The state after the events: which attempt of each trial counts, what was answered, what is open."""
     lacks_wal: bool = False
@@ -144,7 +144,7 @@ def read(path: Path) -> Record:
             connection.execute("BEGIN")  # one moment of a session that may be running
             _demand_ours(connection, path)
             record = _verified(path, connection)
-            return replace(record, lacks_wal=lacks_wal and not record.sittings[-1].at_rest)
+            return replace(record, lacks_wal=lacks_wal and not record.run_notes[-1].at_rest)
     except LedgerError:
         raise
     except sqlite3.OperationalError as error:
@@ -229,7 +229,7 @@ def _verified(path: Path, connection: sqlite3.Connection) -> Record:
         hashes.append(previous)
     if not happened or happened[0].kind != "session_started":
         raise LedgerError(f"{path}: {_UNFOUNDED}")
-    return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes), shapes.state)
+    return Record(path, tuple(happened), tuple(hashes), _run_notes(path, connection, hashes), shapes.state)
 
 
 def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
@@ -275,16 +275,16 @@ def _samples(path: Path, seq: int, number: int, stream: str, text: str, data: by
     raise LedgerError(f"{path}: the samples of event {seq} are damaged")
 
 
-def stored_sittings(connection: sqlite3.Connection) -> Iterator[tuple[int, Sitting]]:
+def stored_run_notes(connection: sqlite3.Connection) -> Iterator[tuple[int, RunNote]]:
     """Yield the notes of runs with their numbers as they are in the file, not yet verified."""
-    for number, *sitting in connection.execute(_SITTINGS):
-        yield number, Sitting(*sitting)
+    for number, *run_note in connection.execute(_RUN_NOTES):
+        yield number, RunNote(*run_note)
 
 
-def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
+def _run_notes(path: Path, connection: sqlite3.Connection, hashes: Sequence[str]) -> tuple[RunNote, ...]:
     verified, previous = [], SEED
-    for place, (number, row) in enumerate(stored_sittings(connection)):
-        previous = sitting_hash(previous, number, row.kind, row.events, row.head, row.body)
+    for place, (number, row) in enumerate(stored_run_notes(connection)):
+        previous = run_note_hash(previous, number, row.kind, row.events, row.head, row.body)
         if number != place or row.hash != previous:
             raise LedgerError(f"{path}: the record of runs was changed or is damaged (run {place})")
         if row.events > len(hashes):
@@ -296,7 +296,7 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
         try:
             demand_fields(parse_canonical(row.body.encode()), *_NOTE)
         except ShapeError as error:
-            raise LedgerError(f"{path}: the note of when it was {row.kind} (sitting {place}): {error}") from None
+            raise LedgerError(f"{path}: the note of when it was {row.kind} (run {place}): {error}") from None
         verified.append(row)
     if not verified:
         raise LedgerError(f"{path}: no run of the session is recorded: the file was changed")

@@ -100,7 +100,7 @@ def start(
     with guarded() as guard:
         try:
             create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})
-            ledger = open_for_append(path, _sitting(), guard.shield)
+            ledger = open_for_append(path, _run_note(), guard.shield)
         except BaseException:  # a full disk: what was opened to be checked is let go of
             rig.drop()
             raise
@@ -115,9 +115,9 @@ def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) 
     refused, held by another process or over; Divergence if this version of Palpate does not do what was recorded. A
     complete or refused ledger is not touched.
     """
-    sitting = _sitting() | ({} if accepted is None else {"accepted_change": dict(accepted)})
+    run_note = _run_note() | ({} if accepted is None else {"accepted_change": dict(accepted)})
     with guarded() as guard:
-        return _run(open_for_append(path, sitting, guard.shield, _demand_resumable), rig, guard)
+        return _run(open_for_append(path, run_note, guard.shield, _demand_resumable), rig, guard)
 
 
 def _run(ledger: Ledger, planned: RigPlan, guard: Guard) -> SessionResult:
@@ -193,5 +193,5 @@ def _because(ledger: Ledger, reason: str) -> str:
     return reason if ledger.status == "interrupted" else ledger.status
 
 
-def _sitting() -> dict[str, Any]:
+def _run_note() -> dict[str, Any]:
     return {"at": wall_time(), "environment": environment()}

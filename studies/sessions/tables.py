@@ -246,8 +246,8 @@ def _session_row(record: Record) -> Row:
         "head_hash": record.head,
         "file": record.path.name,
         "file_sha256": file_sha256(record.path),
-        "started_at": record.sittings[0].value["at"],
-        "sittings": sum(sitting.kind == "opened" for sitting in record.sittings),
+        "started_at": record.run_notes[0].value["at"],
+        "sittings": sum(note.kind == "opened" for note in record.run_notes),
         "duration_s": record.events[-1].t_ns / NS,
         "palpate_version": header["environment"]["palpate"],
     }

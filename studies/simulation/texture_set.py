@@ -376,8 +376,10 @@ def _run_session(
         return SetSession(study, who, path, "kept", True, len(record.events), "complete")
     seen = 0 if record is None else len(record.events)
     rig = rig_for(study_files, lab, options.pictures, options.workers, _watch_progress(plan, seen, pace, report))
-    sat = start(lab, plan, rig) if record is None else resume(path, rig)
-    return SetSession(study, who, path, "made" if record is None else "gone on", sat.complete, sat.events, sat.reason)
+    result = start(lab, plan, rig) if record is None else resume(path, rig)
+    return SetSession(
+        study, who, path, "made" if record is None else "gone on", result.complete, result.events, result.reason
+    )
 
 
 def _watch_progress(plan: Plan, seen: int, pace: Pace, report: Report) -> Callable[[Event], None]:

@@ -252,7 +252,7 @@ def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(
     monkeypatch.chdir(tmp_path / "sessions")
     assert "The study's file cannot be read any more" in run("resume", "toy_P001_s1.sqlite", status=2)
     assert "complete: " in run("resume", "toy_P001_s1.sqlite", "--accept-change")
-    assert read(Path("toy_P001_s1.sqlite")).sittings[-2].value["accepted_change"] == {
+    assert read(Path("toy_P001_s1.sqlite")).run_notes[-2].value["accepted_change"] == {
         "since_session": 1, "differences": "the study's file could not be read",
     }  # fmt: skip
 

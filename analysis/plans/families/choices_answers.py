@@ -34,7 +34,7 @@ from palpate.analysis.plans.families.choices import BradleyTerry, PsychometricFu
 NUMBERS = (
     "threshold", "threshold_low", "threshold_high", "share_at", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse",
 )  # fmt: skip
-PARTICIPANT, MOST_TOLD = "participant", 6
+PARTICIPANT, MOST_NAMED = "participant", 6
 HOW = {
     "corrected": "profile likelihood with Bartlett's correction",
     "profile": "profile likelihood",
@@ -228,7 +228,7 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
         ends = "" if low is None or high is None else f"{100 * confidence:g}% interval {low:.3g} to {high:.3g}, "
         of = int(row["n"] or 0) + int(row["without_estimate"] or 0)
         parts.append(f"{where and where + ': '}{name} {row['mean']:.3g} ({ends}n = {row['n']} of {of})")
-    return f"Mean {'; '.join(parts[:MOST_TOLD])}" + ("; ..." if len(parts) > MOST_TOLD else "")
+    return f"Mean {'; '.join(parts[:MOST_NAMED])}" + ("; ..." if len(parts) > MOST_NAMED else "")
 
 
 def _answer(

@@ -182,7 +182,7 @@ class Felt:
                 self._play()
                 aside = self.act.wait(PAGE, showing.window, showing.desk, showing.now_ns, self._something)
                 if aside is not None:
-                    self._heed(aside)
+                    self._handle_aside(aside)
                     yield aside
                 elif (fault := self._fault()) is not None:
                     raise fault
@@ -267,7 +267,7 @@ class Felt:
             self.ended = ""
         return fault
 
-    def _heed(self, aside: Aside) -> None:
+    def _handle_aside(self, aside: Aside) -> None:
         if aside.value.get("do") == "pause":
             dialogue.rest(self.link)
             self._playing = False

@@ -202,12 +202,12 @@ def test_a_where_on_the_stimulus_keeps_whole_cells(lab):
 
 
 def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
-    from palpate.studies.commands_sessions import run as sit
+    from palpate.studies.commands_sessions import run as run_sessions
 
     study = lab / "studies" / "doors_small" / "study.yaml"
     study.write_text(study.read_text().replace("Damped", "Muffled"))
     changed = ["doors_small", "--participant", "P021", "--simulate", "--lab", str(lab), "--accept-change"]
-    assert not CliRunner().invoke(sit, changed).exception
+    assert not CliRunner().invoke(run_sessions, changed).exception
     message = str(run(lab, "--no-figures").exception)
     assert "was changed between participants" in message
     old = next(part.split()[0] for part in message.replace(":", ",").split(",") if "12 sessions" in part)

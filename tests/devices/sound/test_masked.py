@@ -54,14 +54,14 @@ class Room:
 
 def test_the_noise_is_silent_in_a_rest_while_people_answer_and_comes_back():
     room = Room()
-    room.masked.heed(Aside({"do": "go_on"}))
+    room.masked.handle_aside(Aside({"do": "go_on"}))
     assert room.level(1.0) == 0.0, "nothing was presented yet"
     room.act(Present(trial_of("T07")), Desk(confirms=[0.5]))
     room.level(1.0)
-    room.masked.heed(Aside({"do": "pause", "by": "participant"}))
+    room.masked.handle_aside(Aside({"do": "pause", "by": "participant"}))
     room.level(1.0)
     assert room.level(1.0) == 0.0
-    room.masked.heed(Aside({"do": "go_on", "by": "participant"}))
+    room.masked.handle_aside(Aside({"do": "go_on", "by": "participant"}))
     room.level(1.0)
     assert room.level(1.0) > 0.0
 

@@ -228,7 +228,7 @@ def test_a_wall_clock_that_is_set_meanwhile_changes_nothing(tmp_path, monkeypatc
     assert stepped.run().complete
     record = whole(stepped.path)
     assert record.head == read(plain.path).head
-    at = [datetime.fromisoformat(run.value["at"]) for run in record.sittings]
+    at = [datetime.fromisoformat(run.value["at"]) for run in record.run_notes]
     assert [after - before for before, after in itertools.pairwise(at)] == [timedelta(hours=hours)] * 2
 
 

@@ -32,7 +32,7 @@ TWO = {"participants": {"sessions": 2, "apart_days": [1, 14]}}
 
 
 def day_of(path):
-    return datetime.fromisoformat(read(path).sittings[-1].value["at"]).astimezone().date()
+    return datetime.fromisoformat(read(path).run_notes[-1].value["at"]).astimezone().date()
 
 
 @pytest.mark.parametrize(

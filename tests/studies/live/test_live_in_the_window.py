@@ -162,7 +162,7 @@ def test_a_line_that_measures_wrong_twice_ends_the_run_and_a_changed_study_is_na
         until(process, "How many mm")
         order(process, "quit")
         assert ended(process)[0] == 1
-    assert "capture.seconds was 1" in read(path).sittings[-2].value["accepted_change"]["differences"]
+    assert "capture.seconds was 1" in read(path).run_notes[-2].value["accepted_change"]["differences"]
 
 
 def test_a_rehearsal_shows_a_whole_study_and_leaves_no_session(display, lab):

@@ -18,7 +18,7 @@ from palpate.protocols.events import Event, event_hash
 from palpate.protocols.runner import Divergence
 from palpate.studies.collecting.collect import CollectError, collect, open_database
 from palpate.studies.participants.export import demographics
-from palpate.studies.sessions.ledger_schema import SEED, sitting_hash
+from palpate.studies.sessions.ledger_schema import SEED, run_note_hash
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.replay import replay
 
@@ -47,9 +47,9 @@ def forged(source: Path, to: Path, changes: dict[int, object]) -> Path:
             links.append(head)
             file.execute("UPDATE events SET body = ?, hash = ? WHERE seq = ?", (other.body.decode(), head, event.seq))
         previous = SEED
-        for n, note in enumerate(record.sittings):
+        for n, note in enumerate(record.run_notes):
             then = links[note.events - 1]
-            previous = sitting_hash(previous, n, note.kind, note.events, then, note.body)
+            previous = run_note_hash(previous, n, note.kind, note.events, then, note.body)
             file.execute("UPDATE sittings SET head = ?, hash = ? WHERE n = ?", (then, previous, n))
     file.close()
     return to

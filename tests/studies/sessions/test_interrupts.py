@@ -75,7 +75,7 @@ def test_one_signal_ends_a_session_safely_wherever_it_finds_it(tmp_path, where, 
     assert [*lines, *rest.splitlines()] == ["opened", "safe", f"interrupted by {name}"]
     assert process.returncode == 0
     record = read(tmp_path / "sessions" / "toy_P001_s1.sqlite")
-    assert record.sittings[-1].value["because"] == f"interrupted by {name}"
+    assert record.run_notes[-1].value["because"] == f"interrupted by {name}"
 
 
 def test_a_storm_of_signals_ends_a_session_safely(tmp_path):
@@ -86,7 +86,7 @@ def test_a_storm_of_signals_ends_a_session_safely(tmp_path):
     rest, _ = process.communicate(timeout=30)
     lines = [*first_lines, *rest.splitlines()]
     assert lines[:2] == ["opened", "safe"] and lines[2].startswith("interrupted by SIG")
-    assert read(tmp_path / "sessions" / "toy_P001_s1.sqlite").sittings[-1].kind == "closed"
+    assert read(tmp_path / "sessions" / "toy_P001_s1.sqlite").run_notes[-1].kind == "closed"
 
 
 def test_an_error_that_an_interrupt_brought_about_is_taken_for_it():

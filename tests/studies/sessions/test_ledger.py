@@ -43,9 +43,9 @@ def test_what_was_appended_is_read_back(tmp_path):
     assert [e.seq for e in record.events] == [0, 1, 2]
     assert record.events[1].samples == (BLOCK,) and BLOCK.count == 32
     assert record.events[2].value == {"do": "note", "n": 2}
-    assert [s.kind for s in record.sittings] == ["created", "opened", "closed"]
+    assert [s.kind for s in record.run_notes] == ["created", "opened", "closed"]
     assert record.header == HEADER and not record.complete
-    assert record.sittings[-1].value == {**RUN_START, "because": "complete"}
+    assert record.run_notes[-1].value == {**RUN_START, "because": "complete"}
 
 
 def test_a_closed_ledger_is_one_plain_file(tmp_path):
@@ -167,7 +167,7 @@ def test_a_changed_file_is_refused_with_its_reason(tmp_path, statement, message)
         open_for_append(path, RUN_START)
 
 
-def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
+def test_events_rewritten_with_a_good_chain_do_not_match_the_notes_of_runs(tmp_path):
     """Whoever rewrites the last event and its hash still has to explain the entry of its closing."""
     from palpate.protocols.events import event_hash
 
@@ -204,7 +204,7 @@ def test_a_flipped_bit_is_refused_or_lies_where_nothing_is_stored(tmp_path):
         except LedgerError:
             refused += 1
         else:
-            assert (after.events, after.hashes, after.sittings) == (before.events, before.hashes, before.sittings)
+            assert (after.events, after.hashes, after.run_notes) == (before.events, before.hashes, before.run_notes)
     assert refused > 30
 
 
@@ -308,7 +308,7 @@ def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     assert not read(path).lacks_wal
     again = open_for_append(path, RUN_START)
     shutil.copy(path, alone)
-    assert read(alone).lacks_wal and read(alone).sittings[-1].kind == "opened"
+    assert read(alone).lacks_wal and read(alone).run_notes[-1].kind == "opened"
     again.close(RUN_START)
 
 

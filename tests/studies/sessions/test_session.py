@@ -33,7 +33,7 @@ def test_a_session_runs_to_its_end_and_explains_itself(lab):
     assert header["rig"] == {"kind": "simulated", "twins": []}
     assert set(header["environment"]) == {"palpate", "code", "python", "platform", "packages"}
     assert len(header["environment"]["code"]) == 64
-    assert record.sittings[-1].value["because"] == "complete"
+    assert record.run_notes[-1].value["because"] == "complete"
 
 
 def test_two_runs_of_one_seed_are_equal(lab, tmp_path):
@@ -55,12 +55,12 @@ def test_an_interrupted_session_is_laid_down_safe_and_goes_on(lab, tmp_path, act
     path = lab.start(rig=stopping(lab.rig, acts))
     record = read(path)
     assert not record.complete
-    assert record.sittings[-1].value["because"] == "interrupted by SIGTERM"
+    assert record.run_notes[-1].value["because"] == "interrupted by SIGTERM"
     assert record.events[-1].kind == "request"
     assert resume(path, stopping(lab.rig, 2)).reason == "interrupted by SIGTERM"
     assert resume(path, lab.rig).complete
     assert same(read(path), read(Lab(tmp_path / "whole").start()))
-    kinds = [s.kind for s in read(path).sittings]
+    kinds = [s.kind for s in read(path).run_notes]
     assert kinds == ["created", *["opened", "closed"] * 3]
 
 
@@ -104,7 +104,7 @@ def test_the_ledger_is_closed_where_the_rig_cannot_be_made_safe(lab, monkeypatch
 def test_a_failing_device_ends_the_session_safe_and_is_reported(lab, monkeypatch):
     ends = order_of_ends(lab, monkeypatch, error=lambda: RuntimeError("the motor stalled"))
     assert ends == ["opened", "safe", "closed", "the motor stalled"]
-    assert lab.read().sittings[-1].value["because"] == "failed: RuntimeError: the motor stalled"
+    assert lab.read().run_notes[-1].value["because"] == "failed: RuntimeError: the motor stalled"
     assert resume(lab.read().path, lab.rig).complete
 
 
@@ -168,14 +168,14 @@ def test_without_a_device_nothing_can_be_sensed(lab):
 def test_the_error_that_ended_a_session_is_the_one_reported(lab, monkeypatch):
     from palpate.studies.sessions.ledger import Ledger
 
-    sit = Ledger.record_sitting
+    record = Ledger.record_run_note
 
     def full(self, kind, body):
         if kind == "closed":
             raise LedgerError("the note could not be kept")
-        sit(self, kind, body)
+        record(self, kind, body)
 
-    monkeypatch.setattr(Ledger, "record_sitting", full)
+    monkeypatch.setattr(Ledger, "record_run_note", full)
     with pytest.raises(RuntimeError, match="the motor stalled"):
         lab.start(rig=stopping(lab.rig, 3, error=lambda: RuntimeError("the motor stalled")))
     monkeypatch.undo()
@@ -217,7 +217,7 @@ def test_the_receipt_counts_what_was_planned_written_and_read_back(lab):
     result = start(lab.path, lab.plan(), lab.rig)
     record = read(result.path)
     expected = {"planned": result.events, "written": result.events, "read_back": result.events, "digest": record.head}
-    assert result.receipt.good and result.receipt.to_dict() == expected == record.sittings[-1].value["receipt"]
+    assert result.receipt.good and result.receipt.to_dict() == expected == record.run_notes[-1].value["receipt"]
     assert str(result.receipt) == (
         f"receipt: {result.events} events planned, {result.events} written, {result.events} read back from the disk; "
         f"digest {record.head[:16]}"

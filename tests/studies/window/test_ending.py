@@ -50,7 +50,7 @@ def test_a_killed_window_loses_nothing_and_goes_on_at_the_same_form(hand, lab):
     assert after.events[: len(killed.events)] == killed.events
     session.process.send_signal(signal.SIGTERM)
     session.end(status=1)
-    assert read(session.ledger).sittings[-1].value["because"] == "interrupted by SIGTERM"
+    assert read(session.ledger).run_notes[-1].value["because"] == "interrupted by SIGTERM"
     assert not replay(session.ledger).complete
 
 

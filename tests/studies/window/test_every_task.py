@@ -95,7 +95,7 @@ def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
 
     record = read(session.ledger)
     assert record.header["rig"]["kind"] == "live" and record.header["group"] == plan.who.group
-    assert [s.value.get("because") for s in record.sittings if s.kind == "closed"] == [
+    assert [s.value.get("because") for s in record.run_notes if s.kind == "closed"] == [
         "interrupted by QUIT", "the last trial is to come", "complete",
     ]  # fmt: skip
     assert replay(session.ledger).complete
