@@ -181,7 +181,7 @@ class AnalogOut:
         return self._fault
 
     def facts(self) -> Mapping[str, str]:
-        """Return the output's channel and settings."""
+        """Return the output's channel, rate and latency."""
         return {"output": self.channel, "rate": f"{self.rate_hz:g} Hz", "latency": f"{1000 * self.latency_s:g} ms"}
 
 

@@ -135,7 +135,7 @@ class OpenScreen(Aside):
         return True
 
     def default_choice(self) -> None:
-        """Open the focused design on Enter, and nothing else."""
+        """Return no default button: Enter opens the focused design, and nothing else."""
 
     def _row(self, number: int) -> str:
         return f"design {number}"

@@ -104,7 +104,7 @@ class Seen:
     screen: Screen
 
     def start(self) -> None:
-        """Do nothing."""
+        """Start the door's telemetry."""
         self.door.start(self.now_ns)
 
     def due(self) -> bool:
@@ -125,7 +125,7 @@ class Seen:
         return None
 
     def stop(self) -> Mapping[str, Any]:
-        """Return an empty summary."""
+        """Stop the door's telemetry, hide its position, and return an empty summary."""
         self.door.stop()
         self.screen.hand_at(None)
         return {}

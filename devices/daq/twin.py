@@ -53,7 +53,7 @@ class TwinDaq:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """Return that it is a twin, and of what."""
+        """Return what kind of card the twin simulates, and its rate."""
         return {"card": f"twin of a {BITS}-bit card", "rate_hz": f"{self.wiring.rate_hz:.9g}"}
 
     def open(self) -> None:

@@ -118,7 +118,7 @@ def _answers(model: Model, first: Model, rows: Array) -> Array:
 
 
 def _recounted(ratings: Array, one: tuple[float, float] | None, other: tuple[float, float] | None) -> Array:
-    """Return ratings of one card's scale as another card maps that scale to 0..100."""
+    """Return ratings 0..100 of one card as ratings 0..100 of another card, whose answer scale may differ."""
     if one is None or other is None:
         return ratings
     return (one[0] - other[0] + ratings / TOP * (one[1] - one[0])) / (other[1] - other[0]) * TOP

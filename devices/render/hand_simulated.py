@@ -26,7 +26,7 @@ class OverTablet:
     hand: FreeHand
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
-        """Yield no acceleration."""
+        """Yield zeros, as no acceleration is simulated: pieces of shape (n, 3)."""
         return (np.zeros((len(piece.force), 3)) for piece in self._pieces(rate_hz))
 
     def wrench(self, rate_hz: float) -> Iterator[Array]:

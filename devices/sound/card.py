@@ -125,7 +125,7 @@ class Card:
         return None
 
     def facts(self) -> Mapping[str, str]:
-        """Return the output's name and its latency."""
+        """Return the output's name, rate and latency, and how many buffers came late."""
         late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
         return {
             "output": self.output_name,

@@ -146,7 +146,7 @@ class Stage:
         return self.settings.model_dump(mode="json", exclude_none=True)
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
-        """Return whether the scanner answers; codes that are scanned meanwhile are dropped."""
+        """Return the state of the scanner, after dropping the codes that were scanned so far."""
         by = {"hand": "a key confirms", "twin": "simulated"}
         summary = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
         try:

@@ -27,7 +27,7 @@ class Writing:
         return self._put(clean) if clean else True
 
     def new_line(self) -> bool:
-        """Break the line at the caret if the field has several lines."""
+        """Break the line at the caret if the field has several lines, and return whether it was broken."""
         return self.many_lines and self._put("\n")
 
     def backspace(self) -> None:

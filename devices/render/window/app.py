@@ -249,7 +249,7 @@ class RendererApp(WindowApp):
         self.main.show(heard(trace.since(trace.count - SHOWN)[1]), self._status)
 
     def _safely(self, act: Callable[[Plays], None]) -> None:
-        """Call a function with the renderer; if that fails, the next update of the record shows it."""
+        """Call a function with the renderer; if that fails, show that it has ended."""
         if self.plays is None:
             return
         try:

@@ -119,7 +119,7 @@ class DemographicsScreen(Base):
         return False
 
     def _key_on(self, place: PlacedQuestion, number: int, event: Key) -> bool:
-        """Choose an option of a question with the arrow keys, or the focused option with the space bar."""
+        """Choose an option with the arrow keys, or the focused one with the space bar; return whether the key did."""
         if event.name in STEP:
             number = (number + STEP[event.name]) % len(place.options)
             self.focus = place.options[number].name

@@ -92,7 +92,7 @@ class ConsentScreen(Base):
         return {"answers": {"agreed": self.agreed}}
 
     def key(self, name: str | None, event: Key) -> bool:
-        """Handle a key; Enter agrees only if a button has the focus."""
+        """Return whether to swallow the key: on the last page, Enter agrees only if a button has the focus."""
         on_button = name in ("next", "agree", "decline", "back")
         return event.name == "enter" and not on_button and self.sheet == self.sheets - 1
 
