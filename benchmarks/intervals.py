@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.modeling.doors.intervals import COVERAGE, half_widths
+from palpate.modeling.evaluate.intervals import COVERAGE, half_widths
 from palpate.protocols.bench import Case
 from palpate.signals.arrays import Array
 

@@ -153,8 +153,8 @@ def evaluate_doors(
 
 def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     """Return the methods by direction; None for all. Raises ModelDataError for an unknown name."""
-    from palpate.modeling.doors.data import ModelDataError
     from palpate.modeling.doors.registry import FORWARD, INVERSE, methods_of
+    from palpate.modeling.evaluate.rows import ModelDataError
     from palpate.protocols.did_you_mean import nearest
 
     entries = names_in(names)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.modeling.attributes.material import MaterialError
-from palpate.modeling.doors.scores import JND
+from palpate.modeling.evaluate.intervals import JND
 from palpate.signals.arrays import Array
 
 CONFIDENCE = 0.95

@@ -17,7 +17,7 @@ from palpate.modeling.attributes.folds import whole_fold
 from palpate.modeling.attributes.material import FEW_READ, QUICK_LOOK, Material, MaterialError
 from palpate.modeling.attributes.methods import Learning, Method
 from palpate.modeling.attributes.model_file import NAME, ModelFileError, Saveable, read_card, write_model
-from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
+from palpate.modeling.evaluate.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.history import history_of
 from palpate.modeling.training.run_card import run_card
 from palpate.modeling.training.trained_files import Written, write_trained

@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import ModelDataError, Scaling, scaling_of
+from palpate.modeling.doors.data import Scaling, scaling_of
 from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.keyed import keyed_bits
 from palpate.signals.arrays import Array, Indices
 

@@ -9,6 +9,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.arrays import Array, Indices
 
 Label = TypeVar("Label", bound=Hashable)
@@ -22,10 +23,6 @@ It lies far above the rounding of a file (0.0001 N) and far below what people ca
 (Pang, Tan and Durlach 1991), and the smallest difference between two profiles of the door study that are not meant to
 be equal is 1.9 N.
 """
-
-
-class ModelDataError(ValueError):
-    """The data cannot be used to train or test a model; the message says where and why."""
 
 
 @dataclass(frozen=True)

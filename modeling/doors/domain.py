@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
+from palpate.modeling.doors.data import DoorData, Scaling
 from palpate.modeling.doors.folding import Fold, held_share
 from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.model_scores import model_scores
@@ -19,6 +19,7 @@ from palpate.modeling.doors.profile_scores import corner_scores, profile_scores
 from palpate.modeling.doors.registry import FORWARD, INVERSE, Direction
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.modeling.evaluate.engine import Domain, Result
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.result_store import array_digest
 from palpate.modeling.training.history import curve_of
 from palpate.protocols.code_digest import code_digest, module_of

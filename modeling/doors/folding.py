@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_array, csr_array, eye_array, kron
 
-from palpate.modeling.doors.data import DoorData, ModelDataError, rows_by_label, source_groups
+from palpate.modeling.doors.data import DoorData, rows_by_label, source_groups
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.keyed import shuffled
 from palpate.protocols.wording import count

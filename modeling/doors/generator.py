@@ -18,11 +18,12 @@ from numpy.random import Generator as Rng
 from numpy.typing import NDArray
 
 from palpate.modeling.doors import generator_networks as networks
-from palpate.modeling.doors.data import TOP, ModelDataError
+from palpate.modeling.doors.data import TOP
 from palpate.modeling.doors.generator_networks import Generator, Layers, Size, TrainingOptions
 from palpate.modeling.doors.methods import Fitted, Learning, Method
 from palpate.modeling.doors.preparing import PLAYABLE, checked_wishes, on_one_thread, rows_of
 from palpate.modeling.doors.training_variants import motion_end
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.regression import Standard, standard_of
 from palpate.modeling.training.seeding import seeded

@@ -16,11 +16,11 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import FittedForward
 from palpate.modeling.doors.linear import Components, components_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import TrainingRows, checked_wishes, on_one_thread, rows_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.seeding import training_state
 from palpate.signals.arrays import Array

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 from torch.nn.functional import mse_loss
 
-from palpate.modeling.doors.data import TOP, ModelDataError, Scaling
+from palpate.modeling.doors.data import TOP, Scaling
 from palpate.modeling.doors.forward_network import FittedForward
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.networks import (
@@ -22,6 +22,7 @@ from palpate.modeling.doors.networks import (
     training_rows,
 )
 from palpate.modeling.doors.preparing import PLAYABLE, TrainingRows, checked_wishes
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state

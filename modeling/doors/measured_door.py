@@ -12,13 +12,13 @@ import numpy as np
 from palpate.modeling.doors.data import TOP, near_groups
 from palpate.modeling.doors.domain import DoorDomain, FoldJob, train_job
 from palpate.modeling.doors.folding import Fold
-from palpate.modeling.doors.intervals import half_widths
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import reason_unplayable
 from palpate.modeling.doors.profile_scores import perceivers_for
 from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.evaluate.intervals import half_widths
 from palpate.signals.arrays import Array
 from palpate.studies.catalogue import SHIPPED
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
-from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
+from palpate.modeling.doors.data import DoorData, Scaling
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.training.methods import FitOptions, MethodOf
 from palpate.signals.arrays import Array
@@ -47,16 +45,3 @@ class Method(MethodOf[Learning, Fitted]):
     holds_out: bool = False
     needs_forward: str | None = None
     """The forward method that an inverse method builds on, or None."""
-
-
-def as_rows(given: Array, size: int, what: str) -> Array:
-    """Return rows (n, size) as finite float64, also of one row or float16. Raises ModelDataError otherwise."""
-    rows = np.atleast_2d(np.asarray(given, dtype=np.float64))
-    if rows.ndim != 2 or rows.shape[1] != size or not len(rows):
-        raise ModelDataError(
-            f"{what}: {size} numbers a row are expected, at least one row; found an array of shape {np.shape(given)}."
-        )
-    if (bad := np.argwhere(~np.isfinite(rows))).size:
-        row, place = bad[0]
-        raise ModelDataError(f"{what}: row {row + 1} holds {rows[row, place]} at place {place + 1}.")
-    return rows

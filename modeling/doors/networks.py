@@ -14,9 +14,9 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import TrainingRows, rows_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.model_files import Exported
 from palpate.modeling.regression import CONSTANT
 from palpate.modeling.training.steps import answers_of, exported_float32

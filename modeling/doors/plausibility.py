@@ -8,8 +8,9 @@ from itertools import product
 
 import numpy as np
 
-from palpate.modeling.doors.data import TOP, ModelDataError
-from palpate.modeling.doors.methods import Fitted, as_rows
+from palpate.modeling.doors.data import TOP
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.evaluate.rows import ModelDataError, as_rows
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal

@@ -10,8 +10,9 @@ from typing import TypeVar
 import numpy as np
 
 from palpate.analysis.statistics.one_thread import one_thread
-from palpate.modeling.doors.data import DoorData, ModelDataError, source_groups
-from palpate.modeling.doors.methods import Learning, as_rows
+from palpate.modeling.doors.data import DoorData, source_groups
+from palpate.modeling.doors.methods import Learning
+from palpate.modeling.evaluate.rows import ModelDataError, as_rows
 from palpate.modeling.regression import Standard, standard_of
 from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG

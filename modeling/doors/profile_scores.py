@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import DoorData, ModelDataError, Scaling
-from palpate.modeling.doors.methods import Fitted, as_rows
+from palpate.modeling.doors.data import DoorData, Scaling
+from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.plausibility import HIGH, LOW, assess_profiles, corners, extremes, singles, unplayable
+from palpate.modeling.evaluate.rows import ModelDataError, as_rows
 from palpate.protocols.keyed import Key
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.modeling.doors.data import DoorData, ModelDataError, near_groups
+from palpate.modeling.doors.data import DoorData, near_groups
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.wording import some
 from palpate.signals.arrays import Array, Indices
 from palpate.signals.doors.grid import POINTS

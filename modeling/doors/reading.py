@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.rated import Questions, Rated, StimulusProfile, rated_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.arrays import Array
 from palpate.signals.doors import profile_file
 

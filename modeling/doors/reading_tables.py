@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.rated import demand_learnable, merged_sources
 from palpate.modeling.doors.reading import read_profile
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.tables import Row, TableFormat

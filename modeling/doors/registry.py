@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Method
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.registry import Registry
 
 Direction = Literal["forward", "inverse"]

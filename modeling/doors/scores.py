@@ -8,12 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.methods import as_rows
+from palpate.modeling.evaluate.intervals import JND
+from palpate.modeling.evaluate.rows import ModelDataError, as_rows
 from palpate.signals.arrays import Array
-
-JND = 10.0
-"""The just noticeable difference that the thesis takes from similar studies, on 0..100 (5.5.4.1)."""
 
 
 def mae(actual: Array, predicted: Array) -> float:

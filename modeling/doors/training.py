@@ -14,7 +14,6 @@ from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.domain import ALL, WHOLE, FoldJob, train_job, with_prerequisite
 from palpate.modeling.doors.evaluation.method_rows import attainable, forward_row, inverse_row
 from palpate.modeling.doors.folding import Fold
-from palpate.modeling.doors.intervals import interval
 from palpate.modeling.doors.methods import Fitted, Method
 from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.registry import Direction
@@ -26,6 +25,7 @@ from palpate.modeling.doors.results import (
     domain_for,
     evaluate_methods,
 )
+from palpate.modeling.evaluate.intervals import interval
 from palpate.modeling.training.history import history_of
 from palpate.modeling.training.threads import limited
 from palpate.modeling.training.trained_files import Written, write_trained
@@ -91,7 +91,7 @@ def _write(results: DoorResults, way: Direction, model: Fitted, seconds: float, 
             notes=_notes(results),
         )  # fmt: skip
         # the model that the rig will read must answer as the trained one does
-        from palpate.modeling.doors.data import ModelDataError
+        from palpate.modeling.evaluate.rows import ModelDataError
         from palpate.signals.models.file import read_model
 
         given = (

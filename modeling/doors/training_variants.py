@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.keyed import keyed_bits
 from palpate.signals.arrays import Array
 from palpate.signals.doors.grid import POINTS_PER_DEG

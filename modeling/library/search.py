@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.modeling.doors.scores import JND
+from palpate.modeling.evaluate.intervals import JND
 from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, is_known, value_of
 from palpate.modeling.library.terms import normal, vocabulary
 from palpate.modeling.library.wishes import Wish, combined, wishes_in

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from benchmarks import intervals as bench
-from palpate.modeling.doors.intervals import half_widths
+from palpate.modeling.evaluate.intervals import half_widths
 
 
 def test_conformal_intervals_hold_what_order_statistics_say_whatever_the_distribution():

@@ -22,7 +22,7 @@ from palpate.modeling.attributes.evaluation.tables import (
 )
 from palpate.modeling.attributes.joining import modalities_of
 from palpate.modeling.attributes.material import Material, digest_of
-from palpate.modeling.doors.intervals import COVERAGE
+from palpate.modeling.evaluate.intervals import COVERAGE
 from palpate.modeling.evaluate.outputs import Choice, evaluation_folder, read_results, tables_as_json, write_evaluation
 from palpate.modeling.training.run_card import versions
 from palpate.protocols.progress import Report, silent

@@ -17,7 +17,7 @@ from palpate.modeling.attributes.evaluation.evaluate import AttributeEvaluation
 from palpate.modeling.attributes.feature_times import steps_of
 from palpate.modeling.attributes.material import Material
 from palpate.modeling.attributes.scores import Errors, by_class, difference, errors
-from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
+from palpate.modeling.evaluate.intervals import COVERAGE, half_widths, needed, nested_coverage
 from palpate.modeling.evaluate.outputs import printed_numbers
 from palpate.modeling.training.history import COLUMNS
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
-from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.domain import DoorDomain
 from palpate.modeling.doors.evaluation.method_rows import method_rows
 from palpate.modeling.doors.measured_door import Recovered, recover_measured
@@ -17,6 +17,7 @@ from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.registry import NO_FILE, THESIS, Direction
 from palpate.modeling.doors.results import DoorOptions, DoorResults, domain_for, evaluate_methods
 from palpate.modeling.evaluate.outputs import Choice
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.progress import Report, silent
 from palpate.signals.arrays import Array
 

@@ -10,9 +10,9 @@ from palpate.modeling.doors.evaluation import words
 from palpate.modeling.doors.evaluation.evaluate import DoorEvaluation
 from palpate.modeling.doors.evaluation.result_tables import ceiling_rows, splits_forward
 from palpate.modeling.doors.evaluation.tables import AVERAGE, Row, cell_rows, printed, thesis_rows, variant_rows
-from palpate.modeling.doors.intervals import COVERAGE
 from palpate.modeling.doors.registry import THESIS
 from palpate.modeling.doors.results import MethodResults
+from palpate.modeling.evaluate.intervals import COVERAGE
 
 TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
 ERRORS = (

@@ -7,14 +7,15 @@ from contextlib import suppress
 
 import numpy as np
 
-from palpate.modeling.doors.data import TOP, ModelDataError
+from palpate.modeling.doors.data import TOP
 from palpate.modeling.doors.evaluation.tables import Row, waveform_errors
-from palpate.modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
 from palpate.modeling.doors.methods import Method
 from palpate.modeling.doors.plausibility import TOLERANCE
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.results import DoorResults, MethodResults
 from palpate.modeling.doors.scores import mae, r2, rmse, share_within, share_within_sd
+from palpate.modeling.evaluate.intervals import COVERAGE, half_widths, nested_coverage
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.arrays import Array, Mask
 
 BY = ("judge", "fresh", "felt")

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from palpate.modeling.doors.data import ModelDataError, Scaling, scaling_of
+from palpate.modeling.doors.data import Scaling, scaling_of
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.linear import PCA_REGRESSION, PCA_RIDGE
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.nearest import NEAREST
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.modeling.doors.baseline_learning import (
     CHOOSING,
     FORWARD,

@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 from palpate.modeling.doors.ceiling import noise_ceiling
-from palpate.modeling.doors.data import ModelDataError, Scaling
+from palpate.modeling.doors.data import Scaling
 from palpate.modeling.doors.rated import Individual, Questions, Rated, StimulusProfile, rated_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.modeling.doors.data_for_tests import ANTONYMS, ATTRIBUTES, crossed
 
 PLAIN = Scaling((0.0, 1.0), (0.0, 100.0))

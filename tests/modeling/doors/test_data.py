@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError, scaling_of
+from palpate.modeling.doors.data import scaling_of
 from palpate.modeling.doors.measured_door import measured_doors
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.doors.profiles import normalise
 from tests.modeling.doors.data_for_tests import crossed
 

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.modeling.doors.data import SAME_N, ModelDataError
+from palpate.modeling.doors.data import SAME_N
 from palpate.modeling.doors.folding import Fold, folds, held_share
 from palpate.modeling.doors.training_variants import with_variants
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.examples import examples
 from tests.modeling.doors.data_for_tests import crossed, random_doors
 

@@ -10,9 +10,9 @@ import pytest
 import torch
 from torch import nn
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, MLP, NETWORK, SETTINGS, fit_network, huber
 from palpate.modeling.doors.networks import POINTS, ForceToPerception
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.training.refusals import TrainingError
 from tests.modeling.doors.network_learning import (
     SEEN,

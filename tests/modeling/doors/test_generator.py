@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.generator import (
     GENERATOR,
     MOST_FOREIGN,
@@ -20,6 +19,7 @@ from palpate.modeling.doors.generator import (
 )
 from palpate.modeling.doors.generator_networks import Generator, Size, random_wishes
 from palpate.modeling.doors.plausibility import corners, extremes, singles, unplayable
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.training.seeding import seeded
 from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy
 

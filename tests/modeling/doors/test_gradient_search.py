@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import MLP
 from palpate.modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles
 

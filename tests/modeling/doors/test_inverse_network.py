@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forward_network import MLP, NETWORK
 from palpate.modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit
 from palpate.modeling.doors.networks import PerceptionToForce
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG, refusal
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, run_by_numpy
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError, Scaling
+from palpate.modeling.doors.data import Scaling
 from palpate.modeling.doors.profile_scores import Perceivers, loop_error
+from palpate.modeling.evaluate.rows import ModelDataError
 
 SCALING = Scaling(force_N=(-20.0, 60.0), rating=(-5.0, 5.0))
 DOORS = np.array([20 * np.sin(np.linspace(0, k, 621)) + 5 for k in (3, 9, 15)])

@@ -8,7 +8,6 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.networks import (
     ForceToPerception,
     PerceptionToForce,
@@ -17,6 +16,7 @@ from palpate.modeling.doors.networks import (
     answers,
     exported_network,
 )
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.models.card import Affine, Clip, tensors_named
 from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy
 

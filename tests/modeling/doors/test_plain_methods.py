@@ -12,7 +12,6 @@ from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
 from palpate.modeling.doors import forest, linear
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
 from palpate.modeling.doors.linear import (
@@ -26,6 +25,7 @@ from palpate.modeling.doors.linear import (
 )
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import featured, inner_folds, rows_of
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.regression import standard_of
 from palpate.signals.doors.limits import LIMIT_N, STEEPEST_N_DEG
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, data_of, learn, profiles, unseen_rows

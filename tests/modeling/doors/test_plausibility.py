@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.plausibility import (
     assess_profiles,
     corners,
@@ -15,6 +14,7 @@ from palpate.modeling.doors.plausibility import (
     unplayable,
     work_J_m,
 )
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.doors.limits import LIMIT_N, hardest
 
 ANGLE = np.arange(621) / 10

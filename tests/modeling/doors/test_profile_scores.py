@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.profile_scores import Perceivers, door_ratings
 from palpate.modeling.doors.reading import read_profile
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.studies.catalogue import SHIPPED
 
 FOLDER = SHIPPED / "door_ratings"

@@ -12,9 +12,9 @@ import pytest
 from palpate.analysis.plans.reading import PlanError
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
 from palpate.analysis.ratings.rating_files import save_ratings
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.rated import Questions, StimulusProfile, rated_of
 from palpate.modeling.doors.reading import rated_in_lab, read_lab, simulated_data, simulated_ratings
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.reading import StudyError
 from palpate.signals.doors.profile_file import read_profile as read_by_the_door

@@ -7,9 +7,9 @@ import shutil
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.reading import read_profile
 from palpate.modeling.doors.reading_tables import read_table
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.signals.doors.grid import DoorDataError
 from palpate.signals.doors.profile_file import read_profile as read_by_the_door
 from tests.modeling.doors.labs_for_doors import RECORDED

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.registry import (
     DEFAULT,
     FORWARD,
@@ -16,6 +15,7 @@ from palpate.modeling.doors.registry import (
     method_named,
     methods_of,
 )
+from palpate.modeling.evaluate.rows import ModelDataError
 
 pytestmark = pytest.mark.needs("torch")
 

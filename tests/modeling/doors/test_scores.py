@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.scores import JND, share_within, share_within_sd
+from palpate.modeling.doors.scores import share_within, share_within_sd
+from palpate.modeling.evaluate.intervals import JND
+from palpate.modeling.evaluate.rows import ModelDataError
 
 RATED = np.array([[50.0, 50.0], [20.0, 80.0], [0.0, 100.0], [40.0, 60.0]])
 OFF = np.array([[10.0, -10.01], [-3.0, 0.0], [12.0, 4.0], [0.5, -30.0]])

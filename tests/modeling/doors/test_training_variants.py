@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from palpate.modeling.doors import training_variants
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.training_variants import KINDS, is_variant, with_variants
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.modeling.doors.data_for_tests import crossed
 
 NAMES = ("noise", "shift", "smoothing", "amplitude", "spike")

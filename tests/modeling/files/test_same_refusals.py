@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.linear import MEAN, RIDGE
 from palpate.modeling.doors.model_scores import ports
 from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import FURTHEST_N
+from palpate.modeling.evaluate.rows import ModelDataError
 from palpate.modeling.files.model_files import write_model
 from palpate.signals.models.errors import ModelInputError
 from palpate.signals.models.file import read_model

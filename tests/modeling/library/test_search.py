@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.modeling.doors.scores import JND
+from palpate.modeling.evaluate.intervals import JND
 from palpate.modeling.library.entries import LibraryError, value_of
 from palpate.modeling.library.search import (
     Excluded,

@@ -13,7 +13,7 @@ from palpate.devices.surfaces.photo import light, photograph, photographs
 from palpate.devices.surfaces.relief import relief
 from palpate.devices.surfaces.table import read_surfaces
 from palpate.modeling.attributes.reading_touch import touches
-from palpate.modeling.doors.intervals import COVERAGE, needed
+from palpate.modeling.evaluate.intervals import COVERAGE, needed
 from palpate.modeling.textures.reading_ledgers import read_lab
 from palpate.protocols.events import Sense
 from palpate.protocols.plan import compile_plan

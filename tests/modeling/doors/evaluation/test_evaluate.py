@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.evaluation.evaluate import evaluate_doors, floors
 from palpate.modeling.doors.evaluation.result_tables import as_json, tables
 from palpate.modeling.doors.results import DoorOptions, domain_for, evaluate_methods, waves
 from palpate.modeling.doors.training import Training, train_pair
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.modeling.doors.small_evaluation import METHODS, options, small_data
 
 pytestmark = pytest.mark.needs("torch")

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.methods import as_rows
+from palpate.modeling.evaluate.rows import ModelDataError, as_rows
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Interval
 
 COVERAGE = 0.9
+JND = 10.0
+"""The just noticeable difference that the thesis takes from similar studies, on 0..100 (5.5.4.1)."""
 LEAST_SD = 0.1
 """An SD below this share of the attribute's median SD counts as that share, so that no interval becomes empty."""
 ROUNDING = 1e-9

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.modeling.doors.data import ModelDataError
-from palpate.modeling.doors.intervals import half_widths, interval, needed, nested_coverage, scaled_half_widths
+from palpate.modeling.evaluate.intervals import half_widths, interval, needed, nested_coverage, scaled_half_widths
+from palpate.modeling.evaluate.rows import ModelDataError
 from tests.examples import examples
 
 
