@@ -9,9 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     AfterValidator,
     AliasChoices,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     SerializeAsAny,
     ValidationInfo,
@@ -24,6 +22,7 @@ from palpate.protocols.known_tasks import TASK_PLACES
 from palpate.protocols.needs import NEEDS, needs_with
 from palpate.protocols.orders import Design
 from palpate.protocols.registry import load_object
+from palpate.protocols.strict import Strict
 
 LARGEST_STUDY = 5000
 MOST_ADJECTIVES = 80
@@ -81,12 +80,6 @@ def is_number(text: str) -> bool:
 def _digits(size: float) -> int:
     """Return the decimals that distinguish a ten-thousandth of `size`; four from 1 upwards."""
     return 4 - min(0, floor(log10(size)))
-
-
-class Strict(BaseModel):
-    """A frozen schema that refuses unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Attribute(Strict):
@@ -398,7 +391,7 @@ class Stimulus(Strict):
     """A row of the stimulus table: its columns as written, and the SHA-256 of its file if it has one."""
 
     id: Level
-    columns: dict[Text, Annotated[str, Field(strict=True)]] = {}
+    columns: dict[Text, Annotated[str, Field(strict=True)]] = Field(default={})
     sha256: Text | None = None
 
 
@@ -446,7 +439,7 @@ class Study(Strict):
     setup: Annotated[tuple[Text, ...], Field(max_length=20)] = ()
     instructions: Text | None = None
     stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]
-    groups: dict[Level, dict[Text, tuple[Level, ...]]] = {}
+    groups: dict[Level, dict[Text, tuple[Level, ...]]] = Field(default={})
     attributes: Annotated[tuple[Attribute, ...], Field(max_length=80)] = ()
     scale: Scale | None = None
     sides: Annotated[tuple[Name, ...], Field(max_length=4)] = ()

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from palpate.analysis.plans.answers import Normalise, Takes
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.plans.where import Condition
-from palpate.protocols.study import Strict, Text
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Text
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

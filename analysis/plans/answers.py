@@ -16,7 +16,8 @@ from palpate.analysis.plans.where import Condition
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import number
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.study import Strict, Text
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Text
 from palpate.protocols.undefined import finite_or_none, nan_to_none
 from palpate.protocols.wording import count
 

@@ -16,7 +16,8 @@ from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.where import Condition
 from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.study import Name, Share, Strict, Text, Whole
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Name, Share, Text, Whole
 from palpate.protocols.yaml_text import Document, load
 
 Above = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeAlias
 
 from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
 
-from palpate.protocols.study import Level, Number, Strict, is_number
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Level, Number, is_number
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,9 +8,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from palpate.devices.device import DeviceError
-from palpate.devices.kinds import Date, Finite, Positive, Strict
+from palpate.devices.kinds import Date, Finite, Positive
 from palpate.protocols.canonical import digest, json_text
 from palpate.protocols.files import reason, write_text
+from palpate.protocols.strict import Strict
 
 Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.devices.kinds import Date, Strict
+from palpate.devices.kinds import Date
+from palpate.protocols.strict import Strict
 
 
 class Settings(Strict):

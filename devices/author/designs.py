@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from palpate.devices.author.work import MOST_SMOOTHING_DEG, Setting, Work
 from palpate.devices.door.making import DesignedDoor, Maker
 from palpate.devices.door.stimuli import profile_text
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_text
+from palpate.protocols.strict import StrictFinite
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS
 
 FOLDER = "designs"
@@ -26,13 +27,7 @@ class DesignError(ValueError):
     """A design that cannot be saved under its name, or a file that is not a design."""
 
 
-class Strict(BaseModel):
-    """A schema that refuses unknown keys and numbers that are not finite."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Design(Strict):
+class Design(StrictFinite):
     """A saved design: wishes by their low word, the models that made it, the 621 forces, and how they should feel."""
 
     format: Literal["palpate-design/1"] = "palpate-design/1"
@@ -44,14 +39,14 @@ class Design(Strict):
     predicted: Mapping[str, float]
 
 
-class Side(Strict):
+class Side(StrictFinite):
     """A setting as it is stored."""
 
     wish: tuple[Wish, ...]
     smoothing_deg: Smoothing
 
 
-class StoredWork(Strict):
+class StoredWork(StrictFinite):
     """The current work as it is stored at every change."""
 
     format: Literal["palpate-authoring/1"] = "palpate-authoring/1"

@@ -12,8 +12,9 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import Act, UnconfirmedFault, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault, Health, NowNs, Signal
-from palpate.devices.kinds import Date, DeviceKind, Strict
+from palpate.devices.kinds import Date, DeviceKind
 from palpate.protocols.events import NS, Aside, Reply, Sense, WorldEvent
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.camera.sources import Arrived, Folder, PicturesOf, Simulated

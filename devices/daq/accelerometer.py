@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from palpate.devices.device import Signal
-from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive, Strict
+from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring

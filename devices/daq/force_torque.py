@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from palpate.devices.device import DeviceError, Signal
-from palpate.devices.kinds import Date, DeviceKind, Finite, Strict
+from palpate.devices.kinds import Date, DeviceKind, Finite
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.daq.acquire import Daq, Wiring

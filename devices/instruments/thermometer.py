@@ -29,11 +29,12 @@ from palpate.devices.device import (
     faults_as_errors,
     interleaved,
 )
-from palpate.devices.kinds import Date, DeviceKind, Finite, Strict
+from palpate.devices.kinds import Date, DeviceKind, Finite
 from palpate.devices.noise import gaussians
 from palpate.devices.serial_port import open_serial
 from palpate.devices.source import Elapsed, since
 from palpate.protocols.extras import missing_sentence
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

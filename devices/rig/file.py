@@ -10,12 +10,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from palpate.devices.device import DeviceError
-from palpate.devices.kinds import KINDS, Strict
+from palpate.devices.kinds import KINDS
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
 from palpate.protocols.needs import NEEDS
+from palpate.protocols.strict import Strict
 from palpate.protocols.yaml_text import Document, YamlError, load
 
 SIMULATE = "palpate rig simulate"

@@ -8,7 +8,8 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from palpate.devices.kinds import Date, DeviceKind, Strict
+from palpate.devices.kinds import Date, DeviceKind
+from palpate.protocols.strict import Strict
 
 EVERY = {
     "kind": "which kind of device it is",

@@ -13,8 +13,9 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
-from palpate.devices.kinds import Date, DeviceKind, Strict
+from palpate.devices.kinds import Date, DeviceKind
 from palpate.protocols.events import Aside, Present, Reply, WorldEvent
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.sound.noise import Player

@@ -12,10 +12,11 @@ from pydantic import Field, model_validator
 from palpate.devices.acts import Act, UnconfirmedFault, going_on
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
-from palpate.devices.kinds import Date, DeviceKind, Strict
+from palpate.devices.kinds import Date, DeviceKind
 from palpate.devices.samples import HandMounted
 from palpate.devices.stage.scanner import codes_of, plain, refusal
 from palpate.protocols.events import Aside, Present, Reply, WorldEvent
+from palpate.protocols.strict import Strict
 from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:

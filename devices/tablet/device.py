@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from pydantic import Field
 
 from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
-from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive, Strict
+from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tablet.evdev import Axis, EventFile
 from palpate.devices.tablet.force import Force
@@ -21,6 +21,7 @@ from palpate.devices.tablet.pipeline import Shape, Stylus, Upsampling
 from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.recorded import PlayedReports
 from palpate.devices.tablet.reports import REFUSED, Guard, Report, TabletSource
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

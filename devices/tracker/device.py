@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from palpate.devices.device import Block, DeviceError, DeviceFault, Health, NowNs, Signal, interleaved
-from palpate.devices.kinds import Date, DeviceKind, Positive, Strict
+from palpate.devices.kinds import Date, DeviceKind, Positive
 from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
 from palpate.devices.tracker.recorded import Played
 from palpate.devices.tracker.samples import Numbering, OcclusionDetector, Opened, Tally, TrackerSource
 from palpate.protocols.events import NS
+from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -18,7 +18,7 @@ from palpate.modeling.attributes.material import MaterialError, Pair, Texture
 from palpate.modeling.attributes.methods import Fitted, Method, predictions
 from palpate.modeling.files.model_files import NUMBERS, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical, digest, json_text, parse
-from palpate.protocols.strict import Strict
+from palpate.protocols.strict import StrictFinite
 from palpate.signals.arrays import Array
 from palpate.signals.models.card import Interval, Weights, complaint
 
@@ -42,7 +42,7 @@ class Saveable(Protocol):
         """Return its arrays, and plain values that JSON holds."""
 
 
-class Card(Strict):
+class Card(StrictFinite):
     """The card of a model.
 
     `attributes` are pairs of adjectives, for 0 and 100. `touch` and `sight` are the kinds of features, `weights` names

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.protocols.strict import Strict
+from palpate.protocols.strict import StrictFinite
 
 FORMAT = "palpate-library/1"
 Kind = Literal["rated", "predicted"]
@@ -24,7 +24,7 @@ class LibraryError(ValueError):
     """A library that is missing or unusable, or a question that it cannot answer."""
 
 
-class Source(Strict):
+class Source(StrictFinite):
     """A file that the attributes come from."""
 
     what: str
@@ -32,7 +32,7 @@ class Source(Strict):
     sha256: Sha256
 
 
-class Rated(Strict):
+class Rated(StrictFinite):
     """Ratings of a texture on 0..100, by attribute: the mean, the SD between people, the SE of the mean.
 
     A mean is None where the attribute was not rated; an SD also for a single rater and where it is unknown.
@@ -44,7 +44,7 @@ class Rated(Strict):
     raters: int = Field(ge=0)
 
 
-class Predicted(Strict):
+class Predicted(StrictFinite):
     """A model's prediction of a texture on 0..100, by attribute, with the interval that holds 90 % of new ratings.
 
     `learned`: this texture's ratings were among the model's training data, so the prediction is no test of it.
@@ -62,7 +62,7 @@ class Predicted(Strict):
         return self
 
 
-class Entry(Strict):
+class Entry(StrictFinite):
     """A texture. `picture` is a path from the index's folder; `made_from` digests of its recordings and pictures."""
 
     id: str = Field(min_length=1)
@@ -74,7 +74,7 @@ class Entry(Strict):
     made_from: tuple[str, ...] = ()
 
 
-class AttributeValue(Strict):
+class AttributeValue(StrictFinite):
     """An attribute of a texture: its value on 0..100, and the SD of that estimate."""
 
     value: float
@@ -82,7 +82,7 @@ class AttributeValue(Strict):
     kind: Kind
 
 
-class Library(Strict):
+class Library(StrictFinite):
     """Textures with their attributes: 0 is the first word of a pair, 100 the second."""
 
     format: Literal["palpate-library/1"] = "palpate-library/1"

@@ -12,7 +12,8 @@ from palpate.protocols.complaints import Problem
 from palpate.protocols.events import Ask, Present, Reply
 from palpate.protocols.forms import FormKind, OwnColumn, OwnTable
 from palpate.protocols.keyed import normal, uniform
-from palpate.protocols.study import Attribute, Stimulus, Strict, Study
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Attribute, Stimulus, Study
 from palpate.protocols.tasks.steps import Steps, Task, TaskError, form_of, outcome_of
 from palpate.protocols.trial import Trial
 

@@ -9,7 +9,8 @@ from typing import Any
 from palpate.protocols.complaints import Problem
 from palpate.protocols.events import Ask, Present, Reply, Request
 from palpate.protocols.forms import AnchorForm, Form
-from palpate.protocols.study import Stimulus, Strict, Study
+from palpate.protocols.strict import Strict
+from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.trial import ParticipantRow, Trial
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
-from palpate.protocols.strict import Strict, Tensor
+from palpate.protocols.strict import StrictFinite
 from palpate.protocols.wording import count
 from palpate.signals.models.card_steps import (
     Add,
@@ -25,13 +25,14 @@ from palpate.signals.models.card_steps import (
     Part,
     Polar,
     Recall,
+    Tensor,
     Turn,
 )
 
 FORMAT = "palpate-model/1"
 
 
-class Port(Strict):
+class Port(StrictFinite):
     """An input or output: `size` numbers in `unit`, named where they have names.
 
     Ratings are on 0..100; `scale` holds what 0 and 100 are on the scale that people answered on. A model refuses an
@@ -61,7 +62,7 @@ class Port(Strict):
         return self
 
 
-class Affine(Strict):
+class Affine(StrictFinite):
     """The step y = gain * x + offset, by element; each is a number or a tensor that broadcasts to x."""
 
     do: Literal["affine"] = "affine"
@@ -69,14 +70,14 @@ class Affine(Strict):
     offset: float | Tensor = 0.0
 
 
-class DoorFeatures(Strict):
+class DoorFeatures(StrictFinite):
     """The engineered features of a force profile in newtons, in this order (signals/doors/model_features.py)."""
 
     do: Literal["door_features"] = "door_features"
     names: tuple[str, ...]
 
 
-class Dense(Strict):
+class Dense(StrictFinite):
     """The step y = weight x + bias; weight (out, in), bias (out). The input is read in C order."""
 
     do: Literal["dense"] = "dense"
@@ -84,7 +85,7 @@ class Dense(Strict):
     bias: Tensor
 
 
-class Conv(Strict):
+class Conv(StrictFinite):
     """A cross-correlation over (channels, length); weight (out, in, width), bias (out); `pad` zeros on either side."""
 
     do: Literal["conv"] = "conv"
@@ -93,7 +94,7 @@ class Conv(Strict):
     pad: int = Field(ge=0, default=0)
 
 
-class Activation(Strict):
+class Activation(StrictFinite):
     """An activation function by element; softmax is along the length of each channel, or over a list's numbers.
 
     gelu is x times the normal distribution function (erf), leaky relu has a slope of 0.2 below zero, log is the natural
@@ -106,35 +107,35 @@ class Activation(Strict):
     ]
 
 
-class Residual(Strict):
+class Residual(StrictFinite):
     """The step relu(x + steps(x)) (thesis 5.2)."""
 
     do: Literal["residual"] = "residual"
     steps: tuple[Step, ...]
 
 
-class MaxPool(Strict):
+class MaxPool(StrictFinite):
     """The maximum of every `size` neighbours along the length; an incomplete group at the end is dropped."""
 
     do: Literal["max_pool"] = "max_pool"
     size: int = Field(ge=2)
 
 
-class Upsample(Strict):
+class Upsample(StrictFinite):
     """The repetition of every element along the length, `times` times."""
 
     do: Literal["upsample"] = "upsample"
     times: int = Field(ge=2)
 
 
-class Reshape(Strict):
+class Reshape(StrictFinite):
     """The same numbers in C order, in another shape: (size) or (channels, length)."""
 
     do: Literal["reshape"] = "reshape"
     shape: tuple[int, ...]
 
 
-class Kernel(Strict):
+class Kernel(StrictFinite):
     """The step y = weights^T k(x), k_i = variance * exp(-|x - points_i|^2 / (2 length^2)).
 
     points (n, in), weights (n, out).
@@ -147,7 +148,7 @@ class Kernel(Strict):
     variance: float = Field(gt=0, default=1.0)
 
 
-class Forest(Strict):
+class Forest(StrictFinite):
     """The mean of regression trees: node i goes left where x[feature_i] <= threshold_i; a leaf has feature -1.
 
     x is first rounded to the thresholds' precision; a child comes after its parent.
@@ -162,7 +163,7 @@ class Forest(Strict):
     value: Tensor
 
 
-class Nearest(Strict):
+class Nearest(StrictFinite):
     """The row of `values` whose row of `points` is nearest to x (Euclidean; the first of equals)."""
 
     do: Literal["nearest"] = "nearest"
@@ -170,14 +171,14 @@ class Nearest(Strict):
     values: Tensor
 
 
-class Mean(Strict):
+class Mean(StrictFinite):
     """The mean of several models' answers to the same input."""
 
     do: Literal["mean"] = "mean"
     members: tuple[tuple[Step, ...], ...]
 
 
-class Clip(Strict):
+class Clip(StrictFinite):
     """The limits low and high, by element."""
 
     do: Literal["clip"] = "clip"
@@ -185,7 +186,7 @@ class Clip(Strict):
     high: float
 
 
-class Playable(Strict):
+class Playable(StrictFinite):
     """The limits of force profiles in newtons; a part that is too steep follows at the steepest slope."""
 
     do: Literal["playable"] = "playable"
@@ -203,7 +204,7 @@ for _nested in (Residual, Mean):
     _nested.model_rebuild()
 
 
-class Weights(Strict):
+class Weights(StrictFinite):
     """The file with the numbers, beside the card."""
 
     file: str
@@ -211,7 +212,7 @@ class Weights(Strict):
     bytes: int = Field(ge=0)
 
 
-class Interval(Strict):
+class Interval(StrictFinite):
     """The half width around each output that covers the share `coverage` of new answers, and how it was calibrated."""
 
     method: str
@@ -219,7 +220,7 @@ class Interval(Strict):
     half_width: tuple[Annotated[float, Field(ge=0)], ...]
 
 
-class Texture(Strict):
+class Texture(StrictFinite):
     """The texture that a model continues, and its bounds: at `rate_hz`, from the last `window` samples.
 
     `speed_mm_s` and `force_N` are the least and greatest of the recording; `rms_m_s2` is its level, and nothing beyond
@@ -247,7 +248,7 @@ class Texture(Strict):
         return self
 
 
-class Card(Strict):
+class Card(StrictFinite):
     """The card of one model. `training` is its run card; `metrics` are those of its evaluation, by name.
 
     `measured_on` says for groups of metrics (`one step ahead`, `free`) on which data they were measured. `missed` holds

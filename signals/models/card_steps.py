@@ -10,41 +10,45 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.protocols.strict import Strict, Tensor
+from palpate.protocols.strict import StrictFinite
 
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 """The name under which a value is kept; unique within a model, and not the name of a tensor."""
 
 
-class Keep(Strict):
+Tensor = Annotated[str, Field(min_length=1)]
+"""The name of an array in a model's weights file."""
+
+
+class Keep(StrictFinite):
     """A step that keeps the value under a name and passes it on."""
 
     do: Literal["keep"] = "keep"
     kept: Name
 
 
-class Recall(Strict):
+class Recall(StrictFinite):
     """A step that goes on with a kept value."""
 
     do: Literal["recall"] = "recall"
     kept: Name
 
 
-class Add(Strict):
+class Add(StrictFinite):
     """The step x + a kept value of the same shape."""
 
     do: Literal["add"] = "add"
     kept: Name
 
 
-class Join(Strict):
+class Join(StrictFinite):
     """The value with kept values below it: along the channels, or lists one after another."""
 
     do: Literal["join"] = "join"
     kept: tuple[Name, ...] = Field(min_length=1)
 
 
-class Part(Strict):
+class Part(StrictFinite):
     """A selection of channels from `start` to before `stop`; of a list, numbers; with along = "length", places."""
 
     do: Literal["part"] = "part"
@@ -53,13 +57,13 @@ class Part(Strict):
     along: Literal["channels", "length"] = "channels"
 
 
-class Turn(Strict):
+class Turn(StrictFinite):
     """The transposition of (channels, length) to (length, channels)."""
 
     do: Literal["turn"] = "turn"
 
 
-class Norm(Strict):
+class Norm(StrictFinite):
     """Layer normalisation over the channels of each place (Ba et al. 2016); of a list, over all its numbers.
 
     y = (x - mean) / sqrt(variance + tiny) * weight + bias; weight and bias (channels).
@@ -71,7 +75,7 @@ class Norm(Strict):
     tiny: float = Field(gt=0, default=1e-5)
 
 
-class Attention(Strict):
+class Attention(StrictFinite):
     """Multi-head scaled dot-product attention (Vaswani et al. 2017) over (width, length).
 
     weight (3 width, width): queries, keys, values, one below the other, bias (3 width); out (width, width), out_bias
@@ -91,7 +95,7 @@ class Attention(Strict):
     sparse: int | None = Field(ge=1, default=None)
 
 
-class Lstm(Strict):
+class Lstm(StrictFinite):
     """A long short-term memory along the length, starting at rest: (in, length) to (hidden, length).
 
     weight (4 hidden, in), state (4 hidden, hidden), bias (4 hidden); input, forget, cell, output gates in this order.
@@ -105,19 +109,19 @@ class Lstm(Strict):
     reverse: bool = False
 
 
-class Polar(Strict):
+class Polar(StrictFinite):
     """The conversion of (2, n) real and imaginary parts to (2, n) magnitudes and phases in radians (atan2)."""
 
     do: Literal["polar"] = "polar"
 
 
-class Cartesian(Strict):
+class Cartesian(StrictFinite):
     """The conversion of (2, n) magnitudes and phases to (2, n) real and imaginary parts."""
 
     do: Literal["cartesian"] = "cartesian"
 
 
-class Autoregression(Strict):
+class Autoregression(StrictFinite):
     """A stochastic linear predictor whose spectrum follows speed and force (Culbertson et al. 2014).
 
     Takes (3, length): acceleration in m/s^2, speed in mm/s, force in N, oldest first; gives mean and log SD of the next

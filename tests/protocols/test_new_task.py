@@ -11,6 +11,7 @@ TASK = '''
 
 from dataclasses import dataclass
 
+from palpate.protocols.strict import Strict
 from palpate.protocols.forms import FormKind
 from palpate.protocols.events import Reply
 from palpate.protocols.tasks.steps import Task, feel_and_answer
@@ -41,7 +42,6 @@ from dataclasses import dataclass
 
 from palpate.protocols.forms import FormKind, OwnColumn, OwnTable
 from palpate.protocols.events import Ask, Present, Reply
-from palpate.protocols.study import Strict
 from palpate.protocols.tasks.steps import Task, form_of, outcome_of
 
 

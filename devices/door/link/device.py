@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from palpate.devices.door.link.connections import by_serial, by_twin
 from palpate.devices.door.link.limits import Limits
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
-from palpate.devices.kinds import Date, DeviceKind, Strict
+from palpate.devices.kinds import Date, DeviceKind
+from palpate.protocols.strict import Strict
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
 
 

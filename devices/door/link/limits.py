@@ -9,7 +9,7 @@ from pydantic import Field
 
 from palpate.devices.device import DeviceError
 from palpate.devices.door.link.messages import Profile
-from palpate.devices.kinds import Strict
+from palpate.protocols.strict import Strict
 from palpate.signals.doors.limits import SLOPE_NM_DEG, TORQUE_NM, UnplayableProfile, torque_profile
 
 
