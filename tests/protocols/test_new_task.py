@@ -11,7 +11,6 @@ TASK = '''
 
 from dataclasses import dataclass
 
-from palpate.protocols.strict import Strict
 from palpate.protocols.forms import FormKind
 from palpate.protocols.events import Reply
 from palpate.protocols.tasks.steps import Task, feel_and_answer
@@ -42,6 +41,7 @@ from dataclasses import dataclass
 
 from palpate.protocols.forms import FormKind, OwnColumn, OwnTable
 from palpate.protocols.events import Ask, Present, Reply
+from palpate.protocols.strict import Strict
 from palpate.protocols.tasks.steps import Task, form_of, outcome_of
 
 
