@@ -1,4 +1,4 @@
-"""Every figure: its data table, and how it is drawn from that table alone.
+"""Figures: the data table of each, and its drawing from that table alone.
 
 A new one is a module here with a `FigureKind`, and a line in `FIGURES` of `palpate.analysis.plans.kinds`.
 """

@@ -37,15 +37,15 @@ SPACE = (-100.0, 100.0)
 ROLES = ("x", "y", "size", "colour")
 SIDE, LEFT, BOTTOM, KEY = 6.6, 0.85, 0.75, 2.1
 RADII = (3.2, 15.0)
-"""Inches of the square, its margins and the legend's column; radii in points of the smallest and largest bubble."""
+"""The square, its margins and the legend's column in inches; the smallest and the largest radius in points."""
 
 
 class BubblesSettings(FigureSettings):
-    """`x`, `y`, `size`, `colour`: attributes (None: the study's next that is not named; size and colour may lack).
+    """The settings of a bubble plot: attributes `x`, `y`, `size`, `colour`, by default the study's next unnamed ones.
 
-    `by`: the column of which each level is a bubble; `label`: a column with the name to write beside it. `reversed`:
-    attributes drawn the other way round, the second word at the low end. `span`: the whole scale, or of each attribute
-    as much around its middle as the means reach.
+    `size` and `colour` are optional. `by`: the column with a bubble per level; `label`: a column with the bubbles'
+    names. `reversed`: attributes drawn with the second word at the low end. `span`: the whole scale, or for each
+    attribute the range of the means around its middle.
     """
 
     figure: Literal["bubbles"]
@@ -60,7 +60,7 @@ class BubblesSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: BubblesSettings) -> FigureData:
-    """Return a row for each bubble: its mean on every attribute that has a role, and over how many participants."""
+    """Return a row for each bubble: its means of the attributes with a role, and the number of participants."""
     selected = inputs.selected
     demand_attributes(settings.name, selected)
     require_columns(settings, selected.table, (settings.by, *([settings.label] if settings.label else [])))
@@ -96,7 +96,7 @@ def data(inputs: FigureInput, settings: BubblesSettings) -> FigureData:
 
 
 def _roles(selected: Selected, settings: BubblesSettings) -> dict[str, str]:
-    """Return the attribute of each role; at least two, at most four. Raises DataRefused for another number."""
+    """Return the attribute of each role. Raises DataRefused unless there are two to four."""
     chosen = {role: getattr(settings, role) for role in ROLES if getattr(settings, role) is not None}
     for name in (*chosen.values(), *settings.reversed):
         if name not in selected.outcomes:
@@ -144,7 +144,7 @@ def _rows(
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw the plane from end to end of the scale, small bubbles on top of large ones."""
+    """Draw the plane over the whole scale, with small bubbles on top of large ones."""
     words, marks = data.words, Marks()
     roles = words["roles"]
     key = KEY if len(roles) > 2 else 0.3
@@ -199,18 +199,18 @@ def _share(value: float, ends: Ends) -> float:
 
 
 def _radius(value: float, ends: Ends) -> float:
-    """Return a bubble's radius in points; areas grow evenly with the rating."""
+    """Return a bubble's radius in points; areas are proportional to the rating."""
     low, high = RADII
     return math.sqrt(low**2 + (high**2 - low**2) * min(1.0, max(0.0, _share(value, ends))))
 
 
 def _place(value: float, ends: Ends) -> float:
-    """Return where a rating lies along an axis, in points; a margin is left at both ends."""
+    """Return the position of a rating along an axis, in points, with a margin at both ends."""
     return 72 * SIDE * (0.04 + _share(value, ends)) / 1.08
 
 
 def _set_axes(axes: Axes, roles: Mapping[str, Any]) -> None:
-    """Set both axes in points, with the ratings written at them, a cross at the middle, the words at the ends."""
+    """Set both axes in points, with ratings as labels, a cross at the middle, and the words at the ends."""
     axes.set(xlim=(0, 72 * SIDE), ylim=(0, 72 * SIDE))
     axes.axhline(36 * SIDE, color=SOFT, linewidth=0.8, zorder=1)
     axes.axvline(36 * SIDE, color=SOFT, linewidth=0.8, zorder=1)

@@ -1,4 +1,4 @@
-"""The error of a prediction for each class and attribute, written in the cells (thesis Figure 3.9)."""
+"""A heat map of prediction errors by class and attribute, with numbers in the cells (thesis Figure 3.9)."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from palpate.protocols.wording import count
 
 NAMES = {"MAE": "mean absolute error", "RMSE": "root mean square error"}
 GAP = 0.22
-"""How far the margins stand from the cells, in cells."""
+"""The gap between cells and margins, in cells."""
 MARGIN = "all"
 FONT = 8.0
 
 
 class ClassHeatmapSettings(PredictionSettings):
-    """The error by class (the column `by`) and attribute, from a table of predictions.
+    """The settings of a heat map of errors by class (the column `by`) and attribute, from a table of predictions.
 
     `measure` is "MAE", the mean absolute error, or "RMSE", the root mean square error. `order` keeps the study's order
     of classes ("given") or puts the class with the largest error first ("error"). `unit` is written at the colours.
@@ -42,7 +42,7 @@ class ClassHeatmapSettings(PredictionSettings):
     unit: str = ""
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield Idle("stimulus", "in cells, which hold all stimuli of a class")
 
@@ -95,7 +95,7 @@ def data(inputs: FigureInput, settings: ClassHeatmapSettings) -> FigureData:
 def _predictions_in(
     settings: ClassHeatmapSettings, predictions: tuple[Prediction, ...], level: str | None, attribute: str | None
 ) -> list[Prediction]:
-    """Return the predictions of a cell; None stands for every class or attribute."""
+    """Return the predictions of a cell; None selects every class or attribute."""
     levels = ((settings.by, level), (settings.attribute, attribute))
     return [
         prediction
@@ -105,7 +105,7 @@ def _predictions_in(
 
 
 def _error(settings: ClassHeatmapSettings, predictions: list[Prediction]) -> float:
-    """Return MAE or RMSE; errors are divided by the largest first, so that no square overflows or vanishes."""
+    """Return MAE or RMSE; errors are divided by the largest first, so that no square overflows or underflows."""
     sizes = np.sort(np.abs([prediction.error for prediction in predictions]))
     largest = float(sizes[-1])
     if largest == 0.0:
@@ -115,7 +115,7 @@ def _error(settings: ClassHeatmapSettings, predictions: list[Prediction]) -> flo
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a line for each class, a column for each attribute; the margins stand apart, below and at the right."""
+    """Draw a row for each class and a column for each attribute, with separate margins below and on the right."""
     classes, attributes = data.words["classes"], data.words["attributes"]
     digits = decimals_for(to_float(row["value"]) for row in data.rows)
     heads = [fold(data.words["names"].get(name, name), 14) for name in attributes]

@@ -1,4 +1,4 @@
-"""The columns and answers that a figure is drawn from, as plain texts and numbers; what is missing is refused."""
+"""Reading the columns and answers of a figure as plain texts and numbers; missing ones are refused."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def require_columns(settings: FigureSettings, frame: pd.DataFrame, names: Iterable[str]) -> None:
-    """Refuse a figure whose columns are not all there, or whose table is empty."""
+    """Raise DataRefused unless the figure's columns are all present and its table has rows."""
     for name in names:
         if name not in frame.columns:
             raise DataRefused(f"figure {settings.name!r}: no column {name!r}; {nearest(name, map(str, frame.columns))}")
@@ -29,7 +29,7 @@ def require_columns(settings: FigureSettings, frame: pd.DataFrame, names: Iterab
 
 
 def read_numbers(frame: pd.DataFrame, name: str) -> list[float]:
-    """Return a column's numbers, also where a table of text holds them; NaN where there is none. Raises BadValue."""
+    """Return a column's numbers, even from a table of text; NaN for missing ones. Raises BadValue."""
     column = frame[name]
     if column.dtype.kind not in "fiu":
         column = pd.Series([_parse(value) for value in column.tolist()], dtype=object)
@@ -46,20 +46,21 @@ def _parse(value: Any) -> Any:
 
 
 def ordered_levels(selected: Selected, name: str, values: Iterable[str]) -> tuple[str, ...]:
-    """Return the levels that occur: in the study's order, then the rest in natural order."""
+    """Return the levels that occur, in the study's order, then the rest in natural order."""
     present = set(values)
     known = [level for level in selected.levels.get(name, ()) if level in present]
     return (*known, *natural(present - set(known)))
 
 
 def bipolar_names(selected: Selected, attributes: Iterable[str]) -> dict[str, str]:
-    """Return attributes by both ends of their scales, as a figure writes them, where the study knows both."""
+    """Return attributes as "low - high" names for figures, where the study has both words."""
     return {name: f"{name} – {selected.antonyms[name]}" for name in attributes if selected.antonyms.get(name)}
 
 
 def find_answer(settings: FigureSettings, inputs: FigureInput, columns: Sequence[str], role: str) -> Answer:
-    """Return the only answer, among the tests that the figure names, whose rows have these columns. Raises DataRefused
-    where there is not one.
+    """Return the only answer, among the tests that the figure names, whose rows have these columns.
+
+    Raises DataRefused unless there is exactly one.
     """
     answers = [
         answer
@@ -75,7 +76,7 @@ def find_answer(settings: FigureSettings, inputs: FigureInput, columns: Sequence
 
 
 def answer_of_test(settings: FigureSettings, inputs: FigureInput, name: str) -> Answer:
-    """Return a test's only answer, else the one for the figure's own outcome. Raises DataRefused without one."""
+    """Return a test's only answer, else its answer for the figure's outcome. Raises DataRefused if there is none."""
     if name not in inputs.answers:
         raise DataRefused(f"figure {settings.name!r}: no test {name!r}; {nearest(name, inputs.answers)}")
     by_outcome = inputs.answers[name]
@@ -91,7 +92,7 @@ def answer_of_test(settings: FigureSettings, inputs: FigureInput, name: str) -> 
 
 
 def finite_or_nan(value: Value, where: str) -> float:
-    """Return a number out of a row, NaN where it is undefined. Raises DataRefused for anything else."""
+    """Return the number in a row, NaN if undefined. Raises DataRefused for anything else."""
     if value is None:
         return math.nan
     if isinstance(value, bool) or not isinstance(value, int | float) or math.isinf(value):
@@ -100,7 +101,7 @@ def finite_or_nan(value: Value, where: str) -> float:
 
 
 def to_float(value: Value) -> float:
-    """Return a number out of a figure's own row. Raises TypeError where its data put none there."""
+    """Return a number of a figure's own row. Raises TypeError if it is none."""
     if value is None or isinstance(value, str):
         raise TypeError(f"{value!r} where a figure's row has a number")
     return float(value)

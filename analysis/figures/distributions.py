@@ -1,4 +1,4 @@
-"""How values are distributed: summaries, densities, and places for points that would lie on one another."""
+"""Distributions of values: summaries, densities, and places of points without overlap."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from palpate.analysis.statistics.doubles import Floats
 
 POINTS = 161
 MOST_PLACED = 250
-"""Beyond this many points a swarm gives way to a scatter within the density: it would be slow, and no clearer."""
+"""The number of points above which a swarm becomes a scatter within the density, which is faster and as clear."""
 
 
 def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: bool = False) -> list[float]:
-    """Return how far aside each point stands so that no two are nearer than `diameter` (in units of the values).
+    """Return the sideways offset of each point so that no two are nearer than `diameter` (in units of the values).
 
-    The point goes to the free place nearest to the middle, right before left; equal values keep the order in which
-    they are given. Where the swarm is wider than `reach` it is pressed together. One-sided places are 0 or more.
-    More than 250 points are scattered within their density instead, by a sequence that is the same each time.
+    Each point goes to the free place nearest to the middle, right before left; equal values keep their order. A swarm
+    wider than `reach` is compressed. One-sided offsets are 0 or more. More than 250 points are scattered within their
+    density instead, by a deterministic sequence.
     """
     order, aside = sorted(range(len(values)), key=lambda i: (values[i], i)), [0.0] * len(values)
     if len(values) > MOST_PLACED:
@@ -44,11 +44,11 @@ def swarm(values: Sequence[float], diameter: float, reach: float, *, one_sided: 
 
 
 def density(values: Sequence[float], least: float | None = None, most: float | None = None) -> tuple[Floats, Floats]:
-    """Return a Gaussian kernel density from the smallest to the largest value: places, and heights whose largest is 1.
+    """Return a Gaussian kernel density over the values' range: places, and heights with a maximum of 1.
 
-    Bandwidth 0.9 min(SD, IQR / 1.34) n^(-1/5) (Silverman 1986, eq. 3.31). What the kernels would give to values below
-    `least` or above `most`, which cannot occur, is mirrored back. Fewer than three different values have no density:
-    both arrays are empty.
+    Bandwidth 0.9 min(SD, IQR / 1.34) n^(-1/5) (Silverman 1986, eq. 3.31). Density below `least` or above `most`, which
+    are the limits of possible values, is mirrored back. Fewer than three different values have no density: both arrays
+    are empty.
     """
     ordered = np.sort(np.asarray(values, dtype=np.float64))
     if len(np.unique(ordered)) < 3:
@@ -86,9 +86,9 @@ def whiskers(values: Sequence[float]) -> tuple[float, float]:
 
 
 def summary(values: Sequence[float]) -> dict[str, float | int | None]:
-    """Return n, mean, SD (n - 1; None for one value), least, quartiles and most of at least one value.
+    """Return n, mean, SD (n - 1; None for one value), minimum, quartiles and maximum of at least one value.
 
-    The mean is taken of the distances from the least value, so that a large common offset costs no digits.
+    The mean is computed from distances to the minimum, so that a large common offset costs no digits.
     """
     ordered = np.sort(np.asarray(values, dtype=np.float64))
     above = ordered - ordered[0]

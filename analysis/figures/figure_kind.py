@@ -1,4 +1,4 @@
-"""What a figure is: its settings, its data, its drawing, and the marks in it that can be looked at closer."""
+"""The parts of a figure: settings, data, drawing, and the marks in it with details."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 
 _NONE: Mapping[str, Any] = MappingProxyType({})
 MOST_MARKS = 700
-"""Beyond this many points a figure draws them together: a page with more groups turns slow."""
+"""The number of points above which a figure draws them together, since more groups make a page slow."""
 
 
 class FigureSettings(Strict):
-    """What every figure of an analysis plan states; each kind adds its own settings.
+    """The common settings of figures in an analysis plan; each kind adds its own.
 
-    `name` is unique in its plan and fit for a file name, `figure` names the kind. `tests` names the plan's tests whose
-    answers the figure shows (significance marks, a configuration of points). The rest as for a test.
+    `name` is unique in its plan and usable as a file name, `figure` names the kind. `tests` names the plan's tests
+    whose answers the figure shows (significance marks, a configuration of points). The other settings are as for a
+    test.
     """
 
     name: str
@@ -42,13 +43,13 @@ class FigureSettings(Strict):
     tests: tuple[str, ...] = ()
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others; a kind that shows tests has its own."""
+        """Yield the settings that have no effect beside the others; a kind that shows tests has its own."""
         yield Idle("tests", "in this kind of figure, which shows no test")
 
 
 @dataclass(frozen=True)
 class FigureInput:
-    """What a figure's data are computed from: the selected rows, and the answers of the tests that it names.
+    """The inputs of a figure's data: the selected rows, and the answers of the tests that it names.
 
     `answers` maps a test's name to its answers by outcome ("" for a kind that answers once for all outcomes).
     """
@@ -59,9 +60,9 @@ class FigureInput:
 
 @dataclass(frozen=True)
 class FigureData:
-    """All that a figure shows. `rows` is its table (written as NAME.csv); `words` is what the drawing needs beside it.
+    """All data of a figure: `rows` is its table (written as NAME.csv), `words` are further values for the drawing.
 
-    `words` holds plain values only: labels of axes, ends of scales, the order of levels.
+    `words` has plain values only: labels of axes, ends of scales, the order of levels.
     """
 
     rows: tuple[Row, ...]
@@ -72,10 +73,10 @@ class FigureData:
 
 @dataclass(frozen=True)
 class Mark:
-    """Something drawn that can be looked at closer: `gid` is the id of its group in this figure's SVG.
+    """A mark with details in a drawing; `gid` is the id of its group in the figure's SVG.
 
-    `details` are the names and values that a page shows when one points at it. `key` is the stimulus (or level,
-    participant, word) that marks of other figures share: choosing one marks all of them.
+    `details` are the names and values that a page shows on pointing. `key` is the stimulus (or level, participant,
+    word) that it shares with marks of other figures: choosing one highlights all of them.
     """
 
     gid: str
@@ -85,18 +86,18 @@ class Mark:
 
 @dataclass
 class Marks:
-    """The marks of a drawing, collected while it is drawn: each artist gets an id, in the order of drawing."""
+    """The marks of a drawing, collected in drawing order; each artist gets an id."""
 
     marks: list[Mark] = field(default_factory=list)
 
     def add(self, artist: Artist, details: tuple[tuple[str, str], ...], key: str = "") -> None:
-        """Make the artist a mark."""
+        """Turn the artist into a mark."""
         gid = f"m{len(self.marks)}"
         artist.set_gid(gid)
         self.marks.append(Mark(gid, details, key))
 
     def all(self) -> tuple[Mark, ...]:
-        """Return every mark, in the order of drawing."""
+        """Return every mark in drawing order."""
         return tuple(self.marks)
 
 
@@ -110,11 +111,11 @@ class DrawnFigure:
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A kind of figure that a plan may name: its settings, and two functions.
+    """A kind of figure that a plan may use: its settings, and two functions.
 
-    `data` computes the figure's table and caption, and raises a ValueError of ours where there is nothing to show.
-    `draw` sees the data alone, so that a figure can be drawn again from its table. `takes` says which table of the
-    study the figure is drawn from.
+    `data` computes the figure's table and caption, and raises a named ValueError if there is nothing to show. `draw`
+    depends on the data only, so that a figure can be drawn again from its table. `takes` is the study's table that the
+    figure is drawn from.
     """
 
     settings: type[FigureSettings]

@@ -1,4 +1,4 @@
-"""Figures on a page that can be looked at closer: each mark has its numbers, and its like in the other figures."""
+"""Interactive figures on a page: marks show their numbers, and highlight related marks in other figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SCRIPT = Path(__file__).resolve().parent / "interaction.js"
 _GROUP = re.compile(r'<g id="([^"]+)"([^>]*)>')
 _WIDTH = re.compile(r'viewBox="0 0 ([\d.]+)')
 BETWEEN = "\t"
-"""What stands between a mark's name and value, and between two keys; a new line stands between two pairs."""
+"""The separator of a mark's name and value, and of two keys; pairs are separated by new lines."""
 _LENGTH = re.compile(r'(?<= d=")[^"]*|translate\([^)]*\)|(?<= x=")[^"]*|(?<= y=")[^"]*')
 _LONG = re.compile(r"-?\d+\.\d{3,}(?:e-?\d+)?")
 _GROUP_ID = re.compile(r'<g id="([^"]*)"')
@@ -24,15 +24,15 @@ _STYLE = re.compile(r'(<(?:path|use|rect|g)\b(?! id=)[^>]*?) style="([^"]*)"')
 
 
 def script() -> str:
-    """Return the page's only script. It needs nothing from outside and changes nothing on paper."""
+    """Return the page's only script. It needs no external resources and changes nothing on paper."""
     return SCRIPT.read_text(encoding="utf-8")
 
 
 def figure_markup(svg: str, marks: Sequence[Mark], prefix: str, label: str = "") -> Any:
-    """Return the inline SVG whose marks can be pointed at, reached by keys and chosen.
+    """Return inline SVG whose marks react to pointing, keyboard focus and choosing.
 
-    `prefix` is that of the SVG's ids; `label` names the whole drawing. A mark that the drawing does not have is left
-    out: a figure may hold more than it shows.
+    `prefix` is that of the SVG's ids; `label` names the whole drawing. A mark without an element in the drawing is left
+    out, since a figure may have more data than it shows.
     """
     from markupsafe import Markup
 
@@ -56,19 +56,19 @@ def figure_markup(svg: str, marks: Sequence[Mark], prefix: str, label: str = "")
 
 
 def key_text(*keys: str) -> str:
-    """Return keys as an attribute holds them."""
+    """Return keys as the text of an attribute."""
     return BETWEEN.join(map(one_line, keys))
 
 
 def one_line(text: str) -> str:
-    """Return a text without the letters that separate texts here."""
+    """Return a text without the characters that separate texts here."""
     return " ".join(text.split())
 
 
 def compact_svg(svg: str, prefix: str, keep: Collection[str]) -> str:
-    """Return the same picture in fewer bytes: lengths to a hundredth of a point, each style once, no unused ids.
+    """Return the same picture in fewer bytes: lengths in hundredths of a point, each style once, no unused ids.
 
-    `keep` are the ids of groups that stay; `prefix` makes the styles' names the figure's own.
+    `keep` are the ids of groups that stay; `prefix` makes the styles' names unique to the figure.
     """
     used = {*keep, *_USED.findall(svg)}
 

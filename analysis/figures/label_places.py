@@ -1,4 +1,4 @@
-"""Where the names of points are written so that they cover neither a point nor another name."""
+"""Places for the names of points that cover neither points nor other names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GAP = 1.6
 DIRECTIONS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 AROUND = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 RADIUS = 3.4
-"""How far a point itself reaches, in points."""
+"""The radius of a point, in points."""
 
 
 class Bubble(NamedTuple):
@@ -27,7 +27,7 @@ class Bubble(NamedTuple):
 
 
 class LabelSpot(NamedTuple):
-    """Where a name stands: its left end and its middle height, in points."""
+    """The place of a name: its left end and its vertical middle, in points."""
 
     x: float
     y: float
@@ -42,9 +42,9 @@ class _Box(NamedTuple):
 
 
 def place_beside_bubbles(bubbles: Sequence[Bubble], side: float, size: float) -> list[LabelSpot]:
-    """Return the names that have room within a square of that side; lonely bubbles get theirs first.
+    """Return places for the names that fit within a square of that side; isolated bubbles come first.
 
-    A name is tried at eight places around its bubble, nearest to reading order first. One without room has no spot.
+    A name is tried at eight places around its bubble, in reading order. A name without room has no place.
     """
     names: list[_Box] = []
     spots: list[LabelSpot] = []
@@ -68,7 +68,7 @@ def place_beside_bubbles(bubbles: Sequence[Bubble], side: float, size: float) ->
 
 
 def _is_free(box: _Box, bubbles: Sequence[Bubble], taken: Sequence[_Box], side: float) -> bool:
-    """Return whether a box lies within the square and touches neither a bubble nor a name."""
+    """Return whether a box lies within the square and overlaps neither a bubble nor a name."""
     if box.left < 0 or box.bottom < 0 or box.right > side or box.top > side:
         return False
     for other in taken:
@@ -85,7 +85,7 @@ def _is_free(box: _Box, bubbles: Sequence[Bubble], taken: Sequence[_Box], side: 
 
 @dataclass(frozen=True)
 class Area:
-    """An area that is taken, in points."""
+    """An occupied area, in points."""
 
     left: float
     bottom: float
@@ -93,21 +93,21 @@ class Area:
     top: float
 
     def shared(self, other: Area) -> float:
-        """Return how much of the other area lies within this one, in square points."""
+        """Return the overlap with another area, in square points."""
         wide = min(self.right, other.right) - max(self.left, other.left)
         tall = min(self.top, other.top) - max(self.bottom, other.bottom)
         return wide * tall if wide > 0 and tall > 0 else 0.0
 
 
 def area_about(middle: tuple[float, float], wide: float, tall: float) -> Area:
-    """Return the area of these sides about a middle."""
+    """Return the area with these sides around a middle."""
     x, y = middle
     return Area(x - wide / 2, y - tall / 2, x + wide / 2, y + tall / 2)
 
 
 @dataclass(frozen=True)
 class PlacedName:
-    """A name's middle relative to its point, in points; `free` is False where it lies on something."""
+    """A name's middle relative to its point, in points; `free` is False if it overlaps something."""
 
     x: float
     y: float
@@ -117,9 +117,10 @@ class PlacedName:
 def place_beside_points(
     points: Sequence[tuple[float, float]], names: Sequence[str], size: float, taken: Sequence[Area] = ()
 ) -> list[PlacedName]:
-    """Return a place for each name about its point (both in points); the most crowded point comes last.
+    """Return a place for each name around its point (both in points); the most crowded points come last.
 
-    Of eight places about the point and eight further away the one that covers least is taken, the nearer one first.
+    Of eight places around the point and eight further away, the one with the least overlap is chosen, the nearer one
+    first.
     """
     blocked = [*taken, *(area_about(point, 2 * RADIUS, 2 * RADIUS) for point in points)]
     chosen: dict[int, PlacedName] = {}

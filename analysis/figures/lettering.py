@@ -1,4 +1,4 @@
-"""Text in figures: how wide it is, where it may be broken or cut, how numbers are written."""
+"""Text in figures: its width, its line breaks, its abbreviation, and numbers as text."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ UNKNOWN = "–"
 
 
 def width_pt(text: str, size: float, weight: str = "normal") -> float:
-    """Return how wide a line of text is, in points, at that size of DejaVu Sans."""
+    """Return the width of a line of text in points at that size in DejaVu Sans."""
     font = FontProperties(family="DejaVu Sans", size=size, weight=weight)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
 def widest_pt(texts: Iterable[str], size: float, weight: str = "normal") -> float:
-    """Return the width of the widest line of all these texts, in points; 0 without any."""
+    """Return the width of the widest line of these texts in points; 0 without any."""
     return max((width_pt(line, size, weight) for text in texts for line in text.split("\n")), default=0.0)
 
 
 def line_breaks(text: str, lines: int) -> list[tuple[str, ...]]:
-    """Return every way to write a text on at most so many lines, broken at spaces only.
+    """Return every way to write a text on at most `lines` lines, broken at spaces only.
 
-    A text of more than eight words is folded once for each number of lines instead.
+    A text of more than eight words is broken once for each number of lines instead.
     """
     words = text.split()
     if len(words) > 8:
@@ -42,17 +42,17 @@ def line_breaks(text: str, lines: int) -> list[tuple[str, ...]]:
 
 
 def count_letters(text: str) -> float:
-    """Return how many Latin letters a text is as long as: one of Korean, Chinese or Japanese takes the room of 1.6."""
+    """Return the length of a text in Latin letters; a Korean, Chinese or Japanese one counts as 1.6."""
     return sum(1.6 if unicodedata.east_asian_width(letter) in "WF" else 1.0 for letter in text)
 
 
 def letters_that_fit(inches: float, size: float = 9.0) -> int:
-    """Return how many bold letters of that size (in points) have room in a width; at least 4."""
+    """Return how many bold letters of that size (in points) fit a width; at least 4."""
     return max(4, int(72 * inches / (0.7 * size)))
 
 
 def fold(text: str, letters: int) -> str:
-    """Return a text on lines of about so many letters, broken at spaces and after hyphens."""
+    """Break a text into lines of about `letters` letters, at spaces and after hyphens."""
     lines = [""]
     for word in text.replace("-", "-\u200b").replace("\u200b", "\u200b ").split(" "):
         piece = word.replace("\u200b", "")
@@ -65,14 +65,14 @@ def fold(text: str, letters: int) -> str:
 
 
 def shorten(text: str, letters: int) -> str:
-    """Return the beginning of a long text with an ellipsis; the mark that it belongs to has the whole."""
+    """Return the beginning of a long text with an ellipsis; its mark has the whole text."""
     if count_letters(text) <= letters:
         return text
     return text[: int((letters - 1) * len(text) / count_letters(text))].rstrip() + "…"
 
 
 def elide(text: str, letters: int) -> str:
-    """Return a long text without its middle: names that begin alike stay apart by their ends."""
+    """Return a long text without its middle, so that names with the same beginning differ by their ends."""
     length = count_letters(text)
     if length <= letters:
         return text
@@ -82,7 +82,7 @@ def elide(text: str, letters: int) -> str:
 
 
 def format_number(value: float | None, decimals: int = 2) -> str:
-    """Write a number with a true minus; a dash where it is None, NaN or infinite."""
+    """Return a number with a true minus; a dash for None, NaN or infinity."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
     text = f"{value:.{decimals}f}"
@@ -90,7 +90,7 @@ def format_number(value: float | None, decimals: int = 2) -> str:
 
 
 def format_signed(value: float, scale: Ends) -> str:
-    """Write a number with its sign where the scale has both, and a true minus; far from 0 with more digits."""
+    """Return a number with its sign if the scale has both signs, and a true minus; far from 0 with more digits."""
     sign = "+" if scale[0] < 0 < scale[1] and value else ""
     span, far = scale[1] - scale[0], max(map(abs, scale))
     digits = max(6, math.ceil(math.log10(far / span)) + 3) if span and far else 6
@@ -98,17 +98,17 @@ def format_signed(value: float, scale: Ends) -> str:
 
 
 def format_percent(share: float | None, decimals: int = 0) -> str:
-    """Write a share of 1 in per cent."""
+    """Return a share of 1 in per cent."""
     return UNKNOWN if share is None else f"{format_number(100 * share, decimals)} %"
 
 
 def format_p(p: float | None) -> str:
-    """Write p as APA does: without the leading zero, never 0."""
+    """Return p in APA style: without the leading zero, never 0."""
     return "p undefined" if p is None else apa_p(p)
 
 
 def decimals_for(values: Iterable[float]) -> int:
-    """Return how many decimals show the largest of the values with about three figures."""
+    """Return how many decimals show the largest of the values with about three significant digits."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     if largest == 0 or largest >= 100:
         return 0

@@ -1,4 +1,4 @@
-"""The means of every level that bars and trends both show: their table, their families, their places."""
+"""The means of every level, for bars and trends: their table, families and places."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ WHISKERS = {
 
 
 class LevelSettings(FigureSettings):
-    """`by`: the columns whose levels stand on the axis; `families`: a column that groups the levels of one column.
+    """The settings of level means: `by` are the columns on the axis; the column `families` groups levels of one.
 
-    `whiskers` say what is drawn around a mean.
+    `whiskers` is the kind of interval around a mean.
     """
 
     by: Annotated[tuple[Text, ...], Field(min_length=1)]
@@ -48,16 +48,14 @@ class LevelSettings(FigureSettings):
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.whiskers in ("sd", "none"):
             yield Idle("confidence", f"with `whiskers: {self.whiskers}`")
 
 
 def level_rows(selected: Selected, settings: LevelSettings) -> tuple[Row, ...]:
-    """Return a row for each attribute and level: family, n, mean, sd, and the ends of the whisker (None where there is
-    none).
-    """
+    """Return a row for each attribute and level: family, n, mean, sd, and the whisker's ends (None without one)."""
     demand_attributes(settings.name, selected)
     extra = () if settings.families is None else (settings.families,)
     require_columns(settings, selected.table, (*settings.by, *extra))
@@ -87,7 +85,7 @@ def level_rows(selected: Selected, settings: LevelSettings) -> tuple[Row, ...]:
 
 
 def with_families(rows: Sequence[Row], table: pd.DataFrame, settings: LevelSettings) -> tuple[Row, ...]:
-    """Return the rows with the family of their level: its column, the first of several factors, or none."""
+    """Return the rows with the family of their level: by the column, the first of several factors, or none."""
     keys = list(dict.fromkeys(_key(row, settings.by) for row in rows))
     if len(settings.by) > 1:
         families = {key: key[0] for key in keys}
@@ -103,7 +101,10 @@ def with_families(rows: Sequence[Row], table: pd.DataFrame, settings: LevelSetti
 def _intervals(
     part: pd.DataFrame, attribute: str, settings: LevelSettings, selected: Selected, groups: Sequence[str]
 ) -> pd.DataFrame:
-    """Return the means with their intervals. Raises DataRefused where a cell is missing: a figure leaves nobody out."""
+    """Return the means with their intervals.
+
+    Raises DataRefused if a cell is missing, since figures leave nobody out.
+    """
     try:
         return mean_intervals(
             part,
@@ -125,7 +126,7 @@ def _key(row: Row, by: Sequence[str]) -> Key:
 
 
 def level_words(selected: Selected, settings: LevelSettings, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the levels in order (levels of one family together), the attributes, the scale, what whiskers are."""
+    """Return the levels in order (those of one family together), the attributes, the scale, and the whiskers' kind."""
     family = {_key(row, settings.by): str(row["family"]) for row in rows}
     order = list(dict.fromkeys(family.values()))
     keys = sorted(family, key=lambda key: order.index(family[key]))
@@ -148,7 +149,7 @@ def whisker_ends(rows: Sequence[Row]) -> list[float]:
 
 
 def missing_whiskers_note(rows: Sequence[Row], settings: LevelSettings) -> str:
-    """Return what a caption says of whiskers that do not exist, else ""."""
+    """Return the caption's note on missing whiskers, else ""."""
     without = [row for row in rows if row["low"] is None]
     if settings.whiskers == "none" or not without:
         return ""
@@ -156,7 +157,7 @@ def missing_whiskers_note(rows: Sequence[Row], settings: LevelSettings) -> str:
 
 
 def unequal_ratings_note(rows: Sequence[Row]) -> str:
-    """Return what a caption says where participants' means at one level rest on unequal numbers of ratings."""
+    """Return the caption's note if participants' means at one level average unequal numbers of ratings, else ""."""
     least = [row["ratings_min"] for row in rows if row["ratings_min"] != row["ratings_max"]]
     most = [row["ratings_max"] for row in rows if row["ratings_min"] != row["ratings_max"]]
     if not least:
@@ -165,7 +166,7 @@ def unequal_ratings_note(rows: Sequence[Row]) -> str:
 
 
 class LevelPlaces:
-    """Where each level stands along the axis, its family, and the family's look."""
+    """The place of each level along the axis, its family, and the family's appearance."""
 
     def __init__(self, words: Mapping[str, Any], gap: float = 0.6) -> None:
         self.by: list[str] = words["by"]
@@ -181,24 +182,24 @@ class LevelPlaces:
 
     @property
     def reference(self) -> Key | None:
-        """Return the first level where it is a family of its own among larger ones (the original), else None."""
+        """The first level if it is a family of its own among larger ones (the original), else None."""
         sizes = [len(keys) for keys in self.members.values()]
         alone = len(sizes) > 1 and sizes[0] == 1 and max(sizes) > 1
         return self.keys[0] if alone else None
 
     def colours(self) -> dict[str, str]:
-        """Return a colour for each family; a family of one level that comes first is the reference: ink."""
+        """Return a colour for each family; a single first level is the reference, in the colour of ink."""
         first = {self.family[self.reference]: INK} if self.reference else {}
         rest = [name for name in self.members if name not in first]
         return first | {name: OKABE_ITO[i % len(OKABE_ITO)] for i, name in enumerate(rest)}
 
     def rows(self, rows: Sequence[Row], attribute: str) -> dict[Key, Row]:
-        """Return the rows of an attribute by level, in the order of the axis, without levels that it has no mean at."""
+        """Return the rows of an attribute by level, in axis order, without levels that have no mean."""
         rows_at = {_key(row, self.by): row for row in rows if row["attribute"] == attribute and row["mean"] is not None}
         return {key: rows_at[key] for key in self.keys if key in rows_at}
 
     def details(self, row: Row, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-        """Return what a mark tells of a level."""
+        """Return the details of a level's mark."""
         key = _key(row, self.by)
         lines = [(name, level) for name, level in zip(self.by, key, strict=True)]
         family = [("family", self.family[key])] if len(self.by) == 1 and self.family[key] else []
@@ -214,5 +215,5 @@ def _float(value: Any) -> float | None:
 
 
 def level_name(key: Key) -> str:
-    """Return the name under which marks of other figures know a level."""
+    """Return the key by which marks of other figures refer to a level."""
     return " × ".join(key)

@@ -1,4 +1,4 @@
-"""Answers on points with a word at each end: boxes with every participant, or diverging bars (thesis Figure 5.18)."""
+"""Answers on a scale with a word at each end: boxes with every participant, or diverging bars (thesis Figure 5.18)."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ BARS_WIDE_IN = 7.6
 
 
 class LikertSettings(FigureSettings):
-    """The items of one form (its column `form`; None: whatever is in the table), one row of the drawing for each.
+    """The settings of a figure of the items of one form (its column `form`; None: whatever is in the table).
 
-    `points` are the ends of the scale (None: the plan's scale), `ends` the words that stand there. `style` draws
-    "boxes" (quartiles, every participant a dot, the mean) or "bars" (shares of the points, diverging from the middle).
-    `order` keeps the form's order ("given") or puts the highest mean first ("mean").
+    `points` are the ends of the scale (None: the plan's scale), `ends` their words. `style` draws "boxes" (quartiles,
+    every participant a dot, the mean) or "bars" (shares of the points, diverging from the middle). `order` keeps the
+    form's order ("given") or puts the highest mean first ("mean").
     """
 
     figure: Literal["likert"]
@@ -56,10 +56,11 @@ class LikertSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: LikertSettings) -> FigureData:
-    """Return rows of three sorts (`shows`): each "item" with n, mean, SD, quartiles and whiskers, each of its "point"s
-    with how many chose it, and each participant's "answer" (the mean of theirs, where they answered more than once).
+    """Return rows of three kinds (`shows`): each item, its points, and each participant's answer.
 
-    Raises DataRefused where the scale is not known, an answer lies beyond it, or bars meet an answer between points.
+    An "item" has n, mean, SD, quartiles and whiskers, a "point" the number who chose it, an "answer" the mean of a
+    participant's answers. Raises DataRefused where the scale is unknown, an answer is beyond it, or bars have an answer
+    between points.
     """
     # The ends of the scale.
     ends = settings.points or inputs.selected.scale
@@ -125,7 +126,7 @@ def _rows(answers_of: Mapping[str, Mapping[str, float]], ends: tuple[int, int]) 
 
 
 def _caption(settings: LikertSettings, cells: PersonCells, points: tuple[int, int], silent: Sequence[str]) -> str:
-    """Say who answered on which scale, how the drawing is read, and which items have no answer in numbers."""
+    """Return the caption: who answered on which scale, how to read it, and which items have no numeric answer."""
     low, high = points
     people = count(len(cells.participants), "participant")
     ends = f" ({low} = {settings.ends[0]}, {high} = {settings.ends[1]})" if any(settings.ends) else ""
@@ -141,7 +142,7 @@ def _caption(settings: LikertSettings, cells: PersonCells, points: tuple[int, in
 
 
 def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[int, int]) -> dict[str, float]:
-    """Return each participant's answer to one item. Raises DataRefused for one beyond the scale."""
+    """Return each participant's answer to one item. Raises DataRefused for an answer beyond the scale."""
     answers = {
         person: float(cells.values[i, j])
         for i, person in enumerate(cells.participants)
@@ -157,7 +158,7 @@ def _answers(settings: LikertSettings, cells: PersonCells, j: int, ends: tuple[i
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw boxes or diverging bars, as the settings say."""
+    """Draw boxes or diverging bars, depending on the settings."""
     return _draw_bars(data) if data.words["style"] == "bars" else _draw_boxes(data)
 
 
@@ -205,7 +206,7 @@ def _draw_boxes(data: FigureData) -> DrawnFigure:
 
 
 def _draw_dots(axes: Axes, marks: Marks, rows: Sequence[Row], place: int, few: bool) -> None:
-    """Draw equal answers side by side, centred on the answer, in lines of up to nine under the box."""
+    """Draw equal answers side by side, centred, in lines of up to nine below the box."""
     values = [to_float(row["value"]) for row in rows]
     look: dict[str, Any] = {
         "linestyle": "",
@@ -249,14 +250,12 @@ def _draw_mean(axes: Axes, marks: Marks, row: Row, place: int) -> None:
 
 
 def item_name(data: FigureData, item: str) -> str:
-    """Return an item's name as the drawing writes it."""
+    """Return an item's name in the drawing."""
     return fold(item.replace("_", " "), int(data.words["letters"]))
 
 
 def _draw_bars(data: FigureData) -> DrawnFigure:
-    """Draw a bar for each item; points below the middle reach to the left, hatched so that grey print shows the
-    sides.
-    """
+    """Draw a bar for each item; points below the middle extend to the left, with a hatch that shows in grey print."""
     items = data.words["items"]
     tall = 0.5 if len(items) <= 12 else 0.34
     figure = Figure(figsize=(BARS_WIDE_IN, tall * len(items) + 1.0), layout="constrained")
@@ -292,7 +291,7 @@ def _draw_bars(data: FigureData) -> DrawnFigure:
 
 
 def point_colours(points: int) -> list[str]:
-    """Return colours from the low to the high end, the middle grey where the scale has one."""
+    """Return colours from the low to the high end, with a grey middle if there is one."""
     half = points // 2
     low = LinearSegmentedColormap.from_list("low", LOW)
     high = LinearSegmentedColormap.from_list("high", HIGH)

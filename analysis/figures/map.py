@@ -1,4 +1,4 @@
-"""A map of stimuli: near ones feel alike, ellipses show how sure a place is, arrows where an adjective grows."""
+"""A map of stimuli: near ones feel similar, ellipses show uncertainty, arrows show where an adjective grows."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ PLACES = ("dim", "dimension", "pc", "component")
 DIRECTIONS = ("direction",)
 NEAR = 1e-6
 MAP_IN = 6.3
-"""The longer side of the map."""
+"""The longer side of the map in inches."""
 
 
 class MapSettings(FigureSettings):
-    """The configuration of one test of `mds` (or `pca`) in two of its `dimensions`; `tests` may name `vectors` too.
+    """The settings of a map: the configuration of one test of `mds` (or `pca`) in two of its `dimensions`.
 
-    `over` and `items` are the tests' own: the columns that name a point and a vector.
-    `class_column` gives each class of stimuli a colour and a shape: a column of the answer or of the stimuli.
-    `label_column` writes another column than the stimulus at the points. `ellipses` and `vectors` say whether they are
-    drawn where the tests have them.
+    `tests` may also name a test of `vectors`. `over` and `items` are those of the tests: the columns that name a point
+    and a vector. `class_column` gives each class of stimuli a colour and a shape: a column of the answer or of the
+    stimuli. `label_column` labels the points by another column than the stimulus. `ellipses` and `vectors` say whether
+    to draw those of the tests.
     """
 
     figure: Literal["map"]
@@ -59,7 +59,7 @@ class MapSettings(FigureSettings):
     vectors: bool = True
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         answer = "in a map, which shows the answer of its test as it is"
         yield from (Idle(name, answer) for name in ("outcomes", "normalise"))
         if self.class_column is None and self.label_column is None:
@@ -71,10 +71,10 @@ class MapSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
-    """Return rows of three sorts (`shows`): each "point" with its class and place, each "ellipse", each "vector".
+    """Return rows of three kinds (`shows`): each "point" with its class and place, each "ellipse", each "vector".
 
-    A vector points to where the attribute's value grows, to the second word of its scale. Raises DataRefused where no
-    named test has places, or a class is not one for each stimulus.
+    A vector points in the direction in which the attribute's value grows, to the second word of its scale. Raises
+    DataRefused where no named test has places, or a stimulus has several classes.
     """
     answer = _answer_with_places(settings, inputs, PLACES, settings.over)
     if answer is None:
@@ -109,7 +109,7 @@ def data(inputs: FigureInput, settings: MapSettings) -> FigureData:
 
 
 def _refuse_other_map(settings: MapSettings, points: Sequence[dict[str, Any]], vectors: Answer) -> None:
-    """Raise DataRefused where the vectors were fitted to another configuration, as they would point nowhere here."""
+    """Raise DataRefused if the vectors were fitted to another configuration, where their directions differ."""
     fitted = {
         str(row[settings.over]): _coordinates(settings, row, PLACES) for row in vectors.more.get("configuration", ())
     }
@@ -128,7 +128,7 @@ def _refuse_other_map(settings: MapSettings, points: Sequence[dict[str, Any]], v
 
 
 def _answer_with_places(settings: MapSettings, inputs: FigureInput, kinds: Sequence[str], label: str) -> Answer | None:
-    """Return the one answer with a label and two coordinates; None where no test has them."""
+    """Return the only answer with a label and two coordinates; None if no test has them."""
     names = []
     for name in settings.tests:
         answer = answer_of_test(settings, inputs, name)
@@ -144,7 +144,7 @@ def _answer_with_places(settings: MapSettings, inputs: FigureInput, kinds: Seque
 
 
 def _column(row: Row, kinds: Sequence[str], dimension: int) -> str | None:
-    """Return the column of a dimension, however it is written: dim1, Dim_1, dimension 1."""
+    """Return the column of a dimension in any of its spellings: dim1, Dim_1, dimension 1."""
     names = {f"{kind}{dimension}" for kind in kinds}
     return next((name for name in row if re.sub(r"[^a-z0-9]", "", name.lower()) in names), None)
 
@@ -183,7 +183,7 @@ def _point_rows(settings: MapSettings, selected: Selected, answer: Answer) -> li
 def _column_by_stimulus(
     settings: MapSettings, selected: Selected, answer: Answer, column: str | None
 ) -> dict[str, str]:
-    """Return what a column holds for each stimulus: from the answer's own rows, else from the study's."""
+    """Return a column's value for each stimulus, from the answer's own rows, else from the study's."""
     if column is None:
         return {}
     if column in answer.rows[0]:
@@ -199,7 +199,7 @@ def _column_by_stimulus(
 
 
 def _ellipse_rows(settings: MapSettings, answer: Answer) -> list[dict[str, Any]]:
-    """Return a row for each ellipse; none in other dimensions than those that the ellipses were computed in."""
+    """Return a row for each ellipse; none in other dimensions than those of the ellipses."""
     if not settings.ellipses or settings.dimensions != (1, 2):
         return []
     rows = []
@@ -254,7 +254,7 @@ def _caption(inputs: FigureInput, answer: Answer, rows: Sequence[Row]) -> str:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw ellipses, then arrows, then points with their names; the classes' colours and shapes at the right."""
+    """Draw ellipses, then arrows, then points with their names, and the classes' colours and shapes on the right."""
     limits = _limits(data)
     spans = [high - low for low, high in limits]
     per_unit = MAP_IN / max(spans)
@@ -299,7 +299,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 def _draw_points(axes: Axes, marks: Marks, points: Sequence[Row], look: dict[str, tuple[str, str]]) -> None:
-    """Draw each stimulus as a point in the colour and shape of its class."""
+    """Draw each stimulus as a point in its class's colour and shape."""
     for row in points:
         x, y, (colour, shape) = to_float(row["x"]), to_float(row["y"]), _look_of(look, row)
         style: dict[str, Any] = {"markerfacecolor": colour, "markeredgecolor": PAPER, "markeredgewidth": 0.7}
@@ -314,9 +314,9 @@ def _draw_points(axes: Axes, marks: Marks, points: Sequence[Row], look: dict[str
 def _write_names(
     axes: Axes, points: Sequence[Row], corner: tuple[float, float], per_unit: float, taken: Sequence[Area]
 ) -> None:
-    """Write the points' names; in a crowded map those without a free place are read on pointing only.
+    """Write the points' names; in a crowded map those without a free place only appear on pointing.
 
-    `corner` is the lower left one in the map's units, `per_unit` how many points (1/72 inch) a unit is long.
+    `corner` is the lower left corner in the map's units, `per_unit` the length of a unit in points (1/72 inch).
     """
     size = 7.0 if len(points) <= 60 else 5.6
     names = [shorten(str(row["label"]), 22) for row in points]
@@ -335,9 +335,7 @@ def _look_of(look: dict[str, tuple[str, str]], row: Row) -> tuple[str, str]:
 
 
 def _limits(data: FigureData) -> list[tuple[float, float]]:
-    """Return the ends of both axes with room for ellipses, arrows and names; the shorter one at least 0.55 of the
-    longer.
-    """
+    """Return the ends of both axes with room for ellipses, arrows and names; the ratio of sides is at least 0.55."""
     boxes = []
     for row in data.rows:
         if row["shows"] == "vector":
@@ -362,7 +360,7 @@ def _limits(data: FigureData) -> list[tuple[float, float]]:
 
 
 def _ring(data: FigureData) -> tuple[tuple[float, float], float]:
-    """Return middle and radius of the ring of R = 1: about the points' mean, as far as most of them."""
+    """Return middle and radius of the circle of R = 1, around the points' mean, which most points lie within."""
     places = np.array([(to_float(row["x"]), to_float(row["y"])) for row in _rows_of(data, "point")])
     middle = places[0] + (places - places[0]).mean(axis=0)
     radius = float(np.quantile(np.hypot(*(places - middle).T), 0.9)) or 1.0
@@ -372,7 +370,7 @@ def _ring(data: FigureData) -> tuple[tuple[float, float], float]:
 def _draw_arrows(
     axes: Axes, marks: Marks, data: FigureData, limits: Sequence[tuple[float, float]], per_unit: float
 ) -> list[Area]:
-    """Draw the adjectives as arrows, each with its other end across the middle; return the areas of their names."""
+    """Draw the adjectives as arrows, each with its opposite word across the middle; return the areas of their names."""
     rows = [row for row in _rows_of(data, "vector") if row["x"] is not None and row["r2"] is not None]
     if not rows:
         return []
@@ -414,7 +412,7 @@ def _draw_word(
     where: tuple[Sequence[tuple[float, float]], float],
     taken: Sequence[Area],
 ) -> list[Area]:
-    """Write a word beyond the end of an arrow, moved outwards while it lies on another."""
+    """Write a word beyond the end of an arrow, moved outwards while it overlaps another."""
     if not word:
         return []
     (limits, per_unit), size = where, 8.5

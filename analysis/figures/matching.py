@@ -1,4 +1,4 @@
-"""Did a generated stimulus feel as wished: the ratings of the manipulated attribute beside its target (thesis 5.16)."""
+"""Ratings of generated stimuli on the manipulated attribute beside its target (thesis Figure 5.16)."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from palpate.protocols.wording import count
 
 USUAL = ("stimulus.attribute", "manipulated", "target_attribute")
 ABREAST = 8
-"""How many attributes stand in one row of the figure."""
+"""The number of attributes in one row of the figure."""
 SLOT_IN, HIGH_IN = 1.28, 3.5
 
 
 class MatchingSettings(FigureSettings):
-    """The ratings of each stimulus on the one attribute that it was made for.
+    """The settings of a figure of ratings of each stimulus on the one attribute that it was made for.
 
     `attribute_column` is the stimulus column that names this attribute (None: the first of `stimulus.attribute`,
-    `manipulated`, `target_attribute` that is there), `target` the one with the wished value, on the ratings' scale.
+    `manipulated`, `target_attribute` that exists), `target` the column of the wished value on the ratings' scale.
     """
 
     figure: Literal["matching"]
@@ -50,10 +50,11 @@ class MatchingSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
-    """Return rows of two sorts (`shows`): each attribute's "target" with n, mean, SD, quartiles and mean absolute error
-    of the ratings, and each participant's "value" (the mean of their repeats) there.
+    """Return rows of two kinds (`shows`): each attribute's "target", and each participant's "value" there.
 
-    Raises DataRefused where a column is missing, a target is no number or no rating is of a manipulated attribute.
+    A target has n, mean, SD, quartiles and mean absolute error of the ratings; a value is the mean of a participant's
+    repeats. Raises DataRefused where a column is missing, a target is no number or no rating is of a manipulated
+    attribute.
     """
     selected = inputs.selected
     frame = selected.table
@@ -90,7 +91,7 @@ def data(inputs: FigureInput, settings: MatchingSettings) -> FigureData:
 
 
 def _rows(cells: PersonCells) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return a row for each attribute and target that somebody rated, and one for each participant's value there."""
+    """Return a row for each attribute and target with ratings, and one for each participant's value there."""
     summaries: list[dict[str, Any]] = []
     values: list[dict[str, Any]] = []
     for j, (attribute, text) in enumerate(cells.cells):
@@ -105,7 +106,7 @@ def _rows(cells: PersonCells) -> tuple[list[dict[str, Any]], list[dict[str, Any]
 
 
 def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
-    """Say whose ratings are shown, how the drawing is read, and what the error is."""
+    """Return the caption: whose ratings are shown, how to read the drawing, and what the error is."""
     written = ", ".join(f"{target:g}" for target in targets)
     most = int(cells.counts.max(initial=0))
     repeats = f" (the mean of up to {most} repeats)" if most > 1 else ""
@@ -119,7 +120,7 @@ def _caption(cells: PersonCells, targets: Sequence[float]) -> str:
 
 @dataclass(frozen=True)
 class _Slot:
-    """Where one target's ratings stand: beside `x`, towards `side`, at most `reach` wide."""
+    """The place of one target's ratings: beside `x`, towards `side`, at most `reach` wide."""
 
     x: float
     side: int
@@ -129,7 +130,7 @@ class _Slot:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a slot for each attribute: the lower target's ratings left of its middle, the higher one's right of it."""
+    """Draw a slot for each attribute, with the lower target's ratings left of its middle, the higher one's right."""
     attributes, targets, scale = data.words["attributes"], data.words["targets"], data.words["scale"]
     lines = math.ceil(len(attributes) / ABREAST)
     abreast = math.ceil(len(attributes) / lines)
@@ -171,7 +172,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 def _slots(targets: Sequence[float], place: int) -> list[_Slot]:
-    """Return where targets stand: two share a middle, back to back; more stand side by side."""
+    """Return the places of targets: two share a middle, back to back; more are side by side."""
     looks = colours_and_shapes(len(targets))
     if len(targets) <= 2:
         gap = 0.03
@@ -183,7 +184,7 @@ def _slots(targets: Sequence[float], place: int) -> list[_Slot]:
 def _write_below(
     axes: Axes, text: str, at: tuple[float, float], right: float, system: Any, look: dict[str, Any]
 ) -> None:
-    """Write a small word between the axis and the names under it."""
+    """Write a small word between the axis and the names below it."""
     place: dict[str, Any] = {"xycoords": system, "textcoords": "offset points", "annotation_clip": False}
     axes.annotate(text, at, (right, -5), va="top", fontsize=7.5, **place, **look)
 
@@ -219,7 +220,7 @@ def _draw_target(axes: Axes, marks: Marks, data: FigureData, place: tuple[str, f
 def _draw_dots(
     axes: Axes, marks: Marks, rows: Sequence[Row], slot: _Slot, limits: tuple[float, float], few: bool
 ) -> None:
-    """Draw each participant, from the middle outwards."""
+    """Draw each participant as a dot, from the middle outwards."""
     values = [to_float(row["value"]) for row in rows]
     tall = 0.055 / (HIGH_IN - 0.7) * (limits[1] - limits[0])
     wide = 0.055 / SLOT_IN

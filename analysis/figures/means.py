@@ -1,4 +1,4 @@
-"""The mean of every level as a bar, for each attribute a panel (thesis Figure 5.9)."""
+"""The mean of every level as a bar, with a panel for each attribute (thesis Figure 5.9)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "---")
 MANY = 36
-"""Levels beyond which panels stand in one column, as wide as the page."""
+"""The number of levels above which panels are in one column, as wide as the page."""
 
 
 class MeansSettings(LevelSettings):
@@ -66,7 +66,7 @@ def data(inputs: FigureInput, settings: MeansSettings) -> FigureData:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw the bars, one panel for each attribute, all on one scale, the two poles written at its ends."""
+    """Draw the bars, one panel for each attribute, all on one scale with the two poles at its ends."""
     words, places, marks = data.words, LevelPlaces(data.words), Marks()
     # Two columns of attributes: the categories where there are two of about equal length, else the halves.
     attributes = words["attributes"]
@@ -108,7 +108,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 def _looks(places: LevelPlaces) -> dict[str, tuple[str, str]]:
-    """Return a colour and a hatch for each family; they differ without colour too, and the reference is plain ink."""
+    """Return a colour and a hatch for each family, distinguishable without colour; the reference is plain ink."""
     colours = places.colours()
     rest = [name for name in places.members if colours[name] != INK]
     hatches = {name: HATCHES[i % len(HATCHES)] for i, name in enumerate(rest)}
@@ -152,7 +152,7 @@ def _draw_panel(
 
 
 def _draw_legend(axes: Axes, places: LevelPlaces, words: Mapping[str, Any]) -> None:
-    """Write what the colours and the whiskers mean."""
+    """Write the meaning of the colours and the whiskers."""
     looks = _looks(places)
     families = [name for name in places.members if name]
     handles = [Patch(facecolor=looks[name][0], hatch=looks[name][1], edgecolor=PAPER, alpha=0.88) for name in families]

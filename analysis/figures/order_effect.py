@@ -1,4 +1,4 @@
-"""Ratings and response times along a session, and whether the stimulus of the trial before leaves a trace."""
+"""Ratings and response times over a session, and carry-over from the stimulus of the previous trial."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 TIME = "response time"
 STEP = 10
-"""Slopes are written per so many trials."""
+"""The number of trials that slopes refer to."""
 
 
 class OrderEffectSettings(FigureSettings):
-    """`bins`: of how many trials' places a mean is shown. `adjust: none` leaves in what the stimuli themselves do.
+    """The settings: the number of `bins`, each with a mean; `adjust: none` includes the effects of stimuli.
 
-    `carry_over` also shows how the ratings follow the stimulus before. `position`, `stimulus`: the columns that hold
-    the place of a trial in its session and its stimulus.
+    `carry_over` also shows how ratings depend on the previous stimulus. `position`, `stimulus`: the columns with a
+    trial's place in its session and its stimulus.
     """
 
     figure: Literal["order_effect"]
@@ -57,14 +57,14 @@ class OrderEffectSettings(FigureSettings):
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.adjust == "none":
             yield from (Idle(name, "with `adjust: none`") for name in ("carry_over", "stimulus"))
 
 
 def data(inputs: FigureInput, settings: OrderEffectSettings) -> FigureData:
-    """Return the rows of every attribute and of the response time: its bins, its slope, its carry-over."""
+    """Return the rows of every attribute and of the response time: bins, slope, carry-over."""
     selected, table = inputs.selected, inputs.selected.table
     demand_attributes(settings.name, selected)
     require_columns(settings, table, (settings.position, settings.stimulus))
@@ -124,9 +124,7 @@ def _effect(
 def _time_effect(
     selected: Selected, settings: OrderEffectSettings, adjust: Literal["stimulus", "none"]
 ) -> OrderEffect | None:
-    """Return the effect on the logarithm of the seconds until a trial's last answer; None without times, or unless
-    set.
-    """
+    """Return the effect on the log of the seconds until a trial's last answer; None without times or if not set."""
     table = selected.table
     if not settings.response_time or "response_time_s" not in table.columns:
         return None
@@ -187,14 +185,12 @@ def _known(value: float, convert: Any) -> float | None:
 
 
 def numbers_in(rows: Sequence[Row], *names: str) -> list[float]:
-    """Return the numbers of these columns in these rows, those that are there."""
+    """Return the numbers in these columns of these rows, without missing ones."""
     return [float(value) for row in rows for name in names if isinstance(value := row[name], int | float)]
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a panel for each attribute, all with one span; then the response time, then the traces of the trial
-    before.
-    """
+    """Draw a panel for each attribute, all with one range, then the response time, then the carry-over."""
     measures = list(dict.fromkeys(str(row["measure"]) for row in data.rows))
     carried = [row for row in data.rows if row["kind"] == "carry-over"]
     panels = len(measures) + bool(carried)
@@ -265,7 +261,7 @@ def _draw_course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span:
 
 
 def _draw_slope(axes: Axes, own: Sequence[Row], x: Sequence[float], values: Sequence[float], colour: str) -> None:
-    """Draw the mean slope through the middle of the course, and its numbers below."""
+    """Draw the mean slope through the middle of the course, with its numbers below."""
     (slope,) = [row for row in own if str(row["kind"]).startswith("slope")]
     if slope["value"] is None:
         text = str(slope["note"])
@@ -298,7 +294,7 @@ def _format_difference(value: float, decimals: int) -> str:
 
 
 def _draw_carry_over(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], marks: Marks) -> None:
-    """Draw the carry-over of every attribute with its interval, around none."""
+    """Draw the carry-over of every attribute with its interval, around zero."""
     axes.axvline(0, color=SOFT, linewidth=0.8)
     names = [elide(str(row["measure"]), 14) for row in carried]
     for place, row in enumerate(carried):

@@ -24,19 +24,19 @@ from palpate.protocols.undefined import nan_to_none
 
 INNER, OUTER = 0.5, 1.0
 ROUNDING_ULPS = 4
-"""A point exactly on the edge of a band counts as within it, whatever the units round it to."""
+"""Tolerance in units of the last place by which a point on the edge of a band counts as within it, in any unit."""
 OUTER_BAND, INNER_BAND, BAND_EDGE = "#dbe8f3", "#b3d0e8", "#8fb6d6"
 WIDEST_IN = 13.0
 GAP, FOOT = 0.2, 0.5
 
 
 class PredictedSettings(PredictionSettings):
-    """Panels by a column (`panels`: a car, "attribute"), colours and shapes by another (`colour`).
+    """The settings of panels by a column (`panels`: a car, "attribute"), colours and shapes by another (`colour`).
 
-    `sd` is the SD of the participants' ratings: a number, or a column with one SD for each row (its root mean square
-    is taken); without either, the SD of the actual values stands in and the caption says so. `band` says over what it
-    is taken: all rows shown ("global") or the rows of a panel ("panel"). `low` and `high` are the ends of each
-    prediction's interval, drawn as whiskers. `unit` is written at the axes.
+    `sd` is the SD of the participants' ratings: a number, or a column with one SD for each row (its root mean square is
+    taken); without either, the SD of the actual values is used and the caption says so. `band` says over which rows it
+    is computed: all ("global") or those of a panel ("panel"). `low` and `high` are the ends of each prediction's
+    interval, drawn as whiskers. `unit` is written at the axes.
     """
 
     figure: Literal["predicted"]
@@ -49,7 +49,7 @@ class PredictedSettings(PredictionSettings):
     unit: str = ""
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.panels is None:
             yield Idle("band", "without `panels`")
@@ -58,7 +58,7 @@ class PredictedSettings(PredictionSettings):
 
 
 def data(inputs: FigureInput, settings: PredictedSettings) -> FigureData:
-    """Return one row for each prediction, with its error, its panel's SD and whether it lies within each band.
+    """Return one row per prediction with its error, its panel's SD and whether it is within each band.
 
     Raises DataRefused where a column is missing or an SD is negative.
     """
@@ -163,7 +163,7 @@ def _caption(settings: PredictedSettings, column: str | None, rows: tuple[Row, .
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a square panel for each level, all with the same axes; a point outside ± 1 SD is open."""
+    """Draw a square panel for each level, all with the same axes; points outside +-1 SD are open."""
     panels = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
     values = [
         to_float(row[name])
@@ -209,7 +209,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The figure's measures in inches. They are set by hand: ninety panels would keep a layout engine busy for long."""
+    """The figure's measures in inches, set by hand because ninety panels would keep a layout engine busy for long."""
 
     columns: int
     lines: int
@@ -222,17 +222,17 @@ class _Sheet:
 
     @property
     def head(self) -> float:
-        """Return the room for a panel's title."""
+        """The height of a panel's title."""
         return 0.1 + 1.35 * self.title_pt / 72 * max(title.count("\n") + 1 for title in self.titles)
 
     @property
     def key_high(self) -> float:
-        """Return the room for the key."""
+        """The height of the key."""
         return 0.1 + 0.19 * math.ceil(len(self.keys) / self.key_columns) if self.keys else 0.04
 
     @property
     def size(self) -> tuple[float, float]:
-        """Return the width and height."""
+        """The width and height."""
         wide = self.left + self.columns * (self.side + GAP)
         return wide, FOOT + self.lines * (self.side + self.head) + self.key_high
 
@@ -253,13 +253,13 @@ def _level_name(data: FigureData, level: str) -> str:
 
 
 def grid_columns(panels: int) -> int:
-    """Return how many columns leave the fewest places empty: as many as lines, or up to 1.6 times as many."""
+    """Return the number of columns with the fewest empty places, between the number of rows and 1.6 times that."""
     least = math.ceil(math.sqrt(panels))
     return min(range(least, max(least, math.floor(1.6 * math.sqrt(panels))) + 1), key=lambda c: (-panels % c, c))
 
 
 def _draw_panel(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], side: float) -> None:
-    """Draw the bands, the line of identity, and in the two empty corners what lies within the bands."""
+    """Draw the bands, the line of identity, and in the two empty corners the shares within the bands."""
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.tick_params(labelsize=8 if side > 1.8 else 6)
     axes.locator_params(nbins=5 if side > 1.8 else 3)

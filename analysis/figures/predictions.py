@@ -1,4 +1,4 @@
-"""Tables of actual and predicted values, as three kinds of figure read them."""
+"""Tables of actual and predicted values, for three kinds of figure."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from palpate.protocols.wording import count
 
 
 class PredictionSettings(FigureSettings):
-    """The columns of a table of predictions: one row for each stimulus and attribute.
+    """The columns of a table of predictions, which has one row for each stimulus and attribute.
 
-    A column that is named must be there; one that is not named is read where the table has it.
+    A named column must exist; the default column is used if the table has it.
     """
 
     actual: str = "actual"
@@ -28,7 +28,7 @@ class PredictionSettings(FigureSettings):
 
 @dataclass(frozen=True)
 class Prediction:
-    """One prediction. `labels` holds the levels of the requested columns, `more` numbers, NaN where there is none."""
+    """One prediction. `labels` has the levels of the requested columns, `more` numbers, NaN for missing ones."""
 
     stimulus: str
     actual: float
@@ -38,19 +38,19 @@ class Prediction:
 
     @property
     def error(self) -> float:
-        """Return predicted minus actual."""
+        """Predicted minus actual."""
         return self.predicted - self.actual
 
 
 @dataclass(frozen=True)
 class Predictions:
-    """The predictions in the order of their levels, and how many rows had no value."""
+    """The predictions in the order of their levels, and the number of rows without a value."""
 
     points: tuple[Prediction, ...]
     left_out: int
 
     def note(self) -> str:
-        """Return what a caption says of the rows that are not shown, else ""."""
+        """Return the caption's note on rows that are not shown, else ""."""
         if not self.left_out:
             return ""
         return f" Not shown: {count(self.left_out, 'row')} without an actual or a predicted value."
@@ -98,7 +98,7 @@ def read_predictions(
 
 
 def chosen_column(settings: FigureSettings, field_name: str, selected: Selected) -> str | None:
-    """Return the column that a setting chooses: as named, or by its usual name where the table has it, else None."""
+    """Return the column of a setting: the named one, or its usual name if the table has it, else None."""
     name = getattr(settings, field_name)
     if name is None or (field_name not in settings.model_fields_set and name not in selected.table.columns):
         return None

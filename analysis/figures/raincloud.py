@@ -1,4 +1,4 @@
-"""Every participant's mean at each level as a dot, their box, and their distribution as a half violin above."""
+"""Every participant's mean at each level as a dot, with a box and a half violin above."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from palpate.analysis.statistics.doubles import Floats
 
 GOLDEN = (math.sqrt(5) - 1) / 2
-"""Its multiples spread any number of dots evenly, the same way every time."""
+"""The golden ratio, whose multiples spread any number of dots evenly and deterministically."""
 Ends = tuple[float, float]
 
 
 class RaincloudSettings(LevelSettings):
-    """The settings of a raincloud: `whiskers` are the box's, to the last dot within 1.5 box lengths (Tukey)."""
+    """The settings of a raincloud: `whiskers` are the box's, up to the last dot within 1.5 box lengths (Tukey)."""
 
     figure: Literal["raincloud"]
     whiskers: Literal["none"] = "none"
 
 
 def data(inputs: FigureInput, settings: RaincloudSettings) -> FigureData:
-    """Return a row for each attribute, level and participant: the mean of their ratings there."""
+    """Return a row for each attribute, level and participant: the mean of their ratings."""
     selected = inputs.selected
     demand_attributes(settings.name, selected)
     extra = () if settings.families is None else (settings.families,)
@@ -66,7 +66,7 @@ def data(inputs: FigureInput, settings: RaincloudSettings) -> FigureData:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a panel for each attribute, levels from top to bottom."""
+    """Draw a panel for each attribute, with levels from top to bottom."""
     words, places = data.words, LevelPlaces(data.words)
     attributes = words["attributes"]
     columns = min(len(attributes), 4)
@@ -140,8 +140,9 @@ def _draw_panel(
 
 
 def _density(values: Floats, scale: Ends) -> tuple[Floats, Floats]:
-    """Return a Gaussian kernel density with Silverman's bandwidth (1986, eq. 3.31), cut at the scale; empty without
-    spread.
+    """Return a Gaussian kernel density cut at the scale; empty without spread.
+
+    The bandwidth is Silverman's (1986, eq. 3.31).
     """
     quarter, three = np.percentile(values, [25, 75])
     sd = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
@@ -183,7 +184,7 @@ def _draw_box(
 def _draw_dots(
     axes: Axes, rows: Sequence[Row], y: float, colour: str, people: Mapping[str, int], marks: Marks | None
 ) -> None:
-    """Draw the participants below the box; each keeps the same height within every level."""
+    """Draw the participants below the box, each at the same height within every level."""
     size = 3.6 if len(rows) <= 60 else 2.6
     style: dict[str, Any] = {
         "linestyle": "none",

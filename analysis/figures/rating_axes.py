@@ -1,4 +1,4 @@
-"""What figures of ratings share: the axis of the scale with its two poles, the axis of levels, attributes in words."""
+"""Common parts of figures of ratings: the axis of the scale with its poles, the axis of levels, attributes in words."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 BEYOND = 0.2
-"""An axis goes at most this share of the scale beyond its ends, however long a whisker is."""
+"""The share of the scale by which an axis may extend beyond its ends, however long a whisker is."""
 
 
 def round_ends(values: Iterable[float]) -> Ends:
-    """Return round numbers around values that have no declared scale."""
+    """Return round ends for values without a declared scale."""
     known = [value for value in values if math.isfinite(value)]
     low, high = (min(known), max(known)) if known else (0.0, 1.0)
     if not low < high:
@@ -33,7 +33,7 @@ def round_ends(values: Iterable[float]) -> Ends:
 
 
 def bar_base(scale: Ends) -> float:
-    """Return where bars start: zero where the scale has it, else its nearest end."""
+    """Return where bars start: at zero if the scale includes it, else at its nearest end."""
     return min(max(0.0, scale[0]), scale[1])
 
 
@@ -44,14 +44,14 @@ def quarters(scale: Ends) -> list[float]:
 
 
 def cut_note(reach: Iterable[float], scale: Ends) -> str:
-    """Return what a caption says where a whisker reaches further than the axis goes, else ""."""
+    """Return the caption's note if a whisker extends beyond the axis, else ""."""
     most = BEYOND * (scale[1] - scale[0])
     cut = sum(not scale[0] - most <= value <= scale[1] + most for value in reach)
     return f" {count(cut, 'whisker')} cut at the edge of the picture; the table has the ends." if cut else ""
 
 
 def set_scale_axis(axes: Axes, scale: Ends, reach: Iterable[float] = (), line: float | None = None) -> None:
-    """Draw the scale upright, wider only where something reaches beyond it; `line` is drawn across."""
+    """Draw the scale as the vertical axis, wider only if something extends beyond it; `line` is drawn across."""
     low, high = scale
     margin, most = 0.025 * (high - low), BEYOND * (high - low)
     known = [min(max(value, low - most), high + most) for value in reach if math.isfinite(value)]
@@ -64,7 +64,7 @@ def set_scale_axis(axes: Axes, scale: Ends, reach: Iterable[float] = (), line: f
 
 
 class AxisLabels(NamedTuple):
-    """How the names of levels are written along an axis, and how many inches that takes below it."""
+    """The layout of level names along an axis, and the inches that it needs below."""
 
     names: list[str]
     size: float
@@ -73,7 +73,7 @@ class AxisLabels(NamedTuple):
 
 
 def fit_labels(places: Sequence[float], names: Sequence[str], width_in: float) -> AxisLabels:
-    """Return how names fit along an axis of this width: smaller, folded, slanted or upright where they lack room."""
+    """Return how names fit along an axis of this width: smaller, broken, slanted or upright if they lack room."""
     room = 72.0 * width_in / (max(places) - min(places) + 1.4 if places else 1.0)
     for size in (8.0, 7.5, 7.0, 6.5):
         if widest_pt(names, size) <= room - 2.0:
@@ -100,7 +100,7 @@ def set_level_axis(axes: Axes, places: Sequence[float], names: Sequence[str], wi
 
 
 def write_poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: float = 9.0, room: int = 22) -> None:
-    """Write the two words at the two ends of the scale that they name; an attribute of one word is the title."""
+    """Write the two words at the ends of the scale that they name; a single word becomes the title."""
     if not attribute["high"]:
         axes.set_title(elide(attribute["name"], 60))
         return
@@ -120,7 +120,7 @@ def write_poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: flo
 
 
 def draw_band(axes: Axes, left: float, right: float, name: str, width_in: float, span: float) -> None:
-    """Draw a pale stripe with its name above, for levels that belong together."""
+    """Draw a pale stripe with its name above, for levels of one group."""
     room = 72.0 * width_in * (right - left) / span
     size = 8.5 if widest_pt([name], 8.5) <= room + 12.0 else 7.0
     letters = 60 if widest_pt([name], size) <= room + 12.0 else max(3, int((room + 8.0) / (0.6 * size)))
@@ -138,7 +138,7 @@ def draw_band(axes: Axes, left: float, right: float, name: str, width_in: float,
 
 
 def move_apart(heights: Sequence[float], step: float) -> list[float]:
-    """Return the heights moved apart to at least `step`, in their order; those that move do so around their mean."""
+    """Return the heights moved apart to at least `step` in the same order, around their common mean."""
     order = sorted(range(len(heights)), key=lambda i: (heights[i], i))
     clusters: list[tuple[list[int], float]] = []
     for i in order:
@@ -155,7 +155,7 @@ def move_apart(heights: Sequence[float], step: float) -> list[float]:
 
 
 def attribute_words(selected: Selected) -> list[dict[str, str]]:
-    """Return each attribute's name, its words at both ends ("" for a scale of one word) and its category."""
+    """Return each attribute's name, its words at both ends ("" for a scale with one word) and its category."""
     return [
         {
             "name": name,
@@ -168,7 +168,7 @@ def attribute_words(selected: Selected) -> list[dict[str, str]]:
 
 
 def attribute_title(attribute: Mapping[str, Any], letters: int = 10_000) -> str:
-    """Return both words from the low end to the high one, in at most about so many letters."""
+    """Return both words from the low end to the high one, in at most about `letters` letters."""
     if not attribute["high"]:
         return elide(attribute["name"], letters)
     low, high = attribute["low"], attribute["high"]
@@ -184,12 +184,12 @@ def scale_ends(selected: Selected) -> list[float]:
 
 
 def scale_note(selected: Selected) -> str:
-    """Return what a caption says of the scale."""
+    """Return the caption's note on the scale."""
     return "on the rating scale" if selected.scale is not None else "on the range of the data, which have no scale"
 
 
 def count_people(rows: Sequence[Row], column: str = "n") -> str:
-    """Return in words how many participants the numbers in `column` are over."""
+    """Return a text that says over how many participants the numbers in `column` are."""
     n = sorted({value for row in rows if isinstance(value := row.get(column), int) and value > 0})
     if not n:
         return "no participant"
@@ -197,7 +197,7 @@ def count_people(rows: Sequence[Row], column: str = "n") -> str:
 
 
 def demand_attributes(name: str, selected: Selected) -> None:
-    """Refuse a figure of ratings whose table has no attribute or no value."""
+    """Raise DataRefused for a figure of ratings whose table has no attribute or no value."""
     for column in ("attribute", "value", "participant"):
         if column not in selected.table.columns:
             raise DataRefused(f"figure {name!r} shows ratings, and its table has no column {column!r}")

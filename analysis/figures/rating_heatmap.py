@@ -1,4 +1,4 @@
-"""Every participant's rating of every stimulus as a shade, a panel for each attribute; what is missing is hatched."""
+"""Every participant's rating of every stimulus as a shade, with a panel per attribute; missing ones are hatched."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ if TYPE_CHECKING:
 HATCHED = "#aab2bb"
 TOP, GAP, BAR = 0.42, 0.3, 0.75
 MOST_CELLS = 600
-"""Beyond this many cells a column, not a cell, is what one can look at closer."""
+"""The number of cells above which columns, not cells, are marks with details."""
 
 
 class RatingHeatmapSettings(FigureSettings):
-    """`by`: the column across. `order`: participants by how alike they rate (groups apart), or by their number."""
+    """The settings of a heat map: `by` is the column across, `order` sorts participants by similarity or number."""
 
     figure: Literal["rating_heatmap"]
     by: Text = "stimulus"
@@ -61,7 +61,7 @@ class RatingHeatmapSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: RatingHeatmapSettings) -> FigureData:
-    """Return a row for each attribute, participant and level: the mean rating, None where there is none."""
+    """Return a row for each attribute, participant and level: the mean rating, None if missing."""
     selected = inputs.selected
     demand_attributes(settings.name, selected)
     require_columns(settings, selected.table, (settings.by,))
@@ -102,7 +102,7 @@ def data(inputs: FigureInput, settings: RatingHeatmapSettings) -> FigureData:
 
 
 def _order(cells: PersonCells, groups: Mapping[str, str], how: str) -> list[int]:
-    """Return the participants by number, or alike ones next to each other, group after group."""
+    """Return the participants by number, or with similar ones next to each other within each group."""
     people = range(len(cells.participants))
     if how == "number":
         return list(people)
@@ -117,7 +117,7 @@ def _order(cells: PersonCells, groups: Mapping[str, str], how: str) -> list[int]
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a panel for each attribute, the same rows and columns in all."""
+    """Draw a panel for each attribute, with the same rows and columns in all."""
     words, marks = data.words, Marks()
     attributes, scale = words["attributes"], (words["scale"][0], words["scale"][1])
     people, levels = words["participants"], words["levels"]
@@ -160,7 +160,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 class _Sheet(NamedTuple):
-    """Where everything stands, in inches."""
+    """The layout of the figure in inches."""
 
     width: float
     height: float
@@ -221,7 +221,7 @@ def _draw_panel(
 
 
 def _write_names(axes: Axes, side: Literal["x", "y"], names: Sequence[str], room: float) -> None:
-    """Write every name where there is room, else every second, third, ..."""
+    """Write every name if there is room, else every second, third, ..."""
     size = min(7.0, max(4.6, 0.95 * room))
     step = max(1, math.ceil(size / room))
     ticks = list(range(0, len(names), step))
@@ -237,11 +237,11 @@ RATING_HEATMAP = FigureKind(RatingHeatmapSettings, data, draw)
 
 
 def similar_order(values: Floats) -> list[int]:
-    """Return the rows of a table so ordered that alike ones stand together; NaN is no value.
+    """Return the order of a table's rows that puts similar ones together; NaN is no value.
 
-    The distance of two rows is the root mean square of their differences where both have a value; rows that share
-    nothing are as far apart as the most distant pair. Average linkage with optimal leaf order (Bar-Joseph, Gifford &
-    Jaakkola 2001). The end with the lower mean comes first, so that no run turns the order round.
+    The distance of two rows is the root mean square of their differences where both have a value; rows without common
+    values are as far apart as the most distant pair. The method is average linkage with optimal leaf order (Bar-Joseph,
+    Gifford & Jaakkola 2001). The end with the lower mean comes first, so that the direction is unique.
     """
     n = len(values)
     if n < 3:

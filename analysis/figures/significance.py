@@ -1,4 +1,4 @@
-"""Which pairs differ: stars by named thresholds, and brackets that stand over one another without touching."""
+"""Marks of significance: stars by thresholds, and brackets that are stacked without overlap."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.did_you_mean import nearest
 
 P_COLUMNS = ("p_adjusted", "p_bonferroni", "p_holm", "p_corr", "p")
-"""Where a test of pairs writes its p, the adjusted ones first."""
+"""The columns in which a test of pairs may have its p, the adjusted ones first."""
 
 
 def p_column(settings: FigureSettings, chosen: str | None, rows: Sequence[Row]) -> str:
-    """Return the column of p: as named, else the first usual one that holds a number. Raises DataRefused where none
-    does.
-    """
+    """Return the column of p: the named one, else the first usual one with a number. Raises DataRefused without one."""
     if chosen is not None:
         if chosen not in rows[0]:
             raise DataRefused(
@@ -38,7 +36,7 @@ def p_column(settings: FigureSettings, chosen: str | None, rows: Sequence[Row]) 
 def pair_rows(
     settings: FigureSettings, answer: Answer, p: str | None, levels: Iterable[str], thresholds: Sequence[float]
 ) -> list[dict[str, Any]]:
-    """Return a, b, p and stars (None where p is undefined) of each pair, in the order of levels.
+    """Return a, b, p and stars (None if p is undefined) of each pair, in the order of levels.
 
     Raises DataRefused where the test compares other levels than the figure shows.
     """
@@ -60,17 +58,17 @@ def pair_rows(
 
 
 def stars(p: float, thresholds: Sequence[float]) -> str:
-    """Return one star more for each threshold that p lies below."""
+    """Return one star for each threshold that p is below."""
     return "*" * sum(p < threshold for threshold in thresholds)
 
 
 def stars_note(thresholds: Sequence[float]) -> str:
-    """Return what the stars mean, as a caption says it."""
+    """Return the caption's note on the stars."""
     return ", ".join(f"{'*' * i} p < {f'{t:g}'.lstrip('0')}" for i, t in enumerate(thresholds, 1))
 
 
 def not_drawn_note(pairs: Sequence[Row]) -> str:
-    """Return the pairs without a bracket, as a caption says it; their p with the names where they are few."""
+    """Return the caption's note on pairs without a bracket, with their p if they are few."""
     note = ""
     for why, without in (("Not significant", ""), ("Undefined", None)):
         rows = [row for row in pairs if row["stars"] == without]
@@ -86,8 +84,7 @@ def not_drawn_note(pairs: Sequence[Row]) -> str:
 
 
 def stack_brackets(spans: Sequence[tuple[int, int]]) -> list[int]:
-    """Return the storey of each bracket from one place to another: the lowest where it overlaps no other, shorter ones
-    first.
+    """Return the storey of each bracket from one place to another: the lowest without overlap, shorter brackets first.
 
     Brackets that only meet at an end may share a storey.
     """

@@ -31,16 +31,16 @@ from palpate.protocols.wording import count, phrase
 
 MOST_BRACKETS = 36
 WIDE = 0.84
-"""All bars of a cluster, in clusters."""
+"""The width of all bars of a cluster, in clusters."""
 STOREY = 0.075
-"""The height of a bracket's storey, as a share of the scale."""
+"""The height of a storey of brackets, as a share of the scale."""
 
 
 class SimilarityBarsSettings(FigureSettings):
-    """A cluster for each level of `clusters` (None: none), in it a bar for each level of `bars`.
+    """The settings of bars: a cluster for each level of `clusters` (None: none), with a bar for each level of `bars`.
 
-    Apart stand the bars over all clusters, with the brackets of the one test of `pairs` that `tests` names and `each`
-    does not. `each` gives a cluster brackets of its own: its level to the name of a test, which `tests` names too.
+    Separate bars over all clusters have the brackets of the one test of `pairs` that `tests` names and `each` does not.
+    `each` gives clusters brackets of their own: it maps a level to the name of a test, which `tests` names too.
     `whiskers`: "sd" over participants, or the 95 % (`confidence`) interval "cousineau_morey" or "between". `p` is the
     test's column of p (None: the first of p_adjusted, p_bonferroni, p_holm, p_corr, p that holds a number); `stars` are
     the thresholds of one, two and three stars, those above the plan's alpha left out. `dots` shows each participant.
@@ -57,7 +57,7 @@ class SimilarityBarsSettings(FigureSettings):
     dots: bool = True
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         if not self.tests:
             yield from (Idle(name, "without `tests`") for name in ("p", "stars"))
         if self.whiskers == "sd":
@@ -65,12 +65,11 @@ class SimilarityBarsSettings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
-    """Return rows of three sorts (`shows`): each bar's "mean", each participant's "value" in it, and the "pair"s
-    compared.
+    """Return rows of three kinds (`shows`): each bar's "mean", each participant's "value" in it, each "pair".
 
     `cluster` is None for the bars over all clusters: the mean of each participant's cluster means, for participants
-    with a value in every cell. Raises DataRefused where a column or a test is missing, or ratings of several
-    attributes would be mixed; a StatisticsError where a value is no number.
+    with a value in every cell. Raises DataRefused where a column or a test is missing, or ratings of several attributes
+    would be mixed; a StatisticsError where a value is no number.
     """
     selected = inputs.selected
     if "attribute" in selected.table.columns and selected.table["attribute"].nunique() > 1:
@@ -113,7 +112,7 @@ def data(inputs: FigureInput, settings: SimilarityBarsSettings) -> FigureData:
 def _bar_rows(
     settings: SimilarityBarsSettings, selected: Selected, table: pd.DataFrame, by: list[str]
 ) -> list[dict[str, Any]]:
-    """Return the mean of every bar, then every participant's value in it; `by` without clusters gives bars over all."""
+    """Return the mean of every bar, then every participant's value in it; overall bars without clusters in `by`."""
     clustered, method = len(by) == 2, "none" if settings.whiskers == "sd" else settings.whiskers
     stimuli: dict[tuple[str, str], set[str]] = {}
     if clustered and "stimulus" in table.columns:
@@ -153,8 +152,9 @@ def _bar_rows(
 def _pairs(
     inputs: FigureInput, settings: SimilarityBarsSettings, selected: Selected, bars: list[str], clusters: list[str]
 ) -> list[dict[str, Any]]:
-    """Return the pairs of the overall test, then of each cluster's own. Raises DataRefused where `each` and `tests` do
-    not fit one another.
+    """Return the pairs of the overall test, then of each cluster's own.
+
+    Raises DataRefused where `each` and `tests` contradict each other.
     """
     where = f"figure {settings.name!r}"
     for level, test in settings.each.items():
@@ -211,7 +211,7 @@ def _caption(
 
 @dataclass(frozen=True)
 class _Bars:
-    """What every bar needs to know."""
+    """The common inputs of drawing bars."""
 
     data: FigureData
     marks: Marks
@@ -232,7 +232,7 @@ class _Bars:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw the clusters at the left, the bars over all of them with their brackets at the right; one axis for both."""
+    """Draw the clusters on the left, the overall bars with their brackets on the right, on one axis."""
     clusters, bars = data.words["clusters"], data.words["bars"]
     overall = any(row["shows"] == "mean" and row["cluster"] is None for row in data.rows)
     panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
@@ -280,7 +280,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
-    """Return how many letters fit under a cluster, and whether the names stand upright because these are too few."""
+    """Return how many letters fit below a cluster, and whether names must be upright because these are too few."""
     letters = max(5, int(cluster_in / 0.075))
     return letters, letters < 8 and clusters > 12
 
@@ -300,7 +300,7 @@ def _spans(data: FigureData, rows: Sequence[Row]) -> list[tuple[int, int]]:
 
 
 def _draw_panel(axes: Axes, tools: _Bars, panel: Sequence[str | None], cluster_in: float) -> None:
-    """Draw each cluster's bars about its place."""
+    """Draw each cluster's bars around its place."""
     bars = tools.data.words["bars"]
     bars_at: list[tuple[float, Row]] = []
     for place, cluster in enumerate(panel):
@@ -359,7 +359,7 @@ def _draw_bar(axes: Axes, tools: _Bars, row: Row, at: float, wide: float) -> Non
 
 
 def _top(tools: _Bars, cluster: str | None) -> float:
-    """Return the highest thing that is drawn in a cluster."""
+    """Return the greatest height that is drawn in a cluster."""
     rows = [
         *_rows_of(tools.data, "mean", cluster),
         *(_rows_of(tools.data, "value", cluster) if tools.data.words["dots"] else []),

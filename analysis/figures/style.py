@@ -1,4 +1,4 @@
-"""How every figure looks, and how it is written so that the same numbers give the same bytes."""
+"""The style of every figure, and its files, which are byte-identical for equal numbers."""
 
 from __future__ import annotations
 
@@ -21,10 +21,12 @@ if TYPE_CHECKING:
 
 INK, SOFT, FAINT, PAPER = "#1f2328", "#59636e", "#d8dee4", "#ffffff"
 OKABE_ITO = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5195")
-"""Okabe and Ito (2008): told apart with every common colour vision; its yellow is too pale for lines, so
-it is left out, and a violet closes the row."""
+"""Okabe and Ito (2008): distinguishable with every common colour vision.
+
+Its yellow, too pale for lines, is replaced by a violet at the end.
+"""
 FURTHER_FONTS = ("Noto Sans CJK KR", "Noto Sans CJK JP", "Noto Sans Devanagari", "Malgun Gothic", "Apple SD Gothic Neo")
-"""Where DejaVu lacks a letter; without any of them it is drawn as a box, and the numbers are the same."""
+"""Fonts for letters that DejaVu lacks; without any of them a letter is drawn as a box, with unchanged numbers."""
 NO_DATE = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 _SETTINGS: dict[str, Any] = {
@@ -53,17 +55,17 @@ _SETTINGS: dict[str, Any] = {
     "svg.fonttype": "path",
 }
 SHADES = ("#f3f7fb", "#c9deee", "#8dbbdc", "#4a90c2", "#1b62a0", "#0a3a6b")
-"""One hue, evenly darker: as readable in grey as in colour."""
+"""One hue in even steps of darkness, as readable in grey as in colour."""
 SHAPES = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*")
 HATCHES = ("", "////", "....", "xxxx", "\\\\\\\\", "----", "++++", "oo")
 
 
 @contextmanager
 def drawing(salt: str) -> Iterator[None]:
-    """Draw and save inside this: one look, no mathematics read into names, SVG ids from `salt` alone.
+    """Apply the style within the context: no mathematics in names, SVG ids from `salt` alone.
 
-    The person's own matplotlib settings are left as they were. Text is drawn as outlines, so that a figure
-    looks the same where the font is missing.
+    The user's own matplotlib settings are restored. Text is drawn as outlines, so that a figure looks the same where
+    the font is missing.
     """
     import matplotlib as mpl
     from matplotlib import font_manager
@@ -90,7 +92,7 @@ def svg_text(figure: Figure) -> str:
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write NAME.svg and NAME.png (call it within `drawing`) and return their paths.
 
-    The figure is laid out once, for the SVG: everything stands at the same place in the PNG.
+    The figure is laid out once, for the SVG, so that the PNG has the same layout.
     """
     svg, png = folder / f"{name}.svg", folder / f"{name}.png"
     with staged_files(folder) as drafts:
@@ -102,7 +104,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
 
 def inline_svg(svg: str, prefix: str) -> str:
-    """Return the SVG as a part of an HTML page: no prologue, no metadata, no fixed size, ids of its own."""
+    """Return the SVG as part of an HTML page: without prologue, metadata and fixed size, with ids of its own."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
@@ -114,14 +116,14 @@ def inline_svg(svg: str, prefix: str) -> str:
 
 
 def quiet_axes(axes: Axes) -> None:
-    """Leave only a grid across: the data are the ink."""
+    """Leave only a horizontal grid."""
     axes.grid(visible=True, axis="y")
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 
 
 def tint(colour: str, strength: float = 0.42) -> str:
-    """Return a colour mixed with paper, for areas that others are drawn upon."""
+    """Return a colour mixed with white, for areas below other drawings."""
     from matplotlib.colors import to_hex, to_rgb
 
     return to_hex([1 - strength * (1 - part) for part in to_rgb(colour)])
@@ -135,7 +137,7 @@ def shade_scale() -> LinearSegmentedColormap:
 
 
 def readable_ink(colour: object) -> str:
-    """Return the ink that reads better on a colour (WCAG 2.2 relative luminance)."""
+    """Return the ink with more contrast on a colour (WCAG 2.2 relative luminance)."""
     from matplotlib.colors import to_rgb
 
     parts = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
@@ -144,5 +146,5 @@ def readable_ink(colour: object) -> str:
 
 
 def colours_and_shapes(count: int) -> list[tuple[str, str]]:
-    """Return a colour and a shape for each of so many levels; no two are the same up to 84 levels."""
+    """Return a colour and a shape for each of `count` levels, all different up to 84 levels."""
     return [(OKABE_ITO[i % len(OKABE_ITO)], SHAPES[(i + i // 84) % len(SHAPES)]) for i in range(count)]

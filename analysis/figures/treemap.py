@@ -1,4 +1,4 @@
-"""How relevant each word is: boxes as large as relevance, those that are kept outlined (thesis Figure 5.5)."""
+"""The relevance of words as a treemap: areas are relevance, kept words are outlined (thesis Figure 5.5)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ ROUNDING = 1e-12
 
 
 class TreemapSettings(FigureSettings):
-    """A treemap of the words that one `relevance` test weighs.
+    """The settings of a treemap of the words of one `relevance` test.
 
-    `words` shows all of them or only those kept. `threshold` (a share) is the test's, to be named in caption and foot;
-    another one than the test's is refused. `width_in` and `height_in` are the picture's size.
+    `words` selects all words or only the kept ones. `threshold` (a share) is named in caption and foot; it must be the
+    test's. `width_in` and `height_in` are the picture's size.
     """
 
     figure: Literal["treemap"]
@@ -41,15 +41,13 @@ class TreemapSettings(FigureSettings):
     height_in: float = Field(default=6.2, ge=2, le=30)
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         rows = ("outcomes", "where", "table", "source", "normalise")
         yield from (Idle(name, "in a treemap, which shows the answer of its test as it is") for name in rows)
 
 
 def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
-    """Return the words by relevance, the most relevant first; equal ones by name. Raises DataRefused where none was
-    chosen.
-    """
+    """Return the words by relevance, most relevant first, equal ones by name. Raises DataRefused if none was chosen."""
     answer = find_answer(settings, inputs, ("word", "relevance", "kept"), "relevance")
     rows: list[dict[str, Any]] = []
     for row in answer.rows:
@@ -96,9 +94,7 @@ def _size(row: Row) -> float:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw the boxes, largest first from the left upper corner; pointing at a box tells a word that is too long for
-    it.
-    """
+    """Draw the boxes, largest first from the upper left corner; words that are too long appear on pointing."""
     words, marks = data.words, Marks()
     width, height = float(words["width_in"]) * INCH, float(words["height_in"]) * INCH
     figure = Figure(figsize=(width / INCH, height / INCH))
@@ -138,9 +134,7 @@ def draw(data: FigureData) -> DrawnFigure:
 
 
 def details(row: Row) -> tuple[tuple[str, str], ...]:
-    """Return the names and values of a word's mark: relevance with its interval, what it is a share of, whether it is
-    kept.
-    """
+    """Return the names and values of a word's mark: relevance, interval, reference, and whether it is kept."""
     parts = [("word", str(row["word"])), ("relevance", format_percent(_size(row), 1))]
     if row.get("low") is not None and row.get("high") is not None:
         parts.append(
@@ -151,7 +145,7 @@ def details(row: Row) -> tuple[tuple[str, str], ...]:
 
 
 def _fit_lines(lines: tuple[str, ...], share: str, box: Box) -> tuple[float, str, bool]:
-    """Return the largest size at which these lines fit the box, at best with the per cent under them."""
+    """Return the largest size at which these lines fit the box, with the percentage below them if possible."""
     wide = max(width_pt(line, 10.0) for line in (*lines, "")) / 10 or 1.0
     room_x, room_y = box.width - 11, box.height - 8
     cap = min(LARGEST, 0.19 * math.sqrt(box.width * box.height))
@@ -166,7 +160,7 @@ TREEMAP = FigureKind(TreemapSettings, data, draw, takes="words")
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle by its left upper corner, its width and its height; `top` grows downwards."""
+    """A rectangle by its upper left corner, its width and its height; `top` grows downwards."""
 
     left: float
     top: float
@@ -175,10 +169,9 @@ class Box:
 
 
 def squarify(sizes: Sequence[float], width: float, height: float) -> tuple[Box, ...]:
-    """Return a box for each size, its area in proportion, in the order given (largest first makes the squarest
-    boxes).
+    """Return a box for each size in the given order, with area in proportion; largest first gives the squarest boxes.
 
-    Raises ValueError where a size is not above 0: such a box cannot be drawn.
+    Raises ValueError for a size that is not above 0.
     """
     if not all(0 < size < float("inf") for size in sizes):
         raise ValueError("a treemap has boxes only for sizes above 0")

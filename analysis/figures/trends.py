@@ -1,4 +1,4 @@
-"""One line for each attribute within each family of levels, a panel for each category (thesis Figure 5.10)."""
+"""A line for each attribute within each family of levels, with a panel per category (thesis Figure 5.10)."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ WIDTH = 10.6
 
 
 class TrendsSettings(LevelSettings):
-    """The settings of a figure of trends; `whiskers: none` leaves the lines alone."""
+    """The settings of a figure of trends; `whiskers: none` draws only the lines."""
 
     figure: Literal["trends"]
     whiskers: Literal["sd", "cousineau_morey", "loftus_masson", "between", "none"] = "cousineau_morey"
@@ -71,7 +71,7 @@ def data(inputs: FigureInput, settings: TrendsSettings) -> FigureData:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw the lines, named at their ends; the reference, where there is one, is the ring at the left."""
+    """Draw the lines with names at their ends; the reference, if there is one, is the ring on the left."""
     words, places, marks = data.words, LevelPlaces(data.words), Marks()
     categories = by_category(words["attributes"])
     titles = [attribute_title(attribute, 44) for attribute in words["attributes"]]
@@ -159,7 +159,7 @@ def _draw_points(
     shift: float,
     marks: Marks,
 ) -> None:
-    """Draw a shape for each attribute, which differ without colour too; the reference is hollow."""
+    """Draw a shape for each attribute, distinguishable without colour; the reference is hollow."""
     size = 5.6 if len(places.keys) <= 40 else 3.6
     for key, row in rows_at.items():
         x = places.at[key] + shift

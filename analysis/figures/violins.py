@@ -1,4 +1,4 @@
-"""How values such as absolute errors are distributed at each level: violins with quartiles and points (thesis 5.14)."""
+"""Distributions of values such as absolute errors at each level: violins with quartiles and points (thesis 5.14)."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from palpate.analysis.ratings.person_cells import texts_of
 from palpate.protocols.wording import count
 
 HALF = 0.40
-"""Half a violin, in rows."""
+"""The height of half a violin, in rows."""
 WIDE_IN = 7.6
 LevelValue: TypeAlias = tuple[str, str, float]  # level, stimulus, value
 FILL, EDGE, DOT = "#d3e4f1", "#5b93bd", OKABE_ITO[0]
 
 
 class ViolinSettings(PredictionSettings):
-    """A violin for each level of the column `by` ("attribute", a car, a method).
+    """The settings of violins, one for each level of the column `by` ("attribute", a car, a method).
 
     The values are the absolute differences of `predicted` and `actual` (`signed: true`: predicted minus actual), or
     the column `value`. `order` keeps the study's order of levels ("given") or puts the smallest median first
@@ -51,7 +51,7 @@ class ViolinSettings(PredictionSettings):
     unit: str = ""
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.value is not None:
             yield from (Idle(name, "with `value`") for name in ("actual", "predicted", "signed"))
@@ -60,8 +60,7 @@ class ViolinSettings(PredictionSettings):
 
 
 def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
-    """Return a row for each level with its n, mean, SD and quartiles (`shows`: "level"), then one for each value
-    ("value").
+    """Return a row for each level with n, mean, SD and quartiles (`shows`: "level"), then one per value ("value").
 
     Raises DataRefused where a column is missing or no row has a value.
     """
@@ -103,7 +102,7 @@ def data(inputs: FigureInput, settings: ViolinSettings) -> FigureData:
 
 
 def _caption(what: str, by: str, left_out: int) -> str:
-    """Say what the violins show, how they are read, and how many rows are not shown."""
+    """Return the caption: what the violins show, how to read them, and how many rows are not shown."""
     lost = f" Not shown: {count(left_out, 'row')} without a value." if left_out else ""
     return (
         f"The distribution of the {what} at each level of {by}: every value a point, the"
@@ -113,7 +112,7 @@ def _caption(what: str, by: str, left_out: int) -> str:
 
 
 def draw(data: FigureData) -> DrawnFigure:
-    """Draw a row for each level, its name at the left and its n and mean at the right."""
+    """Draw a row for each level, with its name on the left and its n and mean on the right."""
     levels, by = data.words["levels"], str(data.words["by"])
     high = 0.62 if len(levels) <= 12 else 0.42 if len(levels) <= 30 else 0.3
     figure = Figure(figsize=(WIDE_IN, high * len(levels) + 0.75), layout="constrained")

@@ -1,1 +1,1 @@
-"""A first look at ratings by one fixed set of tests: statistics, figures, files and one HTML report."""
+"""A first look at ratings by a fixed set of tests: statistics, figures, files and one HTML report."""

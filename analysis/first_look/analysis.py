@@ -1,4 +1,4 @@
-"""Everything that a report says about one data set, computed once: design check, means and tests."""
+"""The content of a report on one data set, computed once: design check, means and tests."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GREENHOUSE_GEISSER = "Greenhouse-Geisser"
 
 @dataclass(frozen=True)
 class Analysis:
-    """A data set with all that was computed from it.
+    """A data set with everything that was computed from it.
 
     `levels` holds the means that the figures show, `stimuli` those of every stimulus (every cell of the design),
     both over participants.
@@ -38,7 +38,7 @@ class Analysis:
     statistics: StudyStatistics
 
     def headline(self, attribute: str) -> Test | None:
-        """Return the first test of an attribute: of the pooled factor, else the crossed one, else of groups."""
+        """Return the first test of an attribute: of the pooled factor, else of the crossed factors, else of groups."""
         for kind in ("pooled", "crossed", "between"):
             for test in self.statistics.tests:
                 if test.attribute == attribute and test.question.kind == kind:
@@ -47,7 +47,7 @@ class Analysis:
 
 
 def analyse_ratings(ratings: Ratings, title: str = "", progress: Progress = lambda *_: None) -> Analysis:
-    """Check the design, describe and test. Raises DataRefused where the ratings cannot be described at all."""
+    """Check the design, describe and test. Raises DataRefused where the ratings cannot be described."""
     return Analysis(
         title=title or ratings.name,
         ratings=ratings,
@@ -65,18 +65,18 @@ def stimulus_means(ratings: Ratings) -> pd.DataFrame:
 
 
 def correction(row: Row) -> str:
-    """Return the name of the correction that p of an effect has, "" for none."""
+    """Return the name of the correction of an effect's p, "" for none."""
     return GREENHOUSE_GEISSER if is_corrected(with_nan(row)) else ""
 
 
 def reported_p(row: Row) -> float | None:
-    """Return the p value that a sentence states: corrected wherever a correction is made."""
+    """Return the p value of a sentence, corrected if the effect has a correction."""
     p: float | None = row[P_COLUMNS["GG" if correction(row) else "none"]]
     return p
 
 
 def with_nan(row: Row) -> dict[str, Any]:
-    """Return the row as the statistics gave it, where an undefined number is NaN."""
+    """Return the row with undefined numbers as NaN, as the statistics returned it."""
     return {name: math.nan if value is None else value for name, value in row.items()}
 
 

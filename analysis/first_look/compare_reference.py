@@ -1,4 +1,4 @@
-"""Our numbers beside those of another program, each with its relative error."""
+"""Comparison of Palpate's numbers with those of another program, with relative errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SHIPPED = Path(__file__).resolve().parent.parent / "reference" / "r_reference.json"
 SHIPPED_KEYS = {"sk2011": "sk2011_2way"}
 TOLERANCE = 1e-9
-"""The largest relative error that still counts as agreement; R itself is within 2e-13 of the exact values."""
+"""The largest relative error that counts as agreement; R itself is within 2e-13 of the exact values."""
 
 COLUMNS = {
     "SS": "SS",
@@ -34,7 +34,7 @@ COLUMNS = {
     "pes": "np2",
     "ges": "ng2",
 }
-"""The reference's name of a number (R, package afex) and ours. R does not cut its Huynh-Feldt epsilon off at 1."""
+"""The reference's name of a number (R, package afex) and ours. R does not limit its Huynh-Feldt epsilon to 1."""
 
 SHOWN = {"SS_error": "SS error", "GG_eps": "ε (GG)", "p_GG": "p (GG)", "HF_eps_raw": "ε (HF)", "p_HF": "p (HF)",
          "pes": "partial η²", "ges": "generalized η²"}  # fmt: skip
@@ -42,7 +42,7 @@ SHOWN = {"SS_error": "SS error", "GG_eps": "ε (GG)", "p_GG": "p (GG)", "HF_eps_
 
 @dataclass(frozen=True)
 class Compared:
-    """One number: ours, the reference's, and |ours - reference| / |reference| (None where ours is undefined)."""
+    """One number: ours, the reference's, and |ours - reference| / |reference| (None if ours is undefined)."""
 
     effect: str
     number: str
@@ -52,12 +52,12 @@ class Compared:
 
     @property
     def agrees(self) -> bool:
-        """Whether the two are the same within `TOLERANCE`."""
+        """Whether the two agree within `TOLERANCE`."""
         return self.relative_error is not None and self.relative_error <= TOLERANCE
 
 
 def compare_with_reference(table: Iterable[Row], reference: Mapping[str, Any]) -> list[Compared]:
-    """Return every number of an analysis of variance that the reference has, side by side.
+    """Return every number of an analysis of variance that the reference has, beside the reference's.
 
     `table` holds rows of `rm_anova` (or of a `Test`), `reference` an entry of r_reference.json: effects by name,
     a:b for an interaction. Raises DataRefused where the reference has an effect that the table lacks.
@@ -101,7 +101,7 @@ def read_reference(choice: str, name: str) -> Mapping[str, Any]:
 
 
 def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
-    """Return the test that has every effect of the reference; raises DataRefused where none or several have."""
+    """Return the test that has every effect of the reference. Raises DataRefused if none or several have."""
     effects = set(reference["effects"])
     fitting = [test for test in tests if effects <= {row.get("Source") for row in test.rows}]
     if len(fitting) != 1:

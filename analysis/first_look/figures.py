@@ -1,4 +1,4 @@
-"""The figures of a report: the means of every level, and their trends where levels follow each other in families."""
+"""The figures of a report: the means of every level, and trends if levels are ordered in families."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palpate.analysis.ratings.describe import describe
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the report: its file name, what it shows, and how that is drawn."""
+    """A figure of the report: its file name, its title, and a function that draws it."""
 
     name: str
     data: FigureData
@@ -24,7 +24,7 @@ class Picture:
 
 
 def shown_factors(ratings: Ratings) -> tuple[str, ...]:
-    """Return the factors on the axis: the pooled one, else every within factor; () leaves no figure."""
+    """Return the factors on the axis: the pooled one, else every within factor; () for no figure."""
     return (ratings.pooled,) if ratings.pooled else ratings.within
 
 
@@ -37,10 +37,10 @@ def level_means(ratings: Ratings) -> pd.DataFrame:
 
 
 def pictures(ratings: Ratings) -> Iterator[Picture]:
-    """Yield the figures that this data set has: none where no factor varies within participants.
+    """Yield the figures of this data set; none if no factor varies within participants.
 
-    The trends are drawn without whiskers: those of the means are in the figure before. Raises DataRefused where a level
-    belongs to two families.
+    Trends have no whiskers, since the figure before has those of the means. Raises DataRefused where a level belongs to
+    two families.
     """
     from palpate.analysis.figures.means import MEANS, MeansSettings
     from palpate.analysis.figures.trends import TRENDS, TrendsSettings

@@ -1,4 +1,4 @@
-"""The report of a first look: one HTML file that needs nothing else, the same bytes for the same inputs."""
+"""The report of a first look: one self-contained HTML file, with equal bytes for equal inputs."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ from palpate.protocols.wording import phrase
 
 
 def write_report(analysis: Analysis, path: Path) -> Path:
-    """Write the report to `path`, its folder made where missing."""
+    """Write the report to `path` and create its folder."""
     return write_text(path, report_html(analysis))
 
 
 def report_html(analysis: Analysis) -> str:
-    """Return the whole report as one HTML text, every name in it escaped, every figure inline."""
+    """Return the whole report as HTML, with every name escaped and every figure inline."""
     return page_html(page_of(analysis), STILL)
 
 
 def page_of(analysis: Analysis) -> Page:
-    """Return the page of an analysed data set: equal analyses give equal pages."""
+    """Return the page of an analysed data set; equal analyses give equal pages."""
     inputs = page_data.inputs(analysis.ratings)
     provenance: tuple[Block, ...] = (
         Words("Every number on this page comes from these inputs. The same inputs give the same page, byte for byte."),
@@ -96,7 +96,7 @@ def page_of(analysis: Analysis) -> Page:
 
 
 def save_figures(analysis: Analysis, folder: Path) -> list[Path]:
-    """Write every figure as SVG and PNG to `folder` and give the paths; none where no factor has levels to show."""
+    """Write every figure as SVG and PNG to `folder` and return the paths; none if no factor has levels to show."""
     paths: list[Path] = []
     with staged_files(folder) as draft:
         for picture in pictures(analysis.ratings):
@@ -164,7 +164,7 @@ def _pairs(analysis: Analysis) -> Iterator[Block]:
 
 
 def level_table(analysis: Analysis) -> Table:
-    """Return the numbers that both figures show."""
+    """Return the table of the numbers in both figures."""
     factors = shown_factors(analysis.ratings)
     rows = [
         (
@@ -180,7 +180,7 @@ def level_table(analysis: Analysis) -> Table:
 
 
 def stimulus_table(analysis: Analysis) -> Table:
-    """Return mean and, in brackets, SD over the n participants: a row for each stimulus, a column an attribute."""
+    """Return mean and, in brackets, SD over the n participants: a row per stimulus, a column per attribute."""
     attributes = analysis.ratings.attributes
     labels = [
         name for name in analysis.stimuli.columns[: analysis.stimuli.columns.get_loc("kind")] if name != "attribute"
@@ -204,7 +204,7 @@ def stimulus_table(analysis: Analysis) -> Table:
 
 
 def methods(analysis: Analysis) -> Iterator[str]:
-    """Yield the paragraphs about methods that the tests of this data set need, and no other."""
+    """Yield the paragraphs on methods that the tests of this data set need."""
     questions, ratings = analysis.statistics.questions, analysis.ratings
     kinds = {question.kind for question in questions}
     named = f" {'The factor' if len(ratings.within) == 1 else 'Factors'} within participants: {phrase(ratings.within)}."

@@ -1,4 +1,4 @@
-"""What a report's page says about its data: how many, of whom, what was left out, and whether the design is full."""
+"""The parts of a report about its data: numbers, participants, exclusions, and whether the design is complete."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_SEEDS = 6
 
 
 def lead(ratings: Ratings) -> str:
-    """Return the data set in one line."""
+    """Return a one-line summary of the data set."""
     people, given = count(len(ratings.participants), "participant"), count(len(ratings.table), "rating")
     if len(ratings.attributes) == 1:
         return f"{people}, {given}."
@@ -22,7 +22,7 @@ def lead(ratings: Ratings) -> str:
 
 
 def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
-    """Yield each fact with its name, those that this data set has."""
+    """Yield the facts that this data set has, each with its name."""
     yield "Study" if "session" in ratings.table.columns else "Data set", ratings.name
     people = str(len(ratings.participants))
     if len(ratings.between) == 1:
@@ -63,7 +63,7 @@ def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
 
 
 def left_out(exclusions: tuple[Exclusion, ...]) -> str:
-    """Return how much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
+    """Return how much was left out, by kind, without averaged rows and rows that were no ratings."""
     parts = []
     for what in ("session", "participant"):
         lines = [line for line in exclusions if line.what == what]
@@ -75,13 +75,13 @@ def left_out(exclusions: tuple[Exclusion, ...]) -> str:
 
 
 def averaged(ratings: Ratings) -> tuple[int, int]:
-    """Return how many ratings were averaged in reading, and into how many values: (0, 0) where none were."""
+    """Return how many ratings were averaged in reading, and into how many values; (0, 0) for none."""
     lines = [line for line in ratings.exclusions if line.what == "averaged"]
     return _rows(lines), sum(line.into for line in lines)
 
 
 def check_words(analysis: Analysis) -> str:
-    """Return what the check of the design found, in a sentence that holds for these data."""
+    """Return the result of the design check as a sentence."""
     ratings, merged = analysis.ratings, averaged(analysis.ratings)[0] > 0
     if not analysis.design.ok:
         kinds = {problem.kind for problem in analysis.design.problems}
@@ -100,7 +100,7 @@ def check_words(analysis: Analysis) -> str:
 
 
 def inclusions(ratings: Ratings) -> Iterator[str]:
-    """Yield what a reader must know of the sessions that were taken in."""
+    """Yield notes on the included sessions that a reader must know."""
     if ratings.interrupted:
         several = len(ratings.interrupted) > 1
         what = f"{count(len(ratings.interrupted), 'interrupted session')} {'were' if several else 'was'} included"
@@ -108,13 +108,13 @@ def inclusions(ratings: Ratings) -> Iterator[str]:
 
 
 def exclusions(ratings: Ratings) -> Table:
-    """Return the exclusion ledger."""
+    """Return the table of exclusions."""
     rows = [(line.what, line.who, line.why, f"{line.rows:,}") for line in ratings.exclusions]
     return text_table(("what", words("who"), words("why"), number("how many")), rows)
 
 
 def participants(ratings: Ratings) -> Table:
-    """Return each participant with the groups, the number of ratings and, from sessions, how they were given."""
+    """Return each participant with groups, number of ratings and, for sessions, how they were answered."""
     has = [name for name in ("session", "revised", "response_time_s") if name in ratings.table.columns]
     heads = {"session": words("session"), "revised": number("revised"), "response_time_s": number("median response, s")}
     rows = []

@@ -1,4 +1,4 @@
-"""The tables of tests on a report's page: one for each question asked of the data."""
+"""The tables of tests in a report, one for each question about the data."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NOT_TESTED = "not tested; the reason is given below"
 
 @dataclass(frozen=True)
 class VarianceTable:
-    """An analysis of variance of every attribute, in a table and in sentences."""
+    """The analysis of variance of every attribute, as a table and as sentences."""
 
     title: str
     words: str
@@ -41,7 +41,7 @@ class VarianceTable:
 
 @dataclass(frozen=True)
 class PairsTable:
-    """The pairwise tests of one attribute and how many of them are below the level."""
+    """The pairwise tests of one attribute, and how many are significant."""
 
     title: str
     summary: str
@@ -50,7 +50,7 @@ class PairsTable:
 
 
 def variance_tables(analysis: Analysis) -> Iterator[VarianceTable]:
-    """Yield the analyses of variance, in the order in which they were asked for."""
+    """Yield the analyses of variance in the order of the questions."""
     for question in analysis.statistics.questions:
         if question.kind != "pairs":
             tests = [test for test in analysis.statistics.of(question) if test.rows]
@@ -78,7 +78,7 @@ def comparisons(analysis: Analysis) -> Iterator[PairsTable]:
 
 
 def refusals(analysis: Analysis) -> Iterator[str]:
-    """Yield the tests that could not be computed, those that one reason stopped in one line, and the reason."""
+    """Yield the tests that could not be computed, one line per reason."""
     stopped: dict[str, dict[str, list[str]]] = {}
     for test in analysis.statistics.tests:
         if test.refused:
@@ -93,7 +93,7 @@ def refusals(analysis: Analysis) -> Iterator[str]:
 
 
 def describe_group_levels(analysis: Analysis) -> str:
-    """Return whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
+    """Return a sentence on whether the groups differ in stimuli as well as people; "" without levels by group."""
     factors, differing = analysis.ratings.cells, differing_factors(analysis.ratings)
     if not differing:
         return f"The groups met the same levels of {phrase(factors)}." if factors else ""
@@ -107,7 +107,7 @@ def describe_group_levels(analysis: Analysis) -> str:
 
 
 def question_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
-    """Return what was compared, of whom, which averages went in, and whether groups that there are play no part."""
+    """Return what was compared, for whom, which averages were used, and whether existing groups are ignored."""
     people = sorted({test.participants for test in tests})
     who = count(people[-1], "participant") if len(people) == 1 else f"{people[0]} to {people[-1]} participants"
     apart = question.kind == "between" or question.group is not None
@@ -127,13 +127,13 @@ def _averaging(question: Question, tests: list[Test]) -> Iterator[str]:
 
 
 def per_value(tests: list[Test]) -> str:
-    """Return how many ratings a participant's value is the mean of."""
+    """Return how many ratings a participant's value averages."""
     least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
     return count(most, "rating") if least == most else f"{least:,} to {most:,} ratings"
 
 
 def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
-    """Return what a comparison of pairs compares, and how many ratings the means of each level rest on."""
+    """Return what a comparison of pairs compares, and how many ratings the means of each level average."""
     description = f"Levels of {question.factors[0]}, compared within participants."
     least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
     if most > 1 and least == most:
@@ -166,7 +166,7 @@ def _title(question: Question) -> str:
 
 
 def _within_table(tests: list[Test]) -> Table:
-    """Return the effects within participants; the corrected columns are empty where nothing is corrected."""
+    """Return the effects within participants; corrected columns are empty where nothing is corrected."""
     notes, rows = Footnotes(), []
     for attribute, row in ((test.attribute, row) for test in tests for row in test.rows):
         corrected = bool(correction(row))
@@ -221,7 +221,7 @@ def _pairs_table(test: Test) -> Table:
 
 
 def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
-    """Yield each attribute with its first result in a sentence, or with a word that it was not tested."""
+    """Yield each attribute with its first result as a sentence, or a note that it was not tested."""
     for attribute in analysis.ratings.attributes:
         test = analysis.headline(attribute)
         if test is not None:
@@ -230,29 +230,29 @@ def headlines(analysis: Analysis) -> Iterator[tuple[str, str]]:
 
 
 def attribute_title(analysis: Analysis, attribute: str) -> str:
-    """Return an attribute with both of its words: `Easy-to-pull – Hard-to-pull`."""
+    """Return an attribute with both words: `Easy-to-pull – Hard-to-pull`."""
     antonym = analysis.ratings.antonyms.get(attribute)
     return f"{attribute} – {antonym}" if antonym else attribute
 
 
 def sentence(row: Row) -> str:
-    """Return an effect and its test: `variant: F(4.20, 163.90) = 12.34, p < .001, ...`."""
+    """Return an effect with its test: `variant: F(4.20, 163.90) = 12.34, p < .001, ...`."""
     return f"{effect_name(row['Source'])}: {apa_f(with_nan(row))}"
 
 
 def pair_sentence(row: Row) -> str:
-    """Return a pair and its test, the p value adjusted by Holm's method."""
+    """Return a pair with its test, with p adjusted by Holm's method."""
     adjusted = with_nan(row) | {"p_adjust": "holm", "p_corr": with_nan(row)["p_holm"]}
     return f"{row['A']} − {row['B']}: {apa_t(adjusted)}"
 
 
 def all_sentences(tests: tuple[Test, ...] | list[Test]) -> Iterator[str]:
-    """Yield every effect of every test, each with its attribute."""
+    """Yield every effect of every test as a sentence with its attribute."""
     for test in tests:
         for row in test.rows:
             yield f"{test.attribute}, {sentence(row)}"
 
 
 def effect_name(source: str) -> str:
-    """Return an effect as a reader writes it: `car × variant`."""
+    """Return an effect in the form for readers: `car × variant`."""
     return source.replace(":", " × ")

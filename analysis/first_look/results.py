@@ -1,4 +1,4 @@
-"""An analysis as files: one JSON with every number, and a CSV for each table."""
+"""The files of an analysis: one JSON file with every number, and a CSV file for each table."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ PAIR = {
 
 
 def write_results(analysis: Analysis, folder: Path) -> list[Path]:
-    """Write statistics.json and the CSV tables to `folder`: equal inputs give equal bytes. The paths, in order."""
+    """Write statistics.json and the CSV tables to `folder`; return the paths. Equal inputs give equal bytes."""
     tables = {name: csv_text(rows) for name, rows in result_tables(analysis).items()}
     return write_texts(folder, {"statistics.json": statistics_json(analysis), **tables})
 
 
 def statistics_json(analysis: Analysis) -> str:
-    """Return every number of the analysis, with its method, n, exclusions and the hash of every input.
+    """Return every number of the analysis as JSON, with method, n, exclusions and the hash of every input.
 
     Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
     `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of.
@@ -73,7 +73,7 @@ def statistics_json(analysis: Analysis) -> str:
 
 
 def statistics_data(analysis: Analysis) -> dict[str, Any]:
-    """Return what statistics.json holds, as JSON data."""
+    """Return the content of statistics.json as data."""
     ratings, design = analysis.ratings, analysis.design
     tests = []
     for test in analysis.statistics.tests:
@@ -117,7 +117,7 @@ def statistics_data(analysis: Analysis) -> dict[str, Any]:
 
 
 def result_tables(analysis: Analysis) -> dict[str, list[dict[str, Any]]]:
-    """Return the rows of each CSV by file name; the level means are named for their factor: variant_means.csv."""
+    """Return the rows of each CSV file by name; level means are named by their factor: variant_means.csv."""
     levels = re.sub(r"\W+", "_", "_".join(shown_factors(analysis.ratings))).strip("_") or "level"
     tests = analysis.statistics.tests
     return {
@@ -130,7 +130,7 @@ def result_tables(analysis: Analysis) -> dict[str, list[dict[str, Any]]]:
 
 
 def named(row: Row) -> dict[str, Any]:
-    """Return a row of a test under names that say what the number is."""
+    """Return a row of a test with descriptive names of its numbers."""
     if "Contrast" in row:
         return {name: row[column] for column, name in PAIR.items() if column in row}
     effect = {name: row[column] for column, name in EFFECT.items() if column in row}

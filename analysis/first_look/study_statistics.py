@@ -1,4 +1,4 @@
-"""Which tests are run for a rating study, in which order, and on which averages."""
+"""The tests of a rating study, their order, and the averages that they use."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Row = Mapping[str, Any]
 
 EVERYONE = "all participants"
 OPTIONS: Mapping[str, Any] = {"dv": "value", "subject": "participant", "aggregate": "mean"}
-"""Averaging is safe: no test is computed before each participant has every cell as often as the design asks for."""
+"""Options of the tests: averaging is safe, since every participant must first have every cell as often as planned."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """One kind of test, asked for every attribute: on which factors, of whom, and what is averaged before."""
+    """One kind of test for every attribute: its factors, its participants, and what is averaged before."""
 
     kind: Kind
     factors: tuple[str, ...]
@@ -36,7 +36,7 @@ class Question:
 
     @property
     def scope(self) -> str:
-        """Who is asked about, in words."""
+        """The participants that the test is about, in words."""
         return f"{self.group[0]} {self.group[1]}" if self.group else EVERYONE
 
 
@@ -61,22 +61,22 @@ class Test:
 
 @dataclass(frozen=True)
 class StudyStatistics:
-    """Every test of a study, by question and within it by attribute."""
+    """Every test of a study, by question, then by attribute."""
 
     questions: tuple[Question, ...]
     tests: tuple[Test, ...]
 
     def of(self, question: Question) -> tuple[Test, ...]:
-        """Return the tests that answer one question, in the order of the attributes."""
+        """Return the tests of one question, in the order of the attributes."""
         return tuple(test for test in self.tests if test.question == question)
 
 
 def questions_of(ratings: Ratings) -> tuple[Question, ...]:
-    """Return what is tested, in this order: the crossed factors, the pooled factor, the groups, the pairs of levels.
+    """Return the questions in order: the crossed factors, the pooled factor, the groups, the pairs of levels.
 
-    The crossed factors are tested within each group where the groups met different levels (the door study: other
-    cars), over everyone where all met the same. The other tests are of everyone: of each participant's means over
-    the factors in `averaged_over`, so that a participant counts once in each level (between groups: once).
+    The crossed factors are tested within each group if the groups had different levels (other cars, in the door study),
+    else over everyone. The other tests are over everyone, on each participant's means over the factors in
+    `averaged_over`, so that a participant counts once in each level (between groups: once).
     """
     within, pooled = ratings.within, ratings.pooled
     apart = bool(differing_factors(ratings))
@@ -94,9 +94,9 @@ def questions_of(ratings: Ratings) -> tuple[Question, ...]:
 
 
 def study_statistics(ratings: Ratings, progress: Progress = lambda *_: None) -> StudyStatistics:
-    """Ask every question for every attribute; a test that cannot be made keeps its place, with the reason.
+    """Answer every question for every attribute; a test that cannot be computed keeps its place, with the reason.
 
-    No test averages a missing cell away: one of which any participant lacks a cell is refused.
+    No test ignores a missing cell: it is refused if any participant lacks a cell.
     """
     questions = questions_of(ratings)
     faults = cell_faults(ratings)
@@ -110,7 +110,7 @@ def study_statistics(ratings: Ratings, progress: Progress = lambda *_: None) -> 
 
 
 def levels_by_group(ratings: Ratings, factor: str) -> dict[str, tuple[str, ...]]:
-    """Return the levels of a factor that each group met, in the order of the study, {} where there are no groups."""
+    """Return the levels of a factor that each group had, in the order of the study; {} without groups."""
     if not ratings.between:
         return {}
     groups = ratings.table.groupby(list(ratings.between), sort=True)
@@ -123,7 +123,7 @@ def levels_by_group(ratings: Ratings, factor: str) -> dict[str, tuple[str, ...]]
 
 
 def differing_factors(ratings: Ratings) -> tuple[str, ...]:
-    """Return the factors of which the groups of participants met different levels."""
+    """Return the factors whose levels differ between groups of participants."""
     return tuple(name for name in ratings.cells if len(set(levels_by_group(ratings, name).values())) > 1)
 
 
@@ -167,7 +167,7 @@ def _answer(ratings: Ratings, faults: CellFaults, question: Question, attribute:
 
 
 def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Row, ...]:
-    """Return the rows of the statistic; the pairs in the order of the study, by Bonferroni and by Holm side by side."""
+    """Return the rows of the statistic; pairs are in the order of the study, with Bonferroni's and Holm's p."""
     factor = question.factors[0]
     if question.kind == "between":
         return _rows(anova(table, between=factor, **OPTIONS))
@@ -183,7 +183,7 @@ def _test(table: pd.DataFrame, question: Question, ratings: Ratings) -> tuple[Ro
 
 
 def _rows(table: pd.DataFrame) -> tuple[Row, ...]:
-    """Return a table's rows as plain values; a number that is none becomes None (the row's note says why)."""
+    """Return a table's rows as plain values, with None for undefined numbers (the row's note says why)."""
     return tuple(
         {
             str(name): value if value is None or isinstance(value, bool | str | int) else finite_or_none(float(value))

@@ -1,1 +1,1 @@
-"""Foreign tables of ratings, read by a column map."""
+"""Import of foreign tables of ratings by a column map."""

@@ -1,4 +1,4 @@
-"""The bytes of a foreign table to its header and rows, each with its line; what could be read two ways is refused."""
+"""From the bytes of a foreign table to its header and rows with line numbers; ambiguous input is refused."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ MOST_SHOWN = 5
 
 
 class TableRefused(DataRefused):
-    """A foreign table cannot be read as its map says; the message names file, line and reason."""
+    """A foreign table cannot be read by its map; the message names file, line and reason."""
 
 
 @dataclass(frozen=True)
 class SheetRow:
-    """The cells of one record and the 1-based line of the file on which it begins."""
+    """The cells of one record and the 1-based number of its first line."""
 
     line: int
     cells: tuple[str, ...]
@@ -44,7 +44,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table as text: its header, its rows (none of them wholly empty) and how it was read."""
+    """A table as text: its header, its rows without empty ones, and how it was read."""
 
     name: str
     sha256: str
@@ -55,7 +55,7 @@ class Sheet:
     encoding: str
 
     def place(self, column: str) -> int:
-        """Return the index of a column that `read_sheet` demanded."""
+        """Return the index of a column that `read_sheet` required."""
         return self.header.index(column)
 
 
@@ -68,7 +68,7 @@ def read_sheet(
     required: Sequence[str],
     trim: bool,
 ) -> Sheet:
-    """Read a delimited table in which every column of `required` must stand.
+    """Read a delimited table that must have every column of `required`.
 
     The first encoding that fits is used. Without a `delimiter`, it is the one under which the header has
     the required columns. Raises TableRefused on an empty file, bytes that no encoding reads, a header without a
@@ -107,7 +107,7 @@ def read_sheet(
 
 
 def _refuse_ragged(rows: Sequence[SheetRow], header: Sequence[str], delimiter: str, name: str) -> None:
-    """Raise TableRefused where a row has more or fewer cells than the header, with the likeliest reason."""
+    """Raise TableRefused where a row has more or fewer cells than the header, with the most likely reason."""
     if ragged := [row for row in rows if len(row.cells) != len(header)]:
         examples = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:MOST_SHOWN])
         more = f" and {len(ragged) - MOST_SHOWN} more rows" if len(ragged) > MOST_SHOWN else ""
@@ -155,7 +155,7 @@ def _decode(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]
 
 
 def _advice(data: bytes, tried: Sequence[str]) -> str:
-    """Name the encodings that read the file without control characters, except those that were tried."""
+    """Return the encodings that read the file without control characters, except those that were tried."""
     known = {codecs.lookup(encoding).name for encoding in tried}
     others = [name for name in OFFERED if codecs.lookup(name).name not in known and _reads(data, name)]
     if not others:
@@ -174,7 +174,7 @@ def _reads(data: bytes, encoding: str) -> bool:
 
 
 def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
-    """Return the delimiter under which most required columns stand in the header; then the one with most columns."""
+    """Return the delimiter with which most required columns are in the header, then the one with most columns."""
 
     def score(delimiter: str) -> tuple[int, int]:
         try:
@@ -187,7 +187,7 @@ def _likeliest_delimiter(text: str, required: Sequence[str], trim: bool) -> str:
 
 
 def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[SheetRow]:
-    """Yield the records that are not blank lines; `skipped` lines stood before the text."""
+    """Yield the records except blank lines; `skipped` is the number of lines before the text."""
     try:
         for record in split_records(io.StringIO(text, newline=""), delimiter, strict=True):
             if record.cells:

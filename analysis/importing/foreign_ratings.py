@@ -1,6 +1,4 @@
-"""The rows of foreign tables that are ratings, each with its participant, attribute, factors and value; duplicates
-settled.
-"""
+"""The ratings in foreign tables, each with participant, attribute, factors and value; duplicates are resolved."""
 
 from __future__ import annotations
 
@@ -20,7 +18,7 @@ Cell = tuple[str, ...]
 
 @dataclass(frozen=True)
 class ForeignRating:
-    """One rating and where it stood, `where` being 'FILE: line N'."""
+    """One rating and its place, `where`, such as 'FILE: line N'."""
 
     where: str
     participant: str
@@ -33,7 +31,7 @@ class ForeignRating:
 
 
 def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[ForeignRating], list[Exclusion]]:
-    """Return all ratings in the order of the files, and a line for all rows that the map leaves out.
+    """Return all ratings in the order of the files, and an exclusion for the rows that the map leaves out.
 
     Raises TableRefused as `palpate.analysis.importing.tables.import_table` says.
     """
@@ -122,7 +120,7 @@ def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) ->
 
 
 def _label(column_map: ColumnMap, line: Line, column: str) -> str:
-    """Return the text of a cell that says whose or which rating it is: without it the rating has no place."""
+    """Return the text of a cell that identifies a rating, which must not be empty."""
     text = line[column]
     if text in column_map.missing:
         raise TableRefused(
@@ -144,7 +142,7 @@ def _level(column_map: ColumnMap, line: Line, factor: str, source: Source) -> st
 
 
 class _Groups:
-    """Each participant's levels of the between factors; one level each, whatever row says it."""
+    """Each participant's levels of the between factors, which must be the same in every row."""
 
     def __init__(self, column_map: ColumnMap, lines: Sequence[Line]) -> None:
         self._map = column_map
@@ -156,7 +154,7 @@ class _Groups:
                         self._note(line[column_map.columns.participant], factor, level, line)
 
     def of(self, person: str, line: Line) -> dict[str, str]:
-        """Return the participant's levels, those of this line included."""
+        """Return the participant's levels, including those of this line."""
         for factor, source in self._map.columns.between.items():
             if source.contains is None:
                 self._note(person, factor, _level(self._map, line, factor, source), line)
@@ -178,7 +176,7 @@ class _Groups:
 
 @dataclass(frozen=True)
 class Line:
-    """A row of a sheet, its cells by the names of their columns."""
+    """A row of a sheet with its cells by column name."""
 
     sheet: Sheet
     row: SheetRow
@@ -186,7 +184,7 @@ class Line:
 
     @property
     def where(self) -> str:
-        """Return the file and the line, as a message begins."""
+        """The file and the line, for messages."""
         return f"{self.sheet.name}: line {self.row.line}"
 
     def __getitem__(self, column: str) -> str:
@@ -194,16 +192,15 @@ class Line:
 
 
 def lines_of(column_map: ColumnMap, sheet: Sheet) -> Iterator[Line]:
-    """Return the rows of a sheet with the columns that the map names."""
+    """Yield the rows of a sheet with the columns that the map names."""
     places = {column: sheet.place(column) for column in column_map.column_names()}
     return (Line(sheet, row, places) for row in sheet.rows)
 
 
 def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
-    """Return the lines inside every loop and condition of the map, and one exclusion for all that each of them leaves
-    out.
+    """Return the lines that satisfy all loops and conditions of the map, and an exclusion for what each leaves out.
 
-    Raises TableRefused where a condition asks for a text that never occurs, and where no line is left.
+    Raises TableRefused where a condition names a text that never occurs, and where no line is left.
     """
     chosen, exclusions = list(lines), []
     for columns in column_map.loop.values():
@@ -232,7 +229,7 @@ def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Lin
 
 
 def demand_one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
-    """Refuse a participant in two PsychoPy files: it writes one file a session, so the participant took part twice."""
+    """Raise TableRefused for a participant in two PsychoPy files: each file is one session."""
     files: dict[str, str] = {}
     for line in lines if column_map.format == "psychopy" else ():
         person = line[column_map.columns.participant]
@@ -245,7 +242,7 @@ def demand_one_file_each(column_map: ColumnMap, lines: Sequence[Line]) -> None:
 
 
 def either(texts: Iterable[str]) -> str:
-    """Return the texts as a message offers them."""
+    """Return the texts as alternatives for a message."""
     return " or ".join(map(repr, texts))
 
 
@@ -260,11 +257,10 @@ def _left_out(before: Sequence[Line], after: Sequence[Line], why: str) -> list[E
 def settle_duplicates(
     column_map: ColumnMap, ratings: Sequence[ForeignRating]
 ) -> tuple[list[ForeignRating], bool, list[Exclusion]]:
-    """Return one rating for each cell in the order of the file, whether any is a mean, and what was done, by
-    participant.
+    """Return one rating per cell in the order of the file, whether any is a mean, and the exclusions by participant.
 
-    A cell is a participant, an attribute, the within levels and the stimulus. Raises TableRefused on a duplicate
-    that the map does not settle, and where a kept column differs within a cell that is averaged.
+    A cell is a participant, an attribute, the within levels and the stimulus. Raises TableRefused on a duplicate that
+    the map does not resolve, and where a kept column differs within a cell that is averaged.
     """
     cells: dict[Cell, list[ForeignRating]] = {}
     for rating in ratings:

@@ -1,4 +1,4 @@
-"""The column map: a small YAML file that says what the columns of a foreign table mean. Frozen and strict."""
+"""The column map: a small YAML file with the meaning of a foreign table's columns. Frozen and strict."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 
 class MapRefused(DataRefused):
-    """The column map cannot be used; the message names file, line, key and the nearest valid one."""
+    """The column map is unusable; the message names file, line, key and the nearest valid one."""
 
 
 def _as_text(value: Any) -> Any:
-    """Return a whole number as text: a level or a column may be written as one."""
+    """Return an integer as text, since a level or a column may be written as one."""
     return str(value) if type(value) is int else value
 
 
@@ -64,9 +64,9 @@ class _Strict(BaseModel):
 
 
 class Source(_Strict):
-    """Where a factor's level stands: in a column, as it is, renamed by `levels`, or known by what the text contains.
+    """The source of a factor's level: a column, optionally renamed by `levels`, or the text that a column contains.
 
-    `levels` as a list gives the order and refuses others; as a mapping it renames, too. `contains` maps a level
+    `levels` as a list gives the order and refuses other levels; as a mapping it also renames. `contains` maps a level
     to a text that some cell of the participant's column contains, in any row of the table.
     """
 
@@ -100,12 +100,12 @@ class Source(_Strict):
 
     @property
     def declared(self) -> tuple[str, ...]:
-        """Return the levels in the map's order, () where the column decides."""
+        """The levels in the map's order, () if the column decides."""
         return tuple(dict.fromkeys((self.levels or {}).values())) or tuple(self.contains or ())
 
 
 class Columns(_Strict):
-    """Which columns hold the participant, the value, the attribute and the factors."""
+    """The columns of participant, value, attribute and factors."""
 
     participant: Filled
     value: Filled
@@ -127,7 +127,7 @@ class Columns(_Strict):
 
 
 class Condition(_Strict):
-    """Which rows are ratings: those whose cell is one of these texts, or is not empty."""
+    """A condition on rows that are ratings: the cell is one of these texts, or is not empty."""
 
     is_: Annotated[tuple[Text, ...], Field(min_length=1)] | None = Field(default=None, alias="is")
     not_empty: Literal[True] | None = None
@@ -140,7 +140,7 @@ class Condition(_Strict):
 
 
 class MapScale(_Strict):
-    """The scale on which the values stand."""
+    """The scale of the values."""
 
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
@@ -152,12 +152,12 @@ class MapScale(_Strict):
         return self
 
     def scale(self) -> RatingScale:
-        """Return the scale as the analysis knows it."""
+        """Return the scale as the analysis uses it."""
         return RatingScale(self.low, self.high, self.step)
 
 
 class ColumnMap(_Strict):
-    """What a foreign table is and how its columns become ratings."""
+    """The description of a foreign table, and how its columns become ratings."""
 
     name: Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
     source: str = ""
@@ -202,7 +202,7 @@ class ColumnMap(_Strict):
 
     @property
     def within(self) -> tuple[str, ...]:
-        """Return the within factors: loops first, then columns."""
+        """The within factors: loops first, then columns."""
         return (*self.loop, *self.columns.within)
 
     def column_names(self) -> tuple[str, ...]:
@@ -215,7 +215,10 @@ class ColumnMap(_Strict):
 
 
 def find_map(name: Path) -> Path:
-    """Return a map file by its path, or a shipped one by its name; raises MapRefused with the nearest shipped name."""
+    """Return the path of a map file, or of a shipped one by its name.
+
+    Raises MapRefused with the nearest shipped name.
+    """
     if name.is_file() or name.suffix in {".yaml", ".yml"}:
         return name
     shipped = {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
@@ -225,7 +228,7 @@ def find_map(name: Path) -> Path:
 
 
 def read_map(path: Path) -> ColumnMap:
-    """Return the column map in a YAML file; raises MapRefused with every mistake in it (at most eight are shown)."""
+    """Return the column map in a YAML file. Raises MapRefused with all mistakes in it, at most eight shown."""
     try:
         document = load(path.read_bytes(), path.name)
     except YamlError as error:

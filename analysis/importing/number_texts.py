@@ -1,4 +1,4 @@
-"""Numbers as foreign tables write them: points or commas, and nothing that could mean two things."""
+"""Numbers in foreign tables, with points or commas; ambiguous ones are refused."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ _NO_NUMBER = "no number; correct the cell or, only if nothing was rated there, l
 
 
 class NoNumber(ValueError):
-    """The text is no finite number in the table's way of writing them; the message says why."""
+    """The text is no finite number in the table's format; the message says why."""
 
 
 def decimal_mark(texts: Sequence[str], delimiter: str) -> Decimal:
-    """Return the decimal mark that these texts use, '.' where none has a fraction.
+    """Return the decimal mark of these texts, '.' if none has a fraction.
 
-    1.234 is a fraction to some and a thousand to others, so it decides nothing, except that a point is a decimal
-    one in a table that separates its columns by commas. Raises NoNumber where the texts disagree or do not decide.
+    1.234 is ambiguous, except in a table that separates its columns by commas, where the point is a decimal mark.
+    Raises NoNumber where the texts disagree or remain ambiguous.
     """
     points = [text for text in texts if _FRACTION["."].fullmatch(text)]
     commas = [text for text in texts if _FRACTION[","].fullmatch(text)]
@@ -81,7 +81,7 @@ def _decided(mark: Decimal, texts: Sequence[str]) -> Decimal:
 
 
 def number(text: str, decimal: Decimal) -> float:
-    """Return the number that the text writes with this decimal mark; raises NoNumber on everything else."""
+    """Return the number in a text with this decimal mark. Raises NoNumber on anything else."""
     if not (_INTEGER.fullmatch(text) or _FRACTION[decimal].fullmatch(text)):
         raise NoNumber(_why_not(text, decimal))
     value = float(text.replace(",", "."))

@@ -1,4 +1,4 @@
-"""Foreign tables to ratings, by a column map: all of the table, or a refusal that names the line."""
+"""From foreign tables to ratings by a column map: the whole table, or a refusal that names the line."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["MapRefused", "TableRefused", "import_table"]
 
 
 def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
-    """Return the ratings that the map at `map_path` finds in its files, or in `data_path` (a file, or their folder).
+    """Return the ratings that the map at `map_path` defines in its files, or in `data_path` (a file, or their folder).
 
-    Nothing is converted by guess: a delimiter or decimal mark that the table does not settle, a value that is no
-    finite number or off the scale, a missing level, a cell filled twice are refused (TableRefused) unless the map
-    says what to do; whatever is left out or averaged then has a line in `exclusions`. Raises MapRefused on a
-    mistake in the map, OSError on a file that cannot be read.
+    Nothing is guessed: an ambiguous delimiter or decimal mark, a value that is not finite or off the scale, a missing
+    level, a cell filled twice are refused (TableRefused) unless the map says what to do; everything left out or
+    averaged then has a line in `exclusions`. Raises MapRefused on a mistake in the map, OSError on a file that cannot
+    be read.
     """
     column_map = read_map(map_path)
     sheets = _sheets(column_map, map_path, data_path)
@@ -67,7 +67,7 @@ def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
 
 
 def _rating_table(column_map: ColumnMap, ratings: Sequence[ForeignRating]) -> pd.DataFrame:
-    """Return the ratings in long form, one row for each, with the columns that the map names."""
+    """Return the ratings in long form, one per row, with the columns that the map names."""
     stimulus = {"stimulus": [r.stimulus for r in ratings]} if column_map.columns.stimulus else {}
     return pd.DataFrame(
         {
@@ -116,7 +116,7 @@ def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> li
 
 
 def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ...]:
-    """Return the declared cells: where the map lists some factor's levels, the others' are those that occur."""
+    """Return the declared cells: if the map lists the levels of some factor, the others have those that occur."""
     declared = {factor: tuple(levels) for factor, levels in column_map.loop.items()}
     declared |= {factor: source.declared for factor, source in column_map.columns.within.items() if source.declared}
     if not declared:

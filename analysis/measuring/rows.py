@@ -1,4 +1,4 @@
-"""How wrong and how long: each declared case measured, error and time in one run on one input."""
+"""Measurement of error and run time of declared cases, each in one run on one input."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from palpate.protocols.progress import Clock
 
 MEASURED, REFUSED, FAILED, NO_NUMBER, UNBOUNDED = "measured", "refused", "failed", "no number", "infinite"
 SLOW_S = 20.0
-"""A case slower than this is run twice in all: another five repeats tell little and cost minutes."""
+"""Seconds above which a case is run only twice, since five more repeats would tell little and take minutes."""
 ENOUGH_S, MOST_RUNS = 0.02, 200
-"""A fast case is repeated until this much has been timed, so that a median of microseconds has meaning."""
+"""Seconds to repeat a fast case for, and the most repeats, so that a median of microseconds is meaningful."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One case, measured: `error` is a number where `outcome` is `measured`, else None and `note` says why.
+    """The measurement of a case; `error` is a number if `outcome` is `measured`, else None and `note` says why.
 
-    `seconds` is the median of `runs` timed runs after a warm-up, or what the case itself says of its one run; it is
-    None where the method failed. `peak_MB` (10^6 bytes) is what Python and NumPy allocated at most during one more run,
-    None where there was none.
+    `seconds` is the median of `runs` timed runs after a warm-up, or the time that the case itself reports of its one
+    run; it is None if the method failed. `peak_MB` (10^6 bytes) is the peak allocation of Python and NumPy in one more
+    run, None without such a run.
     """
 
     area: str
@@ -46,11 +46,11 @@ class Measurement:
 
 
 def measure(case: Case, clock: Clock = time.perf_counter) -> Measurement:
-    """Run one case: warm up, time, trace the memory in a separate run, and ask how wrong the answer was.
+    """Measure a case: warm up, time, trace the memory in a separate run, and compute the error of the answer.
 
-    A case that takes longer than `SLOW_S` is run once more only, its memory traced in that same run, and the
-    shorter of its two times counts. One that says itself how long its answer took is run once. A method that raises
-    makes a row named `failed` and does not end the bench.
+    A case that takes longer than `SLOW_S` is run only once more, with traced memory, and the shorter of its two times
+    counts. A case that reports its own time is run once. A method that raises gets a row named `failed` and does not
+    end the bench.
     """
     gc.collect()
     try:
@@ -62,7 +62,7 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Measurement:
 def run_bench(
     areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None
 ) -> list[Measurement]:
-    """Measure every case of every area, in order; `progress` is called with what comes next."""
+    """Measure every case of every area in order; `progress` is called with what comes next."""
     rows = []
     for area, cases in areas_cases.items():
         for case in cases:
@@ -72,7 +72,7 @@ def run_bench(
 
 
 def as_json(rows: Iterable[Measurement]) -> str:
-    """Return the rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
+    """Return the rows as a JSON list with sorted keys; undefined numbers are null, explained by `outcome`."""
     return json_text([asdict(row) for row in rows], indent=1, sort_keys=True)
 
 
@@ -103,7 +103,7 @@ def _measure(case: Case, clock: Clock) -> Measurement:
 
 @dataclass(frozen=True)
 class _Timed:
-    """What measuring adds to a case."""
+    """The measured times and memory of a case."""
 
     error: float | None
     outcome: str
@@ -134,7 +134,7 @@ def _trace_memory(run: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def _classify_error(error: float | None) -> tuple[float | None, str]:
-    """Return the error and the outcome; nan or infinity is neither a refusal nor an answer and has names of its own."""
+    """Return the error and the outcome; nan and infinity have outcomes of their own."""
     if error is None:
         return None, REFUSED
     if math.isnan(error):

@@ -1,4 +1,4 @@
-"""Error against run time: the bench's rows as a table, and as a work-precision plot for each area."""
+"""Error against run time: the bench's rows as a table, and a work-precision plot for each area."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ OURS = "palpate"
 
 
 def is_ours(row: Measurement) -> bool:
-    """Return whether the method is this project's, which names itself so: `palpate`, or `palpate, exact`."""
+    """Return whether the method is this project's, by its name: `palpate`, or `palpate, exact`."""
     return row.method.casefold().startswith((OURS, "ours"))
 
 
 def ratio_to_ours(row: Measurement, rows: Iterable[Measurement]) -> float | None:
-    """Return the time relative to our first method on the same area, case and input; None where either has no time."""
+    """Return the time relative to our first method on the same area, case and input; None if either has no time."""
     same = (row.area, row.case, row.input)
     reference = next((o for o in rows if is_ours(o) and (o.area, o.case, o.input) == same), None)
     if reference is None or not reference.seconds or row.seconds is None:
@@ -29,7 +29,7 @@ def ratio_to_ours(row: Measurement, rows: Iterable[Measurement]) -> float | None
 
 
 def print_table(rows: Sequence[Measurement], console: Console | None = None) -> None:
-    """Print one table for each area, grouped by case and input, error and time side by side."""
+    """Print a table for each area, grouped by case and input, with error and time side by side."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.markup import escape
@@ -64,14 +64,14 @@ def print_table(rows: Sequence[Measurement], console: Console | None = None) -> 
 
 
 def error_text(row: Measurement) -> str:
-    """Return the error as a person reads it; an exact answer is `0`, and one that is no number says so."""
+    """Return the error as text: an exact answer is `0`, and an undefined error is named."""
     if row.outcome != MEASURED or row.error is None:
         return row.outcome
     return "0" if row.error == 0 else f"{row.error:.1e}"
 
 
 def time_text(seconds: float | None) -> str:
-    """Return a time in the unit that keeps it short."""
+    """Return a time in a suitable unit."""
     if seconds is None:
         return ""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
@@ -81,5 +81,5 @@ def time_text(seconds: float | None) -> str:
 
 
 def _three_figures(number: float) -> str:
-    """Write a number with three figures, never as a power of ten: from 1000 on whole numbers."""
+    """Return a number with three significant digits, never as a power of ten; an integer from 1000 on."""
     return f"{number:.0f}" if number >= 999.5 else f"{number:.3g}"

@@ -1,4 +1,4 @@
-"""The work-precision plot: run time along, error up, one panel for each case of an area."""
+"""The work-precision plot: run time on the x axis, error on the y axis, a panel for each case of an area."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Panel = tuple[str, str]
 
 
 def save_plots(rows: Sequence[Measurement], folder: Path) -> list[Path]:
-    """Save the work-precision plot of each area as SVG and PNG and give the paths."""
+    """Save the work-precision plot of each area as SVG and PNG, and return the paths."""
     areas = dict.fromkeys(row.area for row in rows)
     paths: list[Path] = []
     for area in areas:
@@ -31,7 +31,7 @@ def save_plots(rows: Sequence[Measurement], folder: Path) -> list[Path]:
 
 
 def save_plot(rows: Sequence[Measurement], folder: Path, name: str) -> list[Path]:
-    """Draw the rows of one area and save NAME.svg and NAME.png; rows without a time are left to the table."""
+    """Draw the rows of one area and save NAME.svg and NAME.png; rows without a time are only in the table."""
     with drawing(name):
         return save(work_precision_figure(rows), folder, name)
 
@@ -39,8 +39,8 @@ def save_plot(rows: Sequence[Measurement], folder: Path, name: str) -> list[Path
 def work_precision_figure(rows: Sequence[Measurement]) -> Figure:
     """Return one log-log panel for each case and kind of error: colour is the method, the marker is the input.
 
-    Two margins are marked: below, the exact answers (error 0); above, the methods that refused by name (open
-    markers) or gave infinity or nan (full ones). They have a time, but no error that such an axis could show.
+    Two margins are marked: below, the exact answers (error 0); above, the methods that refused by name (open markers)
+    or gave infinity or nan (full ones). They have a time, but no error that such an axis can show.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

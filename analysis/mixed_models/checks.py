@@ -1,4 +1,4 @@
-"""What is refused before a fit is tried and before it is given away."""
+"""Checks before a fit is tried and before its result is returned."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def check_call(
     reml: object,
     confidence: float,
 ) -> None:
-    """Refuse a call that contradicts itself, before any table is read."""
+    """Raise an error for a contradictory call, before any table is read."""
     if not isinstance(random, Mapping) or not random:
         raise BadOption("random names no grouping factor; give {'participant': []} or more, slopes in the list")
     if isinstance(fixed, str) or any(isinstance(slopes, str) for slopes in random.values()):
@@ -60,7 +60,7 @@ def check_call(
 
 
 def refuse_rank_deficient(problem: Problem, parts: Reduced, names: Sequence[str]) -> None:
-    """Refuse fixed effects that are combinations of those before them, and as many of them as values."""
+    """Raise RankDeficient for fixed effects that are linear combinations of earlier ones, or as many as values."""
     if problem.columns >= len(problem.y):
         raise RankDeficient(f"{problem.columns} fixed effects for {len(problem.y)} values; take effects out")
     if outside_width(problem) > WIDEST:
@@ -81,9 +81,9 @@ def refuse_rank_deficient(problem: Problem, parts: Reduced, names: Sequence[str]
 
 
 def refuse_indistinguishable(problem: Problem) -> None:
-    """Refuse grouping factors of which the data say nothing: two with the same groups, and one that is fixed already.
+    """Raise NotIdentified for grouping factors that the data cannot separate: equal ones, and one that is also fixed.
 
-    Their likelihood is level in a direction, so that every number of it would be as good as any other.
+    Their likelihood is flat in a direction, so that any value along it would be as good as any other.
     """
     for a, b in combinations(problem.random, 2):
         both = np.unique(a.codes * len(b.levels) + b.codes).size
@@ -107,7 +107,7 @@ def refuse_indistinguishable(problem: Problem) -> None:
 
 
 def refuse_unit(exponent: int, dv: Hashable) -> None:
-    """Refuse an outcome whose squares, and so its variances, lie beyond double precision."""
+    """Refuse an outcome whose squares, and so its variances, are beyond double precision."""
     if abs(exponent) > LARGEST_EXPONENT:
         raise BadValue(
             f"the values of column {dv!r} differ by about 1e{round(exponent * math.log10(2)):+d}, so their variances "
@@ -116,12 +116,12 @@ def refuse_unit(exponent: int, dv: Hashable) -> None:
 
 
 def without_random(problem: Problem, parts: Reduced) -> Solved:
-    """Fit by ordinary least squares: the fixed effects alone."""
+    """Fit the fixed effects alone by ordinary least squares."""
     return solve(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
 
 
 def refuse_no_residual(problem: Problem, parts: Reduced, parameters: Parameters, y: Floats, exponent: int) -> None:
-    """Refuse data that the fixed and random effects together fit to the last digit."""
+    """Raise NoResidual for data that the fixed and random effects fit exactly."""
     sizes = np.full(sum(term.size for term in problem.random), SIZES[-1])
     rss = solve(problem, parts, parameters.diagonal(sizes)).rss
     spread = rescaled(math.sqrt(rss / len(y)), exponent)
@@ -133,7 +133,7 @@ def refuse_no_residual(problem: Problem, parts: Reduced, parameters: Parameters,
 
 
 def refuse_beyond_doubles(problem: Problem, parts: Reduced, best: Optimum, at: Solved) -> None:
-    """Refuse effects so much larger than the residual that double precision loses the latter."""
+    """Refuse effects so much larger than the residual that double precision loses the residual."""
     factors = best.parameters.factors(best.free)
     inside = block_factor(problem, factors)
     several = [np.abs(batch.through @ inside).max() for batch in parts.batches if batch.through.shape[1] > 1]
@@ -146,7 +146,7 @@ def refuse_beyond_doubles(problem: Problem, parts: Reduced, best: Optimum, at: S
 
 
 def singular_notes(random: Sequence[Random], best: Optimum) -> tuple[str, ...]:
-    """Return what lies on the border: variances of zero and combinations of effects without any, in natural units."""
+    """Return notes on singular fits: zero variances, and combinations of effects without any, in natural units."""
     notes = []
     for term, factor, unit in zip(random, best.parameters.factors(best.free), best.parameters.natural, strict=True):
         scaled = factor / unit[:, None]

@@ -1,4 +1,4 @@
-"""Likelihood-ratio tests between fits of the same values."""
+"""Likelihood-ratio tests between fits to the same values."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ COLUMNS = ["parameters", "aic", "bic", "log_likelihood", "deviance", "chi2", "df
 def compare_models(smaller: MixedModel, larger: MixedModel) -> pd.DataFrame:
     """Return the likelihood-ratio test of a model against one that contains it: one row each.
 
-    Chi squared, df and p stand in the second row.
-    Both are fits by maximum likelihood; fits by REML are compared only where their fixed effects are the same. A tested
-    variance lies on the border of what it can be, where p is too large (up to twice; the note says so).
-    Raises NotComparable: other values, REML with other fixed effects, no further parameters, or a fit that is worse.
+    Chi squared, df and p are in the second row. Both must be fits by maximum likelihood, or by REML with equal fixed
+    effects. A tested variance is on the boundary of its range, where p is too large (up to twice; the note says so).
+    Raises NotComparable for other values, REML with other fixed effects, no further parameters, or a worse fit.
     """
     if not np.array_equal(np.sort(_values(smaller)), np.sort(_values(larger))):
         raise NotComparable("the two models are fits of different values; fit both to the same rows")

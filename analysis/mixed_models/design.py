@@ -1,12 +1,11 @@
 """The columns of a mixed model: variables, effects, contrasts and random effects.
 
-The model is fitted in columns that are centred and of size one (or in sum coding), so that neither an offset of 1e9
-nor a unit of measurement costs a digit. `back` maps to the reported columns: with c the internal and x the reported
-columns of a variable, [1, c] = [1, x] back, and so the coefficients of x are back times those of c.
-The contrasts of type III are lmerTest's (3.1), in internal coordinates: F does not depend on how a hypothesis is
-written as rows, but its pooled denominator df does, a little, where the rows have different df. With several effects
-they are each level against the first, averaged over the other factors; with one effect alone the rows of a Doolittle
-factorisation of X'X in treatment coding.
+The model is fitted in columns that are centred and of size one (or in sum coding), so that neither an offset of 1e9 nor
+a unit of measurement costs a digit. `back` maps to the reported columns: with c the internal and x the reported columns
+of a variable, [1, c] = [1, x] back, and so the coefficients of x are back times those of c. The contrasts of type III
+are lmerTest's (3.1), in internal coordinates: F does not depend on the rows of a hypothesis, but its pooled denominator
+df does slightly, where the rows have different df. With several effects they are each level against the first, averaged
+over the other factors; with a single effect the rows of a Doolittle factorisation of X'X in treatment coding.
 """
 
 from __future__ import annotations
@@ -33,25 +32,25 @@ RowSelection: TypeAlias = slice | Codes
 
 @dataclass(frozen=True)
 class Design:
-    """Effects, the intercept () first, each after all of its parts; `variables` by name."""
+    """The effects of a model, the intercept () first, each after all of its parts; `variables` by name."""
 
     variables: Mapping[str, Variable]
     effects: tuple[Effect, ...]
 
     @property
     def widths(self) -> list[int]:
-        """Return the number of columns of each effect."""
+        """The number of columns of each effect."""
         return [math.prod(self.variables[name].width for name in effect) for effect in self.effects]
 
     @property
     def places(self) -> dict[Effect, slice]:
-        """Return where each effect's columns stand."""
+        """The slice of each effect's columns."""
         ends = np.cumsum(self.widths).tolist()
         return {e: slice(end - w, end) for e, end, w in zip(self.effects, ends, self.widths, strict=True)}
 
     @property
     def names(self) -> list[str]:
-        """Return the names of the reported columns, such as "car[K8]:damping"."""
+        """The names of the reported columns, such as "car[K8]:damping"."""
         labels = [product(*(self.variables[name].labels for name in effect)) for effect in self.effects]
         return [":".join(parts) or INTERCEPT for of_effect in labels for parts in of_effect]
 
@@ -84,8 +83,8 @@ def _parts(effect: Effect) -> list[Effect]:
 def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effect, ...]:
     """Return the effects of main effects and "a:b" interactions, sorted by size.
 
-    Every part of an interaction must be there.
-    Raises UnknownColumn (an effect named twice) or BadOption (an interaction without its parts).
+    Every part of an interaction must be included. Raises UnknownColumn (an effect named twice) or BadOption (an
+    interaction without its parts).
     """
     place = {name: i for i, name in enumerate(mains)}
     if len(place) < len(mains):
@@ -105,7 +104,7 @@ def effects_of(mains: Sequence[str], interactions: Sequence[str]) -> tuple[Effec
 
 
 def triangle_of(rows: Floats) -> Floats:
-    """Return R of rows = Q R, of one matrix or of a stack: the same sums of squares in fewer rows."""
+    """Return R of rows = Q R, of one matrix or a stack, which has the same sums of squares in fewer rows."""
     r: Any = np.linalg.qr(rows, mode="r")
     triangle: Floats = r
     return triangle
@@ -121,7 +120,7 @@ def kronecker(blocks: Iterable[Floats]) -> Floats:
 
 @dataclass(frozen=True)
 class Variable:
-    """A factor (`codes` and the `table` of its levels' columns) or a number (`values`), row by row."""
+    """A factor (`codes` and the `table` of its levels' columns) or a number (`values`), by row."""
 
     name: str
     labels: tuple[str, ...]
@@ -132,7 +131,7 @@ class Variable:
 
     @property
     def width(self) -> int:
-        """Return how many columns the variable takes."""
+        """The number of columns of the variable."""
         return len(self.back) - 1
 
     def columns(self, rows: RowSelection) -> Floats:
@@ -145,7 +144,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Factor:
-    """The levels of a column and each row's level."""
+    """The levels of a column, and each row's level."""
 
     name: str
     codes: Codes
@@ -153,9 +152,9 @@ class Factor:
 
 
 def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | None = None) -> Factor:
-    """Return a column of labels as a factor, levels in the given order or else in their natural one.
+    """Return a column of labels as a factor, with levels in the given order or else in natural order.
 
-    Raises BadValue (no label, labels that read the same), BadOption (a level that the order lacks), TooFew (one level).
+    Raises BadValue (no label, labels with the same text), BadOption (a level missing in the order), TooFew (one level).
     """
     groups = coded(column, name)
     texts = [str(label) for label in groups.labels]
@@ -173,7 +172,7 @@ def factor_of(column: pd.Series[Any], name: Hashable, order: Sequence[Any] | Non
 
 
 def sum_table(levels: int) -> Floats:
-    """Return sum coding, (levels, levels - 1): each column one level against the last; effects add up to zero."""
+    """Return sum coding, (levels, levels - 1): each column is one level against the last; effects sum to zero."""
     return np.vstack([np.eye(levels - 1), -np.ones(levels - 1)])
 
 
@@ -211,7 +210,7 @@ def number_variable(column: pd.Series[Any], name: Hashable, centre: bool = True)
 
 
 def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:
-    """Return each effect's rows; `design` reports sum coding, `triangle` is that of its columns (X'X = its square)."""
+    """Return each effect's contrasts; `design` reports sum coding, `triangle` is R of its columns (X'X = R'R)."""
     effects = [effect for effect in design.effects if effect]
     if len(effects) == 1:
         # The effect's rows of L', where X'X = L D L' in treatment coding; a triangle of X is D^(1/2) L'.
@@ -232,7 +231,7 @@ def _against_first(design: Design, effect: Effect) -> Floats:
 
 
 def _differences(variable: Variable) -> Floats:
-    """Return the differences from the first level in terms of sum-coded coefficients; a number is itself."""
+    """Return the differences from the first level in sum-coded coefficients; a number is unchanged."""
     if variable.table is None:
         return np.ones((1, 1))
     differences: Floats = variable.table[1:] - variable.table[:1]
@@ -243,7 +242,7 @@ def _differences(variable: Variable) -> Floats:
 class Random:
     """The random effects of one grouping factor: an intercept and slopes, correlated or not.
 
-    `back` maps the effects of a level in internal coordinates to those that are reported.
+    `back` maps a level's effects from internal to reported coordinates.
     """
 
     name: str
@@ -255,22 +254,22 @@ class Random:
 
     @property
     def size(self) -> int:
-        """Return the number of random effects per level."""
+        """The number of random effects per level."""
         return len(self.back)
 
     @property
     def effects(self) -> list[str]:
-        """Return the names of a level's reported random effects."""
+        """The names of a level's reported random effects."""
         return self.design.names
 
     @property
     def free(self) -> int:
-        """Return how many numbers its relative covariance factor has."""
+        """The number of parameters of its relative covariance factor."""
         return self.size * (self.size + 1) // 2 if self.correlated else self.size
 
 
 def grouping(frame: pd.DataFrame, name: str) -> Coded:
-    """Return the levels of a grouping factor: a column, or columns joined by ":" (one's levels within another's)."""
+    """Return the levels of a grouping factor: a column, or nested columns joined by ":"."""
     parts = [name] if name in frame.columns else name.split(":")
     axes = [coded(frame[part], part) for part in parts]
     flat = np.zeros(len(frame), dtype=np.intp)
@@ -283,7 +282,7 @@ def grouping(frame: pd.DataFrame, name: str) -> Coded:
 
 
 def group_columns(names: Sequence[str], columns: Sequence[object]) -> list[str]:
-    """Return the columns that grouping factors are made of."""
+    """Return the columns of grouping factors."""
     parts = [[name] if name in columns else name.split(":") for name in names]
     return list(dict.fromkeys(part for columns_of_one in parts for part in columns_of_one))
 
@@ -327,7 +326,7 @@ def random_effects_of(
 
 
 def _refuse_constant_slopes(random: Random, rows: int) -> None:
-    """Raise NotIdentified for slopes that vary within no level: they cannot be told from the intercept's variance."""
+    """Raise NotIdentified for slopes that never vary within a level, which cannot be separated from the intercept."""
     first = np.zeros(len(random.levels), dtype=np.intp)
     first[random.codes[::-1]] = np.arange(rows)[::-1]
     for effect, place in random.design.places.items():

@@ -72,7 +72,7 @@ STEP = 65536
 
 @dataclass(frozen=True)
 class _Formula:
-    """A question put in full: the table, its columns' roles, and how it is to be answered."""
+    """The specification of a model: the table, the roles of its columns, and the options."""
 
     dv: Hashable
     table: Table
@@ -85,7 +85,7 @@ class _Formula:
     coding: Coding
 
     def design(self, coding: Coding) -> Design:
-        """Return the fixed effects, reported in a coding."""
+        """Return the fixed effects in a coding."""
         variables = {
             name: number_variable(self.table.frame[name], name)
             if name in self.numeric
@@ -218,7 +218,7 @@ def _described(formula: _Formula, fit: Fit, reml: bool, confidence: float) -> Mi
 
 @dataclass(frozen=True)
 class Fit:
-    """What a model was computed from; y_scale and y_pivot bring the internal y back to the outcome's unit."""
+    """The inputs of a fit; y_scale and y_pivot convert the internal y to the outcome's unit."""
 
     problem: Problem
     parts: Reduced
@@ -230,17 +230,17 @@ class Fit:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """A Gaussian linear mixed model, fitted.
+    """A fitted Gaussian linear mixed model.
 
     `fixed` has one row per coefficient: effect, estimate, se, df (Satterthwaite), t, p, ci_low, ci_high (Wald,
     Student's t with that df). `effects` has one row per effect, its F test of type III: Source, F, ddof1, ddof2
-    (Satterthwaite), p_unc. `variances` has one row per random effect and the residual: group, effect, variance, sd,
-    icc (the group's share of the variance that the fixed effects leave, in its first row); `correlations` one row per
-    pair of correlated effects. `criterion` is the REML criterion or the deviance; `log_likelihood`, `aic` and `bic`
-    (its n is the number of values, as in lme4) belong to it. `marginal_r2` and `conditional_r2` are Nakagawa &
-    Schielzeth's, with Johnson's 2014 mean variance for slopes. `singular` says that some variance is zero or some
-    correlation one, and `notes` which. `slope` and `distance` are the evidence of convergence: the largest derivative
-    of the deviance, and the deviance that a further step promises.
+    (Satterthwaite), p_unc. `variances` has one row per random effect and the residual: group, effect, variance, sd, icc
+    (the group's share of the variance that the fixed effects leave, in its first row); `correlations` one row per pair
+    of correlated effects. `criterion` is the REML criterion or the deviance; `log_likelihood`, `aic` and `bic` (its n
+    is the number of values, as in lme4) belong to it. `marginal_r2` and `conditional_r2` are Nakagawa & Schielzeth's,
+    with Johnson's 2014 mean variance for slopes. `singular` says whether some variance is zero or some correlation one,
+    and `notes` which. `slope` and `distance` show convergence: the largest derivative of the deviance, and the
+    predicted gain of a further step.
     """
 
     fixed: pd.DataFrame
@@ -267,7 +267,7 @@ class MixedModel:
 
 
 def fixed_variance(problem: Problem, coefficients: Floats) -> float:
-    """Return the variance (n - 1) of what the fixed effects predict, in internal units."""
+    """Return the variance (n - 1) of the fixed effects' predictions, in internal units."""
     n = len(problem.y)
     parts = [slice(start, min(start + STEP, n)) for start in range(0, n, STEP)]
     predicted = np.concatenate([problem.fixed.columns(p, p.stop - p.start) @ coefficients for p in parts])
@@ -289,7 +289,7 @@ def mean_variances(problem: Problem, factors: Sequence[Floats], sigma2: float) -
 
 @dataclass(frozen=True)
 class Table:
-    """The rows that have a value, sorted by their contents; `dropped` counts those without one."""
+    """The rows with a value, sorted by content; `dropped` counts the others."""
 
     frame: pd.DataFrame
     y: Floats
@@ -328,6 +328,6 @@ def read_table(
 
 
 def refuse_constant(y: Floats, dv: Hashable) -> None:
-    """Refuse an outcome without variation."""
+    """Raise TooFew for an outcome without variation."""
     if y.min() == y.max():
         raise BadValue(f"column {dv!r} has one value, {y[0]:g}, in every row; there is nothing to explain")

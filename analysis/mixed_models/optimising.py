@@ -1,10 +1,10 @@
-"""The smallest deviance: found from several starts, then proved by gradient and second derivatives, or refused.
+"""The minimum of the deviance, found from several starts, and proved by gradient and second derivatives or refused.
 
-The free numbers of the relative covariance factors are scaled so that each is about one where it matters. Lambda of a
-term is a lower triangle (its `units`) times a lower triangle of free numbers (correlated), or the same with diagonals
-(not). The signs of the diagonal are free: a column's sign changes no covariance, so that a variance of zero is no
-border of the search but a point where the deviance is level.
-Derivatives are central differences, extrapolated once (Richardson): errors of the fourth order in the step.
+The parameters of the relative covariance factors are scaled to about one where they matter. Lambda of a term is a lower
+triangle (its `units`) times a lower triangle of free numbers (correlated), or the same with diagonals (not). The signs
+of the diagonal are free: a column's sign changes no covariance, so a variance of zero is not a boundary of the search
+but a stationary point. Derivatives are central differences, extrapolated once (Richardson): errors of the fourth order
+in the step.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NotConverged
 
 SIZES = (0.0, *(10.0**k for k in range(-2, 16)))
-"""Sizes of an effect, in natural units, that are tried first: up to 1e15 times the residual."""
+"""Initial sizes of an effect, in natural units: up to 1e15 times the residual."""
 FLAT = 1e-10  # a curvature below this share of the largest counts as none
 CONVERGED = 1e-9  # how far, in deviance, the optimum may still be by its own quadratic
 NO_FURTHER = 1e-5
@@ -37,10 +37,10 @@ WIDE_STEP = 1e-2
 
 @dataclass(frozen=True)
 class Optimum:
-    """Where the deviance is smallest, with the evidence that it is.
+    """The minimum of the deviance, with the evidence for it.
 
-    `distance` is the deviance that the last quadratic still promises, `curved` its second derivatives in the free
-    numbers, `evaluations` how often the deviance was computed.
+    `distance` is the gain that the last quadratic still predicts, `curved` its second derivatives in the parameters,
+    `evaluations` the number of evaluations of the deviance.
     """
 
     parameters: Parameters
@@ -65,7 +65,7 @@ class Counted:
         return self.function(factors)
 
     def of(self, parameters: Parameters) -> Scalar:
-        """Return the deviance as a function of these parameters' free numbers."""
+        """Return the deviance as a function of these parameters."""
 
         def value(free: Floats) -> float:
             return self.at(parameters.factors(free))
@@ -74,9 +74,9 @@ class Counted:
 
 
 def find_optimum(counted: Counted, parameters: Parameters) -> Optimum:
-    """Return the smallest deviance, away from saddles, down to the last digit, variances of nothing set to zero.
+    """Return the minimum of the deviance, not a saddle, to the last digit, with zero variances set to zero.
 
-    Raises NotConverged where no start leads to a point that is proved to be one.
+    Raises NotConverged where no start leads to a proved minimum.
     """
     # The best of `SIZES` for each effect in turn, twice.
     sizes = np.ones(sum(term.size for term in parameters.random))
@@ -103,7 +103,7 @@ def find_optimum(counted: Counted, parameters: Parameters) -> Optimum:
 
 
 def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) -> tuple[float, list[Floats]]:
-    """Descend by BFGS, anew in the units of where it came to until it comes no further."""
+    """Descend by BFGS, repeatedly in the units of the latest point until there is no progress."""
     last = np.inf
     for _ in range(8):
         units = parameters.around(factors)
@@ -118,9 +118,9 @@ def _descended(counted: Counted, parameters: Parameters, factors: list[Floats]) 
 
 
 def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
-    """Take Newton's steps until they promise nothing more; from a saddle descend again.
+    """Take Newton steps until they predict no further gain; from a saddle descend again.
 
-    Second derivatives, and the units, are taken anew only where the steps stop getting much shorter.
+    Second derivatives and units are computed again only when the steps stop getting much shorter.
     """
     last, anew = np.inf, True
     for _ in range(30):
@@ -151,7 +151,7 @@ def _polished(counted: Counted, parameters: Parameters, factors: list[Floats]) -
 
 
 def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None]:
-    """Return the step to the quadratic's bottom, the deviance it promises, and a direction of descent if none."""
+    """Return the step to the quadratic's minimum, its predicted gain, and a direction of descent if it has none."""
     values, vectors = np.linalg.eigh(curved)
     largest = max(float(np.abs(values).max()), 1e-300)
     if values[0] < -1e-5 * largest:
@@ -162,7 +162,7 @@ def _newton(slope: Floats, curved: Floats) -> tuple[Floats, float, Floats | None
 
 
 def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) -> list[Floats]:
-    """Return the factors with every direction of no variance set to exactly none, where that costs nothing."""
+    """Return the factors with every direction of no variance set to exactly zero, where that costs nothing."""
     terms = zip(parameters.random, factors, strict=True)
     factors = [triangular(f) if t.correlated else np.abs(f) for t, f in terms]
     for i, (term, unit) in enumerate(zip(parameters.random, parameters.natural, strict=True)):
@@ -182,7 +182,7 @@ def _snapped(counted: Counted, parameters: Parameters, factors: list[Floats]) ->
 
 @dataclass(frozen=True)
 class Parameters:
-    """How free numbers make factors: `natural` are the sizes at which effects begin to matter, one array per term."""
+    """The mapping from parameters to factors: `natural` are the sizes at which effects begin to matter, by term."""
 
     random: tuple[Random, ...]
     natural: tuple[Floats, ...]
@@ -190,7 +190,7 @@ class Parameters:
 
     @property
     def free(self) -> int:
-        """Return how many free numbers there are."""
+        """The number of parameters."""
         return sum(term.free for term in self.random)
 
     def factors(self, free: Floats) -> list[Floats]:
@@ -204,7 +204,7 @@ class Parameters:
         return factors
 
     def free_of(self, factors: Sequence[Floats]) -> Floats:
-        """Return the free numbers that make these lower triangles."""
+        """Return the parameters of these lower triangles."""
         parts = zip(self.random, self.units, factors, strict=True)
         return np.concatenate([np.linalg.solve(unit, factor)[_places(term)] for term, unit, factor in parts])
 
@@ -214,10 +214,11 @@ class Parameters:
         return [np.diag(unit * size) for unit, size in zip(self.natural, np.split(sizes, ends), strict=True)]
 
     def around(self, factors: Sequence[Floats]) -> Parameters:
-        """Return these parameters in units in which the deviance bends alike in every direction near these factors.
+        """Return these parameters in units in which the deviance has equal curvature in all directions near the
+        factors.
 
-        It answers to a change of Lambda relative to Lambda itself, or to the natural unit where that is larger: the new
-        unit U has U U' = Lambda Lambda' + natural^2.
+        The deviance depends on the change of Lambda relative to Lambda itself, or to the natural unit if that is
+        larger: the new unit U has U U' = Lambda Lambda' + natural^2.
         """
         units = []
         for term, unit, factor in zip(self.random, self.natural, factors, strict=True):
@@ -231,7 +232,7 @@ def _places(term: Random) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ..
 
 
 def natural_parameters(problem: Problem) -> Parameters:
-    """Return the units at which an effect's variance weighs as much in a level's estimate as the residual does."""
+    """Return the units at which an effect's variance has as much weight in a level's estimate as the residual."""
     units = []
     for term in problem.random:
         squares = np.zeros(term.size)
@@ -243,7 +244,7 @@ def natural_parameters(problem: Problem) -> Parameters:
 
 
 def triangular(root: Floats) -> Floats:
-    """Return the lower triangle with the same product with its transpose and no negative number on its diagonal."""
+    """Return the lower triangle with the same product with its transpose and a nonnegative diagonal."""
     lower = triangle_of(root.T).T
     signs = np.where(np.diag(lower) < 0, -1.0, 1.0)
     flipped: Floats = lower * signs
@@ -266,7 +267,7 @@ def gradient(function: Scalar, at: Floats, step: float = STEP) -> Floats:
 
 
 def rough_gradient(function: Scalar, at: Floats, step: float = 1e-4) -> Floats:
-    """Return the derivatives of a function by plain central differences, for the way to the optimum."""
+    """Return the derivatives of a function by simple central differences, for the way to the optimum."""
     moves = np.eye(len(at)) * step
     return np.array([(function(at + move) - function(at - move)) / (2 * step) for move in moves])
 

@@ -41,9 +41,9 @@ class Block:
 
 @dataclass(frozen=True)
 class Layout:
-    """Rows fall into blocks that share no random effect of `inside`; the terms `outside` are eliminated after them.
+    """The division of rows into blocks that share no random effect of `inside`; terms `outside` are eliminated later.
 
-    A block's random effects have `width` columns (slots that a block lacks are columns of zeros).
+    A block's random effects have `width` columns (unused slots are columns of zeros).
     """
 
     codes: Codes
@@ -55,7 +55,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Problem:
-    """y, the fixed effects' design and the random terms.
+    """The outcome y, the fixed effects' design and the random terms.
 
     y is y + y_low without rounding, the outcome minus one of its values, divided by a power of two.
     """
@@ -68,7 +68,7 @@ class Problem:
 
     @property
     def columns(self) -> int:
-        """Return the number of fixed effects."""
+        """The number of fixed effects."""
         return sum(self.fixed.widths)
 
 
@@ -108,7 +108,7 @@ def _layout(random: Sequence[Random], outer: int, nested: bool) -> Layout:
 
 @dataclass(frozen=True)
 class Batch:
-    """Blocks of one rank r: R (unique, r, width), how many blocks share each, and what is seen through R.
+    """Blocks of one rank r: the different R (unique, r, width), how many blocks share each, and what R sees.
 
     `seen` has shape (rows, r, columns) and `which` says through which R; `members` are the blocks, for `seen` that is
     not compressed.
@@ -123,7 +123,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Reduced:
-    """The batches, as they are and compressed, and the triangle of what sees no block's random effects."""
+    """The batches, original and compressed, and the triangle of the columns that no block's random effects affect."""
 
     batches: tuple[Batch, ...]
     compressed: tuple[Batch, ...]
@@ -131,7 +131,7 @@ class Reduced:
 
 
 def reduce_problem(problem: Problem) -> Reduced:
-    """Rotate a problem; columns are those outside, the fixed ones and y."""
+    """Return the rotated problem; its columns are those outside, the fixed effects and y."""
     corner = np.zeros((0, _late(problem)))
     batches: dict[int, list[tuple[Floats, Floats, Codes]]] = {}
     for rows, members in _chunks(problem):
@@ -174,7 +174,7 @@ def _late(problem: Problem) -> int:
 
 
 def _chunks(problem: Problem) -> Iterator[tuple[Codes, Codes]]:
-    """Yield blocks of the same number of rows, a few at a time: their rows (blocks, rows of each) and who they are."""
+    """Yield blocks of equal numbers of rows, a few at a time: their rows (blocks, rows of each) and indices."""
     codes = problem.layout.codes
     order, counts = np.argsort(codes, kind="stable"), np.bincount(codes, minlength=problem.layout.blocks)
     starts = np.cumsum(counts) - counts
@@ -202,7 +202,7 @@ def _others(problem: Problem, rows: Codes) -> Floats:
 def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Floats]:
     """Return R, U'a and the rows of a - U U'a.
 
-    The first row of a block is taken off first, so that offsets cost no digit.
+    The first row of a block is subtracted first, so that offsets cost no digit.
     """
     # U (blocks, rows, r) and R = S V' (blocks, r, width); columns of U that Z does not span are zero.
     if z.shape[2] == 1:
@@ -224,7 +224,7 @@ def _rotated(z: Floats, a: Floats, y_low: Floats) -> tuple[Floats, Floats, Float
 
 
 def _compressed(batch: Batch) -> Batch:
-    """Return fewer rows with the same sums of squares for every R: blocks that share one R are rotated together."""
+    """Return fewer rows with the same sums of squares for every R, by rotating blocks that share one R together."""
     _, rank, columns = batch.seen.shape
     crowded = np.flatnonzero(batch.shared > rank * columns).tolist()
     if not crowded:
@@ -240,7 +240,7 @@ def _compressed(batch: Batch) -> Batch:
 
 @dataclass(frozen=True)
 class Solved:
-    """The penalised least-squares problem at one point.
+    """The solution of the penalised least-squares problem at one point.
 
     `log_det` is log|L|^2 of the random effects, `triangle` the triangle of the columns outside, fixed and y, `rss` the
     penalised residual sum of squares.
@@ -253,17 +253,17 @@ class Solved:
 
     @property
     def fixed_triangle(self) -> Floats:
-        """Return R_X, with X' V^-1 X = R_X' R_X / sigma^2."""
+        """R_X, with X' V^-1 X = R_X' R_X / sigma^2."""
         return self.triangle[self.width : -1, self.width : -1]
 
     @property
     def coefficients(self) -> Floats:
-        """Return the internal fixed effects."""
+        """The internal fixed effects."""
         return np.asarray(np.linalg.solve(self.fixed_triangle, self.triangle[self.width : -1, -1]))
 
     @property
     def log_det_fixed(self) -> float:
-        """Return log|R_X|^2."""
+        """log|R_X|^2."""
         return 2 * float(np.log(np.abs(np.diag(self.fixed_triangle))).sum())
 
     def covariance(self) -> Floats:
@@ -274,7 +274,7 @@ class Solved:
 
 
 def solve(problem: Problem, parts: Reduced, factors: Sequence[Floats]) -> Solved:
-    """Solve at these relative covariance factors, one per random term."""
+    """Solve the problem at these relative covariance factors, one per random term."""
     inside = block_factor(problem, factors)
     log_det, rows = 0.0, [parts.corner]
     for batch in parts.compressed:
@@ -308,7 +308,7 @@ def block_factor(problem: Problem, factors: Sequence[Floats]) -> Floats:
 
 
 def whitening(batch: Batch, inside: Floats) -> Floats:
-    """Return the triangles L of a batch's different R, (unique, r, r)."""
+    """Return the triangles L of the different R of a batch, (unique, r, r)."""
     scaled = batch.through @ inside
     unique, rank, width = scaled.shape
     if rank == 1:
@@ -321,7 +321,7 @@ def whitening(batch: Batch, inside: Floats) -> Floats:
 
 
 def whiten(lower: Floats, seen: Floats) -> Floats:
-    """Return L^-1 times what is seen, by forward substitution."""
+    """Return L^-1 times the seen columns, by forward substitution."""
     result = np.empty_like(seen)
     for i in range(seen.shape[1]):
         known = np.einsum("bj,bjc->bc", lower[:, i, :i], result[:, :i])
@@ -337,5 +337,5 @@ def deviance(problem: Problem, at: Solved, reml: bool) -> float:
 
 
 def degrees_of_freedom(problem: Problem, reml: bool) -> int:
-    """Return n, or n - p of the restricted likelihood."""
+    """Return n, or n - p for the restricted likelihood."""
     return len(problem.y) - (problem.columns if reml else 0)

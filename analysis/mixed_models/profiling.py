@@ -1,8 +1,8 @@
 """Profile-likelihood intervals of standard deviations: Bates et al. 2015, section 5.1.
 
 The deviance at a given standard deviation, smallest over everything else, rises from its minimum; the interval holds
-the values at which it rises by less than the chi squared quantile. As lme4 does, the likelihood is not the restricted
-one, whatever the model was fitted by. With sd_i = sigma times the norm of row i of Lambda, a given sd_i fixes sigma.
+the values at which it rises by less than the chi squared quantile. As in lme4, the likelihood is never the restricted
+one, even for fits by REML. With sd_i = sigma times the norm of row i of Lambda, a given sd_i fixes sigma.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ class _Profile:
 
     @property
     def factors(self) -> list[Floats]:
-        """Return the factors at the optimum."""
+        """The factors at the optimum."""
         return self.best.parameters.factors(self.best.free)
 
     @property
     def sigma(self) -> float:
-        """Return the residual's standard deviation at the optimum."""
+        """The residual's standard deviation at the optimum."""
         return math.sqrt(solve(self.problem, self.parts, self.factors).rss / len(self.problem.y))
 
     def rise(self, sd: float) -> float:
-        """Return how far the smallest deviance at this standard deviation lies above the smallest of all."""
+        """Return the rise of the smallest deviance at this standard deviation above the overall minimum."""
 
         def value(free: Floats) -> float:
             factors = self.best.parameters.factors(free)
@@ -82,7 +82,7 @@ class _Profile:
         return float(result.fun) - self.best.deviance
 
     def ratio_of(self, factor: Floats) -> float:
-        """Return the ratio that this factor alone would give."""
+        """Return the ratio that follows from this factor."""
         others = [factor if i == self.term else other for i, other in enumerate(self.factors)]
         return self.ratio(others)
 
@@ -90,9 +90,8 @@ class _Profile:
 def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFrame:
     """Return intervals of the standard deviations of all random effects and the residual, in the outcome's unit.
 
-    One row each: group, effect, sd (the maximum-likelihood estimate), ci_low, ci_high. A lower end of 0 says that
-    a variance of zero is within the interval. Slow: every end is a search of searches.
-    Raises BadOption or NotConverged.
+    One row each: group, effect, sd (the maximum-likelihood estimate), ci_low, ci_high. A lower end of 0 means that a
+    variance of zero is within the interval. Slow: every end is a nested search. Raises BadOption or NotConverged.
     """
     if not 0 < confidence < 1:
         raise BadOption(f"confidence={confidence} is not a share; give a number between 0 and 1, such as 0.95")
@@ -118,7 +117,7 @@ def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFra
 
 
 def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float:
-    """Return the lower end, 0 where even a standard deviation of nearly nothing is within."""
+    """Return the lower end, 0 if even a tiny standard deviation is within the interval."""
     above = sd
     while above > smallest:
         below = above / 2
@@ -129,7 +128,7 @@ def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float
 
 
 def _high(profile: _Profile, sd: float, allowed: float) -> float:
-    """Return the upper end. Raises NotConverged where there is none within reach."""
+    """Return the upper end. Raises NotConverged if there is none within reach."""
     below = sd
     for _ in range(FURTHEST):
         above = below * 2

@@ -29,7 +29,7 @@ NO_CORRELATION = "undefined: a variance is zero"
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Internal fixed effects, their covariance and how it moves with the variances (along the profiled deviance)."""
+    """Internal fixed effects, their covariance and its derivatives by the variances (along the profiled deviance)."""
 
     coefficients: Floats
     covariance: Floats
@@ -46,7 +46,7 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class FTest:
-    """One hypothesis on one or several contrasts."""
+    """The test of one hypothesis on one or several contrasts."""
 
     f: float
     df1: int
@@ -76,7 +76,7 @@ def uncertainty(problem: Problem, parts: Reduced, best: Optimum, at: Solved, rem
 
 
 def f_test(estimates: Uncertainty, contrasts: Floats) -> FTest:
-    """Return the F test that all contrasts (rows, internal coordinates) are zero; df2 as lmerTest pools it."""
+    """Return the F test that all contrasts (rows, internal coordinates) are zero, with df2 pooled as in lmerTest."""
     values, vectors = np.linalg.eigh(contrasts @ estimates.covariance @ contrasts.T)
     turned = vectors.T @ contrasts
     t2 = (turned @ estimates.coefficients) ** 2 / values
@@ -86,7 +86,7 @@ def f_test(estimates: Uncertainty, contrasts: Floats) -> FTest:
 
 
 def pooled(degrees: Sequence[float]) -> float:
-    """Return the denominator's degrees of freedom of a sum of squared t with these (Fai & Cornelius 1996)."""
+    """Return the denominator's degrees of freedom for a sum of squared t with these df (Fai & Cornelius 1996)."""
     if len(degrees) == 1 or max(degrees) - min(degrees) < 1e-8:
         return math.fsum(degrees) / len(degrees)
     if min(degrees) <= 2:

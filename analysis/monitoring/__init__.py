@@ -1,1 +1,1 @@
-"""Watching a lab: its sessions, the balance of its orders and how its raters answer, on a page that only reads."""
+"""The monitor of a lab: its sessions, the balance of its orders and how its raters answer, on a read-only page."""

@@ -1,6 +1,6 @@
-"""The monitor's web application: two addresses, GET and HEAD only, nothing that could be changed.
+"""The monitor's web application: two addresses, GET and HEAD only, read-only.
 
-The page can be seen from this machine alone, or by whoever has the token.
+The page is accessible from this machine only, or with the token.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ SHORTEST_TOKEN = 16
 
 @dataclass(frozen=True)
 class Access:
-    """What a request must bring. Without a token only this machine can reach the page at all."""
+    """The access rules of a page. Without a token only this machine can reach it."""
 
     loopback: bool
     token: str | None
 
     @property
     def cookie(self) -> str:
-        """The cookie's name: cookies know no ports, so two monitors of one machine need two names."""
+        """The cookie's name with the port: cookies ignore ports, so two monitors of one machine need two names."""
         return f"palpate_monitor_{_derived(self.token or '', 'name')[:8]}"
 
     @property
     def cookie_value(self) -> str:
-        """What the cookie holds in the token's stead."""
+        """The cookie's value, derived from the token."""
         return _derived(self.token or "", "cookie")
 
     def host_ok(self, host: str) -> bool:
-        """Return whether the Host header names this machine; it does not for a web page that was rebound to us."""
+        """Return whether the Host header names this machine, which it does not after DNS rebinding."""
         name = host[: host.find("]") + 1] if host.startswith("[") else host.partition(":")[0]  # without its port
         return not self.loopback or is_loopback(name)
 
     def lets_in(self, token: str | None, authorization: str | None, cookies: Mapping[str, str]) -> bool:
-        """Return whether the token came: in the address, as Authorization: Bearer, or as our cookie."""
+        """Return whether the request has the token: in the address, as Authorization: Bearer, or as the cookie."""
         if self.token is None:
             return True
         scheme, _, bearer = (authorization or "").partition(" ")
@@ -58,9 +58,9 @@ class Access:
 
 
 def access_for(host: str, token: str | None) -> Access:
-    """Return who may see a page served at `host`: a token is made where others could reach it and none was given.
+    """Return the access rules of a page served at `host`; if others can reach it, a missing token is generated.
 
-    Raises MonitorError on a token that is too short.
+    Raises MonitorError if the token is too short.
     """
     if token is not None and len(token) < SHORTEST_TOKEN:
         raise MonitorError(
@@ -71,7 +71,7 @@ def access_for(host: str, token: str | None) -> Access:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address or name means this machine alone."""
+    """Return whether an address or name is reachable from this machine only."""
     if host.lower() == "localhost":
         return True
     try:
@@ -81,7 +81,7 @@ def is_loopback(host: str) -> bool:
 
 
 def _same(given: str | None, expected: str) -> bool:
-    """Compare in a time that does not tell how much of it is right."""
+    """Compare in constant time, so that the time does not reveal how much is right."""
     return given is not None and hmac.compare_digest(given.encode(), expected.encode())
 
 
@@ -90,7 +90,7 @@ def _derived(token: str, what: str) -> str:
 
 
 BUDGET_S = 1.0
-"""How long a request may read ledgers that were never read: in a large lab the first page comes at once, in part."""
+"""Seconds that a request may read new ledgers for, so that the first page of a large lab comes at once, in part."""
 HEADERS = {
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
@@ -103,7 +103,7 @@ POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancesto
 
 
 def make_app(watch: Watch, access: Access) -> Flask:
-    """Return the application that shows `watch` to those whom `access` lets in."""
+    """Return the application that shows `watch` to requests that `access` allows."""
     from flask import Flask
 
     app = Flask("palpate monitor", static_folder=None, template_folder=None)
@@ -138,7 +138,7 @@ def _pages(app: Flask, watch: Watch) -> None:
 
 
 def _guard(app: Flask, access: Access) -> None:
-    """Set what every request must pass, and what every answer carries."""
+    """Check every request, and set the headers of every response."""
     from flask import redirect, request
 
     @app.before_request

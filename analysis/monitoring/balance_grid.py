@@ -1,4 +1,4 @@
-"""The counterbalancing of a study so far: who holds which row, and how often what stood where."""
+"""The counterbalancing of a study so far: who holds which row, and how often each item was at each position."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from palpate.protocols.orders import rows_of
 from palpate.protocols.study import Study
 
 RANK = ("complete", "running", "interrupted", "allocated", "aborted", "declined", "ineligible", "released", "withdrawn")
-"""A row is shown by the first of these that one of its holders has."""
+"""The order of states: a row is shown with the first of these that one of its holders has."""
 GIVEN_UP = ("released", "withdrawn")
 COUNTED = ("complete", "running")
 
 
 @dataclass(frozen=True)
 class Holder:
-    """Somebody on a row: a session's status, or `allocated` where there is no session yet.
+    """A participant on a row, with a session's status, or `allocated` without a session.
 
-    `session` is the session's number; None for the only one that the study declares, and where there is none yet.
+    `session` is the session's number; None if the study declares only one, or there is none yet.
     """
 
     participant: str
@@ -34,13 +34,13 @@ class Holder:
 
     @property
     def text(self) -> str:
-        """The participant, with the session's number where there are several."""
+        """The participant, with the session's number if there are several."""
         return self.participant if self.session is None else f"{self.participant}, session {self.session}"
 
 
 @dataclass(frozen=True)
 class DesignRow:
-    """A row of the design that somebody is on; `place` is the row within the design's round."""
+    """A row of the design with a participant; `place` is the row within the design's cycle."""
 
     place: int
     state: str
@@ -49,9 +49,9 @@ class DesignRow:
 
 @dataclass(frozen=True)
 class GroupBalance:
-    """One group of a study: its design's rows, and the certificate over the orders that count.
+    """The balance of one group of a study: its design's rows, and the certificate over the orders that count.
 
-    `rows` holds only those that somebody is on; `round` is how many there are, 1 where orders are drawn or as listed.
+    `rows` has only rows with participants; `round` is the number of rows in the design, 1 for random or fixed orders.
     `of_sessions` has a certificate for each session by its number, where the study declares several.
     """
 
@@ -64,7 +64,7 @@ class GroupBalance:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many rows are in each state; free are those that nobody holds."""
+        """The number of rows in each state; free rows have no holder."""
         numbers = {state: sum(row.state == state for row in self.rows) for state in RANK}
         taken = sum(row.state not in GIVEN_UP for row in self.rows)
         return {state: n for state, n in numbers.items() if n} | {"free": self.round - taken}
@@ -79,7 +79,7 @@ class GroupBalance:
 
 @dataclass(frozen=True)
 class StudyBalance:
-    """The balance of one version of a study, by group, and what came of its planned sample (label, text)."""
+    """The balance of one version of a study by group, and the state of its planned sample (label, text)."""
 
     study: str
     title: str
@@ -89,14 +89,14 @@ class StudyBalance:
 
     @property
     def sample_facts(self) -> tuple[tuple[str, str], ...]:
-        """What was planned and what came, as labels and texts."""
+        """The planned and the achieved sample, as labels and texts."""
         return tuple(sample_facts(self.sample))
 
 
 def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Mapping[str, Any]) -> StudyBalance:
-    """Return the balance of a study whose participants are `holders`; `sample` is what came of the planned one.
+    """Return the balance of a study with these holders; `sample` is the achieved part of the planned sample.
 
-    The stimuli of a study that keeps something blind are numbered: who looks at the orders may guide a hand.
+    The stimuli of a blind study are numbered, since a person who sees the orders may guide a participant's hand.
     """
     if named := aliases(study):
         holders = [replace(holder, order=tuple(named[name] for name in holder.order)) for holder in holders]
@@ -120,7 +120,7 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
 
 
 def round_of(study: Study, group: str | None) -> int:
-    """Return how many rows the design of a group has before its orders come again."""
+    """Return how many rows the design of a group has before its orders repeat."""
     stimuli, blocks = study.stimuli_of(group), study.order.blocks
     if blocks is None:
         return rows_of(study.order.design, len(stimuli))

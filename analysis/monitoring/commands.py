@@ -22,7 +22,7 @@ SERVER: dict[str, Any] = {
     "threads": 4, "ident": None, "connection_limit": 500, "channel_timeout": 10, "cleanup_interval": 2,
     "asyncore_use_poll": True,
 }  # fmt: skip
-"""A connection that asks nothing is closed after 10 s, and 500 of them are needed to keep others waiting until then."""
+"""Settings of the server: an idle connection is closed after 10 s, and 500 of them would be needed to block others."""
 
 
 @click.command()
@@ -97,7 +97,7 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket at the address. Raises MonitorError where it cannot be had."""
+    """Return a listening socket at the address. Raises MonitorError where that is impossible."""
     import socket
 
     from palpate.analysis.monitoring.watching import MonitorError

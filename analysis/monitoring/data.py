@@ -1,4 +1,4 @@
-"""What the monitor knows, as plain data for a script."""
+"""The monitor's snapshot as plain data for scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The small pictures of the monitor's page, as numbers for its SVG: nothing of a participant's text is in them."""
+"""The small pictures of the monitor's page, as numbers for its SVG, without any text of participants."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_ITEMS_IN_A_TABLE = 12
 
 @dataclass(frozen=True)
 class Heat:
-    """A grid of items x positions: one path of squares for each level of shade, the darkest the greatest count."""
+    """A grid of items x positions: one path of squares per shade; the greatest count is darkest."""
 
     width: int
     height: int
@@ -27,7 +27,7 @@ class Heat:
 
 @dataclass(frozen=True)
 class RowCell:
-    """A row of the design as a square in the strip; `row` is None where nobody is on it."""
+    """A row of the design as a square in the strip; `row` is None without a participant."""
 
     place: int
     x: int
@@ -36,7 +36,7 @@ class RowCell:
 
 
 def spark_points(values: Sequence[float]) -> str:
-    """Return the points of a line over all values, zero at the foot."""
+    """Return the points of a line over all values, with zero at the bottom."""
     width, height = SPARK
     values = values if len(values) != 1 else (*values, *values)  # one trial is a level, not nothing
     greatest = max(values, default=0.0) or 1.0
@@ -56,7 +56,7 @@ def bars_path(counts: Sequence[int]) -> str:
 
 
 def heat(balance: GroupBalance) -> Heat | None:
-    """Return how often every item stood at every position; None where nothing counts yet."""
+    """Return how often every item was at every position; None if nothing counts yet."""
     rows = [balance.certificate.positions[item] for item in balance.certificate.items]
     greatest = max((count for row in rows for count in row), default=0)
     if not greatest:
@@ -76,7 +76,7 @@ def shade(count: int, greatest: int) -> int:
 
 
 def row_cells(balance: GroupBalance) -> tuple[RowCell, ...]:
-    """Return every row of the design as a square, so many to a line."""
+    """Return every row of the design as a square, with several squares per line."""
     taken = {row.place: row for row in balance.rows}
     return tuple(
         RowCell(n, n % ROWS_ACROSS * ROW_CELL, n // ROWS_ACROSS * ROW_CELL, taken.get(n)) for n in range(balance.round)

@@ -1,4 +1,4 @@
-"""Sessions that are over, as the monitor shows them: kept in the lab, so that the next monitor need not read them."""
+"""A cache in the lab of finished sessions as the monitor shows them, so that the next monitor need not read them."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from palpate.studies.sessions.environment import palpate_version
 from palpate.studies.sessions.ledger_state import FileState, file_state, last_hash
 
 FILE = Path(".cache") / "monitor.jsonl"
-"""A line for the version, and one for each study and finished session; it may be removed at any time."""
+"""The cache file: a line for the version, and one per study and finished session; it may be removed at any time."""
 
 
 @dataclass(frozen=True)
 class Finished:
-    """A session that is over and whose ledger was closed: its file then, the end of its chain, and what is shown.
+    """A finished session whose ledger was closed: the state of its file, the end of its chain, and what is shown.
 
-    `order` are the stimuli of its plan without practice. `session` is as if nobody had withdrawn.
+    `order` are the stimuli of its plan without practice. `session` ignores withdrawals.
     """
 
     state: FileState
@@ -35,10 +35,10 @@ class Finished:
 
 
 def load_finished(lab: Path, paths: Iterable[Path]) -> tuple[dict[Path, Finished], dict[str, Study]]:
-    """Return what is kept of these ledgers and still true of them, and the versions of studies, by digest.
+    """Return the cached sessions of these ledgers that are still valid, and the versions of studies by digest.
 
-    A ledger is unchanged by its size and time, those of its write-ahead log, and the last hash of its chain.
-    What another version of Palpate kept, or what cannot be read, is as if it were not there.
+    A ledger is unchanged if its size and time, those of its write-ahead log, and the last hash of its chain are.
+    Entries of another version of Palpate, and unreadable ones, are ignored.
     """
     finished: dict[str, Finished] = {}
     studies: dict[str, Study] = {}
@@ -62,7 +62,7 @@ def load_finished(lab: Path, paths: Iterable[Path]) -> tuple[dict[Path, Finished
 
 
 def save_finished(lab: Path, finished: Iterable[Finished], studies: dict[str, Study]) -> None:
-    """Add these sessions, and the studies among them that are given, to what is kept, where the lab can be written."""
+    """Add these sessions and studies to the cache, if the lab is writable."""
     lines = [{"digest": digest, "study": study.definition()} for digest, study in studies.items()]
     lines += [
         {"state": asdict(one.state), "head": one.head, "order": one.order, "session": asdict(one.session)}

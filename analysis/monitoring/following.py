@@ -1,4 +1,4 @@
-"""Following a ledger while it grows: read and verified once, from then on only what is new."""
+"""Following a ledger while it grows: read and verified once, then only what is new."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from palpate.studies.sessions.record import RunNote, demand_shape, linked_events
 
 @dataclass
 class Followed:
-    """A ledger as far as it was read: every event's hash was checked when it was taken in.
+    """A ledger as far as it was read; every event's hash was verified on reading.
 
     `file` is the state of the file then, `session` that of the session; `times_ns` are the times of the events.
     """
@@ -32,12 +32,12 @@ class Followed:
 
     @property
     def laid_down(self) -> bool:
-        """Whether the last process to hold the ledger laid it down properly."""
+        """Whether the last process that held the ledger closed it properly."""
         return self.run_notes[-1].kind == "closed"
 
 
 def follow(path: Path) -> Followed:
-    """Read a ledger whole. Raises as `record.read` does, FileNotFoundError where there is none."""
+    """Read a whole ledger. Raises as `record.read` does, and FileNotFoundError if there is none."""
     file = file_state(path)
     record = read(path)
     times_ns = [event.t_ns for event in record.events]
@@ -45,7 +45,7 @@ def follow(path: Path) -> Followed:
 
 
 def catch_up(followed: Followed) -> Followed:
-    """Return the ledger as it is now: new events are added; a file with another beginning is read whole again."""
+    """Return the ledger as it is now, with new events; a file with another beginning is read again completely."""
     file = file_state(followed.path)
     if file == followed.file:
         return followed
@@ -57,7 +57,7 @@ def catch_up(followed: Followed) -> Followed:
 
 
 def _grown(followed: Followed, file: FileState) -> Followed | None:
-    """Return the ledger with its new events; None where its beginning changed, and `followed` is of no use then."""
+    """Return the ledger with its new events; None if its beginning changed, and `followed` is then invalid."""
     with closing(connect_to_read(str(followed.path))) as connection:
         connection.execute("BEGIN")  # one moment of a session that is running
         last = connection.execute("SELECT hash FROM events WHERE seq = ?", (len(followed.times_ns) - 1,)).fetchone()

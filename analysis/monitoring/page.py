@@ -1,4 +1,4 @@
-"""The monitor's page as HTML: live with its small script, or as one file that needs nothing else."""
+"""The monitor's page as HTML: live with its small script, or as one self-contained file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FIRST = ("running", "interrupted")
 
 
 def _templates() -> Environment:
-    """Return the page's templates with the words and drawings that they use."""
+    """Return the page's templates with the texts and drawings that they use."""
     filters = {name: getattr(words, name) for name in ("duration", "rough", "clock", "exact_clock", "sign")}
     helpers = {"drawings": drawings, "STATUS": words.STATUS, "NONE": NONE, "SHOWN": SHOWN_AT_ONCE, "REFRESH": REFRESH_S}
     return environment(TEMPLATES, helpers={**helpers, "count": count}, filters=filters)
@@ -33,7 +33,7 @@ def _templates() -> Environment:
 
 @dataclass
 class Pages:
-    """Writes the page. The parts that change seldom and are long are cached, and written anew when they do."""
+    """A writer of the page that caches its long, rarely changing parts."""
 
     templates: Environment = field(default_factory=_templates)
     parts: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
@@ -44,11 +44,11 @@ class Pages:
         return self._rendered("fragment.html", self._view(snapshot))
 
     def live(self, snapshot: Snapshot, nonce: str) -> str:
-        """Return the page with its style and script, both under the nonce of the Content-Security-Policy header."""
+        """Return the page with its style and script, both with the nonce of the Content-Security-Policy header."""
         return self._page(snapshot, nonce)
 
     def still(self, snapshot: Snapshot) -> str:
-        """Return the page as one file: nothing is loaded, nothing runs."""
+        """Return the page as one file without external resources and scripts."""
         return self._page(snapshot, None)
 
     def _page(self, snapshot: Snapshot, nonce: str | None) -> str:
@@ -101,7 +101,7 @@ class Pages:
         return {"lab": snapshot, "sessions": sessions, "facts": facts, "notes": notes} | parts | alike
 
     def _row_writer(self, view: dict[str, Any]) -> Any:
-        """Return what writes a session's row; a row is cached as long as it and what all rows share are the same."""
+        """Return a function that writes a session's row, cached while it and the rows' common parts are the same."""
         parts = self.templates.get_template("parts.html").make_module(view)
         day = datetime.fromtimestamp(view["lab"].at).date()
         shared = (view["one_study"], view["all_simulated"], day)

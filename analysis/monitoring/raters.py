@@ -1,4 +1,4 @@
-"""A session's answers as the diagnostics take them, and what is drawn of them."""
+"""A session's answers as input of the diagnostics, and what is drawn of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BINS = 21
 
 @dataclass(frozen=True)
 class Rated:
-    """How a session was answered: signs, seconds of each trial in order, and how often answers fell into each bin.
+    """The answers of a session: diagnostics, seconds of each trial in order, and counts of answers by bin.
 
     `kind` is ratings or words; the bins cut the scale, or the numbers of words, into equal parts.
     """
@@ -30,13 +30,13 @@ class Rated:
 
     @property
     def flags(self) -> tuple[Diagnostic, ...]:
-        """The signs that are flagged."""
+        """The flagged diagnostics."""
         return tuple(sign for sign in self.signs if sign.flagged)
 
 
 @dataclass(frozen=True)
 class _Trial:
-    """The answer of a trial that counts, and in how many seconds the trial was answered first."""
+    """The answer of a trial that counts, and the seconds until it was first given."""
 
     number: int
     stimulus: str
@@ -46,9 +46,9 @@ class _Trial:
 
 
 def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
-    """Return the diagnostics of a session; None where nothing is answered, or its task asks for no ratings or words.
+    """Return the diagnostics of a session; None if nothing is answered, or its task has neither ratings nor words.
 
-    `over` says that every planned trial is expected; else those that the participant has passed.
+    With `over` every planned trial is expected, else those that the participant has passed.
     """
     practice = {trial.number for trial in plan.trials if trial.practice}
     trials = [
@@ -89,7 +89,7 @@ def rated(state: SessionState, plan: Plan, over: bool) -> Rated | None:
 
 
 def _seconds_of(trial: TrialState, pauses: Sequence[Pause]) -> float | None:
-    """Return the time from the first look at the form to the first answer that still stands, without pauses."""
+    """Return the time from the first display of the form to the first answer that still counts, without pauses."""
     first = next(attempt for attempt in trial.attempts if attempt.valid)
     if first.form_shown_ns is None or first.done_ns is None:
         return None

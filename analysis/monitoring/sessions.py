@@ -1,4 +1,4 @@
-"""What the monitor says of one session: where it stands, how long it will last, how it was answered."""
+"""The monitor's view of one session: its state, the time left, and how it was answered."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from palpate.protocols.session_state import SessionState
 from palpate.protocols.study import Study
 
 LEAST_TRIALS = 3
-"""Trials that must be behind the participant before the time left is estimated."""
+"""Number of completed trials before the time left is estimated."""
 
 
 @dataclass(frozen=True)
 class Note:
-    """Something that the experimenter did: seconds of session time, and the wall clock where it ran by that."""
+    """Something that the experimenter did: seconds of session time, and the wall clock if known."""
 
     at_s: float
     at: float | None
@@ -32,7 +32,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Session:
-    """A session as the monitor shows it. Times of day are seconds since 1970, None where they are not known."""
+    """A session as the monitor shows it. Times of day are seconds since 1970, None if unknown."""
 
     file: str
     study: str
@@ -60,19 +60,19 @@ class Session:
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will come."""
+        """Whether the session has ended."""
         return self.status not in {"running", "interrupted"}
 
 
 def status_of(followed: Followed, is_held: bool) -> str:
-    """complete, aborted, declined or ineligible as the session itself says; else running or interrupted."""
+    """Return the session's own end (complete, aborted, declined, ineligible), else running or interrupted."""
     return followed.session.ended or ("running" if is_held else "interrupted")
 
 
 def session_of(
     followed: Followed, status: str, digest: str, rated: Rated | None, withdrawn: bool, now: float, study: Study
 ) -> Session:
-    """Return the session at the time `now` (seconds since 1970), devices' faults without what its study keeps blind."""
+    """Return the session at the time `now` (seconds since 1970); devices' faults omit what its study keeps blind."""
     state, header = followed.session, followed.session.header
     done = len(state.counting)
     simulated = header["rig"]["kind"] == "simulated"
@@ -106,7 +106,7 @@ def session_of(
 
 
 def _left(state: SessionState, status: str, done: int) -> float | None:
-    """Return the seconds to go: the participant's own median from trial to trial, for every trial that is left."""
+    """Return the seconds left: the participant's own median from trial to trial, times the remaining trials."""
     # How long each attempt that ended well took, from the end of the one before or, of the first, from its start.
     paces_ns = []
     since_ns = state.attempts[0].started_ns if state.attempts else 0

@@ -1,4 +1,4 @@
-"""Watching a lab: what was read is kept, from one monitor to the next, and only files that changed are read again."""
+"""Watching a lab: results of reading are cached, even between monitors, and only changed files are read again."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from palpate.studies.sessions.session_files import ledgers_in, others_in
 from palpate.studies.workers import map_in_order, workers_for
 
 AGAIN_S = 5.0
-"""The registry may lie on a server: it is not read at every look."""
+"""Seconds between readings of the registry, which may be on a server."""
 
 
 @dataclass(frozen=True)
 class People:
-    """Pseudonyms that withdrew, and the allocations by study; `problem` says why they are not known."""
+    """Pseudonyms that withdrew, and the allocations by study; `problem` says why they are unknown."""
 
     withdrawn: frozenset[str] = frozenset()
     allocations: Mapping[str, tuple[Allocation, ...]] = field(default_factory=dict)
@@ -45,9 +45,9 @@ class People:
 
 
 def read_people(lab: Path, known: People, now: float) -> People:
-    """Return what the lab's registry says, nothing where it has none; `known` where it was read a moment ago.
+    """Return the people in the lab's registry, none without one; `known` if it was read a moment ago.
 
-    Where the registry cannot be read, the last known stands, with the problem.
+    If the registry cannot be read, the result is `known` with the problem.
     """
     if 0 <= now - known.read_at < AGAIN_S:
         return known
@@ -70,7 +70,7 @@ class MonitorError(ValueError):
 
 @dataclass(frozen=True)
 class Refused:
-    """A ledger that cannot be trusted, and why."""
+    """A ledger that cannot be trusted, and the reason."""
 
     file: str
     reason: str
@@ -78,7 +78,7 @@ class Refused:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The lab at one moment. `unread` ledgers were left for the next look."""
+    """The lab at one moment. `unread` ledgers are left for the next look."""
 
     lab: str
     at: float
@@ -92,7 +92,7 @@ class Snapshot:
 
 @dataclass
 class _Known:
-    """A ledger that was read: as far as it went, its plan, and what its answers came to when it was so long."""
+    """A ledger as far as it was read, its plan, and the diagnostics of its answers at that length."""
 
     followed: Followed
     digest: str
@@ -119,7 +119,7 @@ class _Bad:
 
 
 def _followed(path: Path) -> Followed | _Bad | None:
-    """Return the ledger as far as it goes, or why it is refused; None where it is gone."""
+    """Return the ledger as far as it is readable, or the reason why it is refused; None if it is gone."""
     try:
         state = file_state(path)
         try:
@@ -132,7 +132,7 @@ def _followed(path: Path) -> Followed | _Bad | None:
 
 @dataclass
 class Watch:
-    """What is known of a lab, from one look to the next; any number of threads may look."""
+    """The cached state of a lab between looks; several threads may look."""
 
     lab: Path
     now: Callable[[], float] = time.time
@@ -141,16 +141,16 @@ class Watch:
     bad: dict[Path, _Bad] = field(default_factory=dict)
     studies: dict[str, Study] = field(default_factory=dict)
     versions: dict[str, tuple[str, Study]] = field(default_factory=dict)
-    """Digest of a study as a ledger has it -> the digest of its conditions, by which it is known, and the study."""
+    """Digest of a study in a ledger -> the digest of its conditions, which identifies it, and the study."""
     balances: dict[str, tuple[Any, StudyBalance]] = field(default_factory=dict)
     people: People = field(default_factory=People)
     looking: Lock = field(default_factory=Lock)
     progress: Progress = lambda *_: None
 
     def look(self, budget_s: float | None = None) -> Snapshot:
-        """Return the lab as it is now; after `budget_s` seconds, ledgers that were never read are left for later.
+        """Return the lab as it is now; after `budget_s` seconds, new ledgers are left for later.
 
-        Raises MonitorError where there is no such folder.
+        Raises MonitorError if the folder does not exist.
         """
         if not self.lab.is_dir():
             raise MonitorError(f"{self.lab}: no such folder; give the lab's with --lab")
@@ -182,7 +182,7 @@ class Watch:
             )
 
     def _read(self, states: dict[Path, FileState], budget_s: float | None) -> int:
-        """Bring every ledger up to date, those that go on first; return how many were left unread for want of time."""
+        """Update every ledger, growing ones first; return how many were left unread for lack of time."""
         latest_first = sorted(states, key=lambda path: states[path].changed_at, reverse=True)
         if budget_s is None:
             # Read ledgers that were never read, where they are many in several processes.
@@ -264,7 +264,7 @@ class Watch:
             save_finished(self.lab, new, {digest: self.studies[digest] for digest in versions})
 
     def _session(self, path: Path, finished: dict[Path, Finished], now: float) -> Session | None:
-        """Return the session in a ledger that was read; one that is over goes among the finished."""
+        """Return the session in a ledger that was read; an ended one is added to `finished`."""
         known = self.known[path]
         followed, state = known.followed, known.followed.session
         might_run = state.ended is None and not followed.laid_down
@@ -283,7 +283,7 @@ class Watch:
         return session
 
     def _balances(self, sessions: tuple[Session, ...], finished: dict[Path, Finished]) -> Iterator[StudyBalance]:
-        """Yield a balance for every version of a study, computed again only where somebody's row or status changed."""
+        """Yield a balance for every version of a study, computed again only if somebody's row or status changed."""
         orders = {path.name: known.order for path, known in self.known.items()}
         orders |= {path.name: one.order for path, one in finished.items()}
         holders: dict[str, list[Holder]] = {}

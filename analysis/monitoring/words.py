@@ -1,4 +1,4 @@
-"""Numbers, times and states as the monitor's page writes them."""
+"""Numbers, times and states as text on the monitor's page."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def duration(seconds: float | None) -> str:
 
 
 def rough(seconds: float | None) -> str:
-    """Return a time that is estimated: to ten seconds, from two minutes on to the minute."""
+    """Return an estimated time: to ten seconds, from two minutes on to the minute."""
     if seconds is None:
         return NONE
     if seconds < 120:
@@ -47,7 +47,7 @@ def rough(seconds: float | None) -> str:
 
 
 def clock(at: float | None, now: float) -> str:
-    """Return a time of day, with the date where it is not today's."""
+    """Return a time of day, with the date if it is not today's."""
     if at is None:
         return NONE
     then, today = datetime.fromtimestamp(at), datetime.fromtimestamp(now)

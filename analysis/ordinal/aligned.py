@@ -1,8 +1,8 @@
 """The aligned rank transform: a factorial analysis of variance on ranks, one alignment for each effect.
 
-Each effect is tested on the ranks of the values from which all other effects have been taken away: the residual from
-the cell's mean plus this effect's own estimate, a signed sum of means (Higgins & Tashtoush 1994; Wobbrock, Findlater,
-Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis.statistics.mixed_anova`.
+Each effect is tested on the ranks of the values after removal of all other effects: the residual from the cell's mean
+plus this effect's own estimate, a signed sum of means (Higgins & Tashtoush 1994; Wobbrock, Findlater, Gergle & Higgins
+2011). The analysis of variance is the one of `palpate.analysis.statistics.mixed_anova`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CLEAN = 1e-9  # an F of an effect that was aligned away is at most this where al
 
 @dataclass(frozen=True)
 class Aligned:
-    """One effect's aligned values and their ranks, both shaped like the design's cells."""
+    """One effect's aligned values and their ranks, both with the shape of the design's cells."""
 
     source: str
     values: Floats
@@ -48,11 +48,11 @@ def aligned_ranks(
 ) -> pd.DataFrame:
     """Return an aligned rank transform ANOVA with any number of within and between factors: one row per effect.
 
-    The columns of `mixed_anova` without the sums of squares, for the ranks aligned for that effect, then two checks
-    of the alignment: `aligned_sum`, the sum of the aligned values relative to the sum of their sizes, and `other_F`,
-    the largest F of any other effect in them. Both are 0 up to rounding with groups of equal size; with unequal
-    groups alignment cannot separate the effects fully, and the note says how much is left.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    The columns are those of `mixed_anova` without the sums of squares, for the ranks aligned for that effect, then two
+    checks of the alignment: `aligned_sum`, the sum of the aligned values relative to the sum of their sizes, and
+    `other_F`, the largest F of any other effect in them. Both are 0 up to rounding with groups of equal size; with
+    unequal groups alignment cannot separate the effects fully, and the note says how much is left. Raises a
+    StatisticsError (a ValueError) that names what is wrong with the table.
     """
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)

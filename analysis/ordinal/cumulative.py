@@ -33,9 +33,9 @@ END = 1e100  # stands for infinity at the outer ends, where density and slope ar
 
 @dataclass(frozen=True)
 class AnswerIntervals:
-    """Answers as intervals: `weights` answers each with bounds `upper` and `lower` (rows, parameters).
+    """Answers as intervals: rows with `weights`, and bounds `upper` and `lower` (rows, parameters).
 
-    Rows of one participant stand together; `starts` are the first row of each participant.
+    Rows of one participant are consecutive; `starts` are the first row of each participant.
     """
 
     upper: Floats
@@ -47,7 +47,7 @@ class AnswerIntervals:
 
     @property
     def answers(self) -> float:
-        """Return how many answers the rows stand for."""
+        """The number of answers that the rows represent."""
         return float(self.weights.sum())
 
     def bounds(self, g: Floats) -> tuple[Floats, Floats]:
@@ -83,7 +83,7 @@ def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats
 
 
 def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: int, link: Link) -> Floats:
-    """Return thresholds that give each answer its share, and no slopes."""
+    """Return thresholds that reproduce each answer's share, and slopes of zero."""
     share = np.cumsum(np.bincount(answers, weights=weights, minlength=points))[:-1] / weights.sum()
     wide = np.zeros((points - 1, 1 + free))
     wide[:, 0] = latent_quantile(share, link)
@@ -91,7 +91,7 @@ def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: in
 
 
 def log_likelihood(rows: AnswerIntervals, g: Floats, link: Link) -> float:
-    """Return the log likelihood; minus infinity where thresholds are out of order."""
+    """Return the log likelihood; minus infinity if thresholds are out of order."""
     high, low = rows.bounds(g)
     if not np.all(high > low):
         return -np.inf
@@ -112,7 +112,7 @@ def derivatives(rows: AnswerIntervals, g: Floats, link: Link) -> tuple[float, Fl
 
 
 def fit_rows(rows: AnswerIntervals, start: Floats, link: Link) -> Fit:
-    """Fit by Newton's method with halved steps from `start`, whose thresholds are in order."""
+    """Fit by Newton's method with halved steps from `start`, whose thresholds must be in order."""
     g = start
     for steps in range(MOST_STEPS):
         value, gradient, information = derivatives(rows, g, link)
@@ -129,7 +129,7 @@ def fit_rows(rows: AnswerIntervals, start: Floats, link: Link) -> Fit:
 
 
 def newton_step(information: Floats, gradient: Floats) -> Floats:
-    """Return the Newton step, without the directions that no answer informs."""
+    """Return the Newton step, without directions that no answer determines."""
     values, vectors = np.linalg.eigh(information)
     informed = values > FLAT * values[-1]
     step: Floats = vectors[:, informed] @ ((vectors.T @ gradient)[informed] / values[informed])
@@ -137,7 +137,7 @@ def newton_step(information: Floats, gradient: Floats) -> Floats:
 
 
 def _uphill(rows: AnswerIntervals, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:
-    """Return the longest of the steps 1, 1/2, 1/4, ... that does not go down; no step where none does."""
+    """Return the longest of the steps 1, 1/2, 1/4, ... that does not decrease the likelihood; no step if all do."""
     for halving in range(HALVINGS):
         tried = g + step / 2**halving
         reached = log_likelihood(rows, tried, link)
@@ -168,7 +168,7 @@ def interval(high: Floats, low: Floats, link: Link) -> Interval:
 
 
 def latent_quantile(share: Floats, link: Link) -> Floats:
-    """Return where the latent scale is cut so that this share lies below."""
+    """Return the point of the latent scale below which this share lies."""
     quantile: Floats = np.log(share) - np.log1p(-share) if link == "logit" else ndtri(share)
     return quantile
 

@@ -1,6 +1,6 @@
 """Friedman's test with Kendall's W, and Cochran's Q: the same participants under several conditions.
 
-Both have an exact p, from the distribution given each participant's ties, built by adding one participant at a time.
+Both have an exact p, from the distribution given each participant's ties, computed participant by participant.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NO_DIFFERENCE = "every participant answered alike in all conditions: Q is undefi
 
 @dataclass(frozen=True)
 class RankTest:
-    """Friedman's numbers for a matrix of ranks (participants, conditions); NaN where `note` says why."""
+    """Friedman's numbers for a matrix of ranks (participants, conditions); NaN if `note` says why."""
 
     chi2: float
     df: int
@@ -102,10 +102,10 @@ def cochran_q(
     With `yes`, values of at least that much are 1, after averaging where `aggregate` is "mean".
 
     `Q`, `ddof1`, `p_unc`: the chi-squared form; `p_exact`: over all orders of each participant's own answers, NaN where
-    `exact` is off or there are too many; `decides`: participants whose answers differ, on whom alone Q rests. The
-    attribute `yes` of the table maps each condition to its number of yes.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
-    Q is Friedman's chi-squared of these answers, corrected for ties. Sources: Cochran 1950; Patil 1975 (exact test).
+    `exact` is off or there are too many; `decides`: the participants whose answers differ, on whom Q depends. The
+    attribute `yes` of the table maps each condition to its number of yes. Raises a StatisticsError (a ValueError) that
+    names what is wrong with the table. Q is Friedman's chi-squared of these answers, corrected for ties. Sources:
+    Cochran 1950; Patil 1975 (exact test).
     """
     factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
     values = cells.values if yes is None else (cells.values >= yes).astype(np.float64)
@@ -135,7 +135,7 @@ def one_factor(
     missing: Missing,
     aggregate: Aggregate,
 ) -> tuple[Hashable, Cells]:
-    """Return the cells of one within factor, two participants and two levels at least."""
+    """Return the cells of one within factor, with at least two participants and two levels."""
     factors = name_list(within)
     if len(factors) != 1:
         raise BadOption(
@@ -149,12 +149,12 @@ def one_factor(
 
 
 def rank_rows(cells: Cells) -> Ints:
-    """Return twice the midranks of each participant's values, ties within that participant's own rounding."""
+    """Return twice the midranks of each participant's values, with ties up to that participant's own rounding."""
     return doubled_ranks(cells.values, row_rounding(cells.values))
 
 
 def tied_rows(ranks: Ints) -> int:
-    """Return how many participants gave one value to several conditions."""
+    """Return how many participants gave the same value to several conditions."""
     ordered = np.sort(ranks, axis=1)
     return int(np.count_nonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1)))
 
@@ -168,7 +168,7 @@ def spread(ranks: Ints) -> tuple[int, int]:
 
 
 def rank_test(ranks: Ints) -> RankTest:
-    """Return Friedman's statistics from doubled ranks, in whole numbers up to the last division.
+    """Return Friedman's statistics from doubled ranks, in integers up to the last division.
 
     chi2 = (k - 1) sum_j (R_j - n (k + 1) / 2)^2 / sum_ij (r_ij - (k + 1) / 2)^2 (Conover 1999, 5.8, equation 3).
     """
@@ -188,7 +188,7 @@ def rank_test(ranks: Ints) -> RankTest:
 
 
 def exact_tail(ranks: Ints) -> float:
-    """Return P(statistic >= observed) with each participant's ranks in any order; NaN where that costs too much.
+    """Return P(statistic >= observed) with each participant's ranks in any order; NaN if that costs too much.
 
     Under the hypothesis every order of a participant's own (mid)ranks is equally likely. The columns are
     interchangeable, so sets of column sums are kept sorted. Probabilities only ever add, so none loses digits.
@@ -226,14 +226,14 @@ def exact_tail(ranks: Ints) -> float:
 
 
 def _in_order(rows: Ints) -> Ints:
-    """Return each row's ranks rising, and the rows in order: what the distribution rests on."""
+    """Return each row's ranks in ascending order, and sorted rows, which determine the distribution."""
     rising = np.sort(rows, axis=1)
     ordered: Ints = rising[np.lexsort(rising.T)]
     return ordered
 
 
 def _distinct(row: tuple[int, ...]) -> set[tuple[int, ...]]:
-    """Return the distinct orders of many values of which most are tied."""
+    """Return the distinct orders of many values, most of which are tied."""
     if len(row) == 1:
         return {row}
     return {

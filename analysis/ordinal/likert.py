@@ -1,4 +1,4 @@
-"""Likert items in words of their answers: counts and shares of each point, and what describes their middle."""
+"""Summaries of Likert items: counts and shares of each point, and measures of their middle."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ MOST_POINTS = 101
 
 
 def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[float]) -> pd.DataFrame:
-    """Return how each item was answered: one row per item, in natural order of their names.
+    """Return a summary of each item's answers: one row per item, in natural order of names.
 
     `points` are the scale's points from lowest to highest, such as range(1, 8); an answer between them is refused, an
-    empty one counts as `missing`. Columns: `n`, `missing`, `n_POINT` and `share_POINT` (of the answers given),
-    `median`, `q1`, `q3` (linear between order statistics: type 7 of Hyndman & Fan 1996, R's default), `mode` (all
-    most frequent points), `mean` and `sd` (n - 1), which take the points as equally far apart, `agree`: the share of
-    answers above the middle of the scale, `disagree` below it, and `note`.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    empty answer counts as `missing`. Columns: `n`, `missing`, `n_POINT` and `share_POINT` (of the answers given),
+    `median`, `q1`, `q3` (linear between order statistics: type 7 of Hyndman & Fan 1996, R's default), `mode` (all most
+    frequent points), `mean` and `sd` (n - 1), which assume equal distances of points, `agree`: the share of answers
+    above the middle of the scale, `disagree` below it, and `note`. Raises a StatisticsError (a ValueError) that names
+    what is wrong with the table.
     """
     given = [] if isinstance(points, str) else list(points)
     finite = (isinstance(p, int | float) and not isinstance(p, bool) and math.isfinite(p) for p in given)

@@ -46,12 +46,12 @@ def nemenyi(
 ) -> pd.DataFrame:
     """Return Nemenyi's test of all pairs of conditions: mean ranks A minus B, one row per pair.
 
-    `q` is |difference| / sqrt(k (k + 1) / (12 n)), `p` its tail of the studentized range with infinite df, so already
-    right for all pairs together; a difference beyond `critical` is significant at `alpha`. `ties=True` takes the
-    spread of the observed ranks instead of k (k + 1) / 12 (less cautious where there are ties). `p_exact` is the exact
-    p of this pair alone given all ties, `p_exact_holm` the same adjusted by Holm; NaN where it costs too much.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
-    Sources: Nemenyi 1963; Demsar 2006, equation 3; Eisinga et al. 2017 for the exact test.
+    `q` is |difference| / sqrt(k (k + 1) / (12 n)), `p` its tail of the studentized range with infinite df, which
+    already accounts for all pairs; a difference beyond `critical` is significant at `alpha`. `ties=True` uses the
+    variance of the observed ranks instead of k (k + 1) / 12 (less conservative with ties). `p_exact` is the exact p of
+    this pair alone given all ties, `p_exact_holm` the same adjusted by Holm; NaN where it costs too much. Raises a
+    StatisticsError (a ValueError) that names what is wrong with the table. Sources: Nemenyi 1963; Demsar 2006, equation
+    3; Eisinga et al. 2017 for the exact test.
     """
     if not isinstance(alpha, float) or not 0 < alpha < 1:
         raise BadOption(f"alpha={shown(alpha)}: a number between 0 and 1 is expected, such as 0.05")
@@ -85,9 +85,9 @@ def rank_error(ranks: Ints, ties: bool) -> float:
 
 
 def _exact_tails(ranks: Ints) -> list[float] | None:
-    """Return P(|difference of two rank sums| >= d) for d = 0, 1, ... (doubled ranks); None where it costs too much.
+    """Return P(|difference of two rank sums| >= d) for d = 0, 1, ... (doubled ranks); None if that costs too much.
 
-    Any two conditions of one participant hold two of their ranks, drawn without replacement.
+    Two conditions of one participant have two of the participant's ranks, drawn without replacement.
     """
     n, k = ranks.shape
     if n * (4 * n * k) * (4 * k) > MOST_STEPS:

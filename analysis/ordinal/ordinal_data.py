@@ -1,4 +1,4 @@
-"""A long table of ordered answers to the answers and columns of an ordinal model, the same for every order of rows."""
+"""A long table of ordered answers as answers and columns of an ordinal model, independent of the order of rows."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ Named: TypeAlias = list[tuple[str, Floats]]
 
 @dataclass(frozen=True)
 class OrdinalData:
-    """`answers` 0 .. points - 1 with the predictors' terms: each different row once, `weights` says how many there are.
+    """Answers 0 .. points - 1 with the predictors' terms: each different row once, with its number in `weights`.
 
-    Rows are sorted by participant, then by answer and predictors. `names` are the answers as they were given, from
-    lowest to highest; `people` the participants, None where they do not matter; `starts` each participant's first row.
+    Rows are sorted by participant, then by answer and predictors. `names` are the original answers from lowest to
+    highest; `people` the participants, None if they do not matter; `starts` each participant's first row.
     """
 
     answers: Ints
@@ -40,7 +40,7 @@ class OrdinalData:
 
     @property
     def points(self) -> int:
-        """Return how many different answers there are."""
+        """The number of different answers."""
         return len(self.names)
 
 
@@ -87,7 +87,7 @@ def ordinal_data(
 
 
 def _numbered(values: Floats, dv: Hashable) -> tuple[Ints, tuple[str, ...]]:
-    """Return the answers as numbers; values that differ by rounding alone are one."""
+    """Return the answers as numbers; values that differ only by rounding are equal."""
     lost = np.flatnonzero(np.isnan(values)).tolist()
     if lost:
         where = listed((f"row {row + 1}" for row in lost), len(lost))
@@ -111,7 +111,7 @@ def _labelled(data: pd.DataFrame, dv: Hashable, levels: list[Hashable]) -> tuple
 
 
 def refuse_aliased(terms: Sequence[Term]) -> None:
-    """Refuse a column that the columns before it (and the thresholds) already say."""
+    """Refuse a column that is a linear combination of the columns before it (and the thresholds)."""
     names = [name for term in terms for name in term.columns]
     x = np.concatenate([term.values for term in terms], axis=1)
     centred = x - x.mean(axis=0)
@@ -128,7 +128,7 @@ def refuse_aliased(terms: Sequence[Term]) -> None:
 
 @dataclass(frozen=True)
 class Term:
-    """One term of a model: its name, the columns of the table that it is made of, and its own columns."""
+    """One term of a model: its name, the columns of the table that it uses, and its own columns."""
 
     name: str
     parts: frozenset[str]
@@ -147,15 +147,15 @@ class Predictors:
 
     @property
     def names(self) -> list[str]:
-        """Return the table's columns that the model needs."""
+        """The table's columns that the model needs."""
         return [*self.fixed, *self.numeric]
 
 
 def terms_of(data: pd.DataFrame, predictors: Predictors, orders: Orders) -> list[Term]:
     """Return the model's terms, in the order requested, interactions last.
 
-    `orders` gives a factor's levels in an order of one's own; the first is what "treatment" compares with. Raises
-    UnknownColumn, BadValue, BadOption or TooFew.
+    `orders` gives the order of a factor's levels; "treatment" coding compares with the first. Raises UnknownColumn,
+    BadValue, BadOption or TooFew.
     """
     built = {name: _factor(data, name, predictors.coding, orders.get(name)) for name in predictors.fixed}
     for name in predictors.numeric:

@@ -1,9 +1,9 @@
 """The ordinal model of a long table: thresholds, slopes, tests of every term and of proportional odds.
 
 It is fitted in coordinates where the predictors are orthonormal, so that no unit matters. A model has no maximum where
-the predictors divide the answers without overlap: the log likelihood never falls along a direction that raises every
-upper bound and lowers every lower one (by any amount, also 0). If some such direction moves any bound, some estimate
-is infinite (Haberman 1980; Albert & Anderson 1984): a linear programme decides it exactly.
+the predictors separate the answers without overlap: the log likelihood never decreases along a direction that lowers no
+upper bound and raises no lower one. If such a direction moves any bound, some estimate is infinite (Haberman 1980;
+Albert & Anderson 1984), which a linear programme decides exactly.
 """
 
 from __future__ import annotations
@@ -86,11 +86,10 @@ def ordinal_model(
     """Fit a cumulative link model by maximum likelihood, with `random` (the participants' column) a mixed one.
 
     `fixed` names factors ("treatment" coding against the first level, or "sum"), `numeric` columns of numbers,
-    `interactions` products "a:b". The answers in `dv` are numbers, or labels whose order `levels` gives; `orders`
-    gives factors' levels in an order of one's own. Without `random` every row counts as independent.
-    Raises a StatisticsError (a ValueError): Separated where an estimate would be infinite, NotConverged where the
-    likelihood has no maximum, and what is wrong with the table or the request.
-    Sources: McCullagh 1980; Christensen 2018 (R's ordinal: clm, clmm).
+    `interactions` products "a:b". The answers in `dv` are numbers, or labels whose order `levels` gives; `orders` gives
+    the order of factors' levels. Without `random` every row counts as independent. Raises a StatisticsError (a
+    ValueError): Separated where an estimate would be infinite, NotConverged where the likelihood has no maximum, and
+    what is wrong with the table or the request. Sources: McCullagh 1980; Christensen 2018 (R's ordinal: clm, clmm).
     """
     check_interval(100, confidence)
     lists = [(names,) if isinstance(names, str) else tuple(names) for names in (fixed, numeric, interactions)]
@@ -161,7 +160,7 @@ def term_tests(data: OrdinalData, model: Fitted, link: Link) -> Iterator[dict[st
 
 
 def _proportional(data: OrdinalData, term: Term, model: Fitted, link: Link) -> dict[str, Any]:
-    """Compare one slope of this term for all thresholds with one at each."""
+    """Return the comparison of one slope of this term for all thresholds with one at each."""
     df = len(term.columns) * (data.points - 2)
     try:
         reached, note = limit(data, data.terms, term, link)
@@ -178,7 +177,7 @@ def _ratio(source: str, larger: float, smaller: float, df: int, note: str) -> di
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fitted model: thresholds and slopes in the predictors' units, their covariances, and the intercepts' spread."""
+    """A fitted model: thresholds and slopes in the predictors' units, their covariances, and the intercepts' SD."""
 
     estimates: Floats
     covariance: Floats
@@ -191,7 +190,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """x - centre = basis @ turn, `basis` orthonormal but for sqrt(rows)."""
+    """Coordinates of the predictors: x - centre = basis @ turn, `basis` orthonormal except for sqrt(rows)."""
 
     basis: Floats
     turn: Floats
@@ -239,10 +238,10 @@ def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
 
 
 def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> tuple[float, str]:
-    """Return the highest log likelihood with a slope of its own at every threshold for `free`, and a note.
+    """Return the highest log likelihood with a slope at every threshold for `free`, and a note.
 
-    A limit is approached as some slope grows for ever, and reached by none. NaN where it has no value, or where the
-    thresholds are out of order somewhere, so that some answer would have a negative chance. Raises NotConverged.
+    It may be a limit that is only approached as some slope grows without bound. NaN where it is undefined, or where
+    thresholds are out of order somewhere, so that some answer would have a negative probability. Raises NotConverged.
     """
     x = coordinates([term for term in terms if term is not free], data.weights).basis
     own = coordinates([free], data.weights).basis
@@ -265,10 +264,10 @@ def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> t
 
 
 def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool) -> bool:
-    """Return whether the thresholds rise for every kind of row.
+    """Return whether the thresholds are in order for every kind of row.
 
-    All of them, or where `unbounded` those that answers inform.
-    Other predictors move all thresholds alike, so that only `free` matters.
+    With `unbounded` only those that answers determine count. Other predictors move all thresholds equally, so that only
+    `free` matters.
     """
     _, rows, kind = np.unique(free.values, axis=0, return_index=True, return_inverse=True)
     for i, rises in enumerate(np.diff(thresholds[rows], axis=1)):
@@ -311,7 +310,7 @@ def _in_units(maximum: Fit, to_units: Floats, sigma: float | None) -> Fitted:
 
 
 def escape(rows: AnswerIntervals) -> Floats | None:
-    """Return a direction along which the likelihood rises for ever, each part at most 1; None where there is none."""
+    """Return a direction along which the likelihood grows without bound, each part at most 1; None if there is none."""
     bounds = np.concatenate((rows.upper[~rows.last], -rows.lower[~rows.first]))
     bounds = np.unique(bounds, axis=0)
     programme = linprog(-bounds.sum(axis=0), A_ub=-bounds, b_ub=np.zeros(len(bounds)), bounds=(-1, 1), method="highs")

@@ -35,9 +35,9 @@ BATCH = 1_000_000  # numbers held at once
 
 
 def fit_intercepts(rows: AnswerIntervals, g: Floats, sigma: float, link: Link) -> tuple[Fit, float]:
-    """Return the maximum over (g, sigma) from a start: parameters (g, sigma), and sigma >= 0 again.
+    """Return the maximum over (g, sigma) from a start: the fit, and sigma >= 0.
 
-    Raises NotConverged where there is none within reach.
+    Raises NotConverged if none is found.
     """
     at = np.append(g, sigma)
     for count, more in zip(NODES, (*NODES[1:], 2 * NODES[-1]), strict=True):
@@ -77,7 +77,7 @@ def _maximum(model: Marginal, start: Floats) -> Fit:
 
 @dataclass(frozen=True)
 class Marginal:
-    """Answers, the link and how many nodes each participant's integral has; parameters are (g, sigma)."""
+    """Answers, the link and the number of nodes of each participant's integral; parameters are (g, sigma)."""
 
     rows: AnswerIntervals
     link: Link
@@ -85,7 +85,7 @@ class Marginal:
 
     @property
     def lengths(self) -> Ints:
-        """Return how many rows each participant has."""
+        """The number of rows of each participant."""
         lengths: Ints = np.diff(np.append(self.rows.starts, len(self.rows.weights)))
         return lengths
 
@@ -95,7 +95,7 @@ class Marginal:
         return sums
 
     def per_row(self, values: Floats) -> Floats:
-        """Repeat participants' values, one for each of their rows."""
+        """Return participants' values repeated for each of their rows."""
         repeated: Floats = np.repeat(values, self.lengths, axis=0)
         return repeated
 
@@ -109,7 +109,7 @@ class Bounds:
     sigma: float
 
     def at(self, model: Marginal, z: Floats) -> Interval:
-        """Return the intervals where participants stand at `z` (participants) or (participants, nodes)."""
+        """Return the intervals for random effects `z`, (participants,) or (participants, nodes)."""
         by = model.per_row(self.sigma * z)
         high, low = (self.high, self.low) if z.ndim == 1 else (self.high[:, None], self.low[:, None])
         return interval(high - by, low - by, model.link)
@@ -117,14 +117,14 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Where and how heavily each participant's integrand is looked at: (participants, nodes)."""
+    """Nodes and log weights of each participant's integral, (participants, nodes) each."""
 
     z: Floats
     log_weights: Floats
 
 
 def marginal_likelihood(model: Marginal, at: Floats) -> float:
-    """Return the log likelihood at (g, sigma); minus infinity where thresholds are out of order."""
+    """Return the log likelihood at (g, sigma); minus infinity if thresholds are out of order."""
     high, low = model.rows.bounds(at[:-1])
     if not np.all(high > low):
         return -math.inf
@@ -149,14 +149,14 @@ def marginal_derivatives(model: Marginal, at: Floats) -> tuple[float, Floats, Fl
 
 
 def _batches(model: Marginal, width: int) -> Iterator[slice]:
-    """Yield nodes a few at a time, so that memory stays bounded."""
+    """Yield slices of nodes, a few at a time, so that memory stays bounded."""
     size = max(1, BATCH // (len(model.rows.weights) * width))
     for start in range(0, model.nodes, size):
         yield slice(start, min(start + size, model.nodes))
 
 
 def _nodes(model: Marginal, bounds: Bounds) -> Nodes:
-    """Return the nodes around each participant's mode, which Newton's method finds: the log integrand is concave."""
+    """Return the nodes around each participant's mode, by Newton's method: the log integrand is concave."""
     z = np.zeros(len(model.rows.starts))
     bend = np.ones_like(z)
     for _ in range(MODE_STEPS):
@@ -186,7 +186,7 @@ def _logs(model: Marginal, bounds: Bounds, nodes: Nodes) -> Floats:
 
 
 def _complete(model: Marginal, bounds: Bounds, z: Floats, shares: Floats) -> tuple[Floats, Floats]:
-    """Return each participant's score at some nodes (participants, nodes, parameters), and all information there."""
+    """Return each participant's score at the nodes, (participants, nodes, parameters), and all information there."""
     intervals, rows = bounds.at(model, z), model.rows
     upper, lower = (_widened(side, model.per_row(-z)) for side in (rows.upper, rows.lower))
     score = intervals.f_high[..., None] * upper - intervals.f_low[..., None] * lower
@@ -198,7 +198,7 @@ def _complete(model: Marginal, bounds: Bounds, z: Floats, shares: Floats) -> tup
 
 
 def _widened(side: Floats, moved: Floats) -> Floats:
-    """Return the rows' columns at every node, and the one of sigma, which is the node's."""
+    """Return the rows' columns at every node, plus the node's column of sigma."""
     shape = (*moved.shape, side.shape[1])
     return np.concatenate((np.broadcast_to(side[:, None, :], shape), moved[..., None]), axis=2)
 

@@ -1,6 +1,6 @@
-"""Midranks in whole numbers, and the one rule that says when two values are tied.
+"""Midranks in integers, and the rule that decides when two values are tied.
 
-What was written is exact, what was computed carries rounding: 0.3 and 0.30000000000000004 (0.1 + 0.2) are one value.
+Written values are exact, computed ones have rounding errors: 0.3 and 0.30000000000000004 (0.1 + 0.2) are one value.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ LARGEST = 1e300  # differences of larger values leave the range of doubles
 
 
 def refuse_huge(values: Floats) -> None:
-    """Refuse values whose differences a double cannot hold."""
+    """Refuse values whose differences overflow double precision."""
     if float(np.abs(values).max()) > LARGEST:
         raise BadValue(f"values beyond {LARGEST:g}, whose differences no double holds; express them in a larger unit")
 
 
 def rounding(values: Floats) -> Floats:
-    """Return how far rounding may move a value of this size: 4 units in its last place."""
+    """Return the possible rounding of a value of this size: 4 units in its last place."""
     allowed: Floats = ROUNDING_ULPS * np.spacing(np.abs(values))
     return allowed
 
 
 def row_rounding(rows: Floats) -> Floats:
-    """Return the same for each row of a matrix, from its largest value, in the matrix' shape."""
+    """Return the possible rounding in each row of a matrix, by its largest value, in the matrix' shape."""
     largest: Floats = np.abs(rows).max(axis=1, keepdims=True)
     return np.broadcast_to(rounding(largest), rows.shape)
 
 
 def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False) -> Ints:
-    """Return twice the midranks (1 .. k) within each row of a matrix, whole numbers whatever is tied.
+    """Return twice the midranks (1 .. k) within each row of a matrix, which are integers even with ties.
 
     Neighbours in a sorted row are tied where they are equal, or differ by no more than the larger of their `allowed`
     (same shape) and not both are short decimals, which are as they were written, unless one of them was `computed`
@@ -65,7 +65,7 @@ def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False
 
 
 def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = False) -> Truths:
-    """Return where two arrays hold the same values: equal, or only rounding apart.
+    """Return where two arrays have the same values: equal, or different only by rounding.
 
     Two short decimals are the same only where they are equal.
     """
@@ -79,7 +79,7 @@ def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = 
 
 
 def written(values: Floats) -> Truths:
-    """Return whether each value is whole or a decimal of at most 15 digits, which arithmetic has not blurred."""
+    """Return whether each value is an integer or a decimal of at most 15 digits, so without rounding by arithmetic."""
     return np.array(
         [
             float(f"{value:.{WRITTEN_DIGITS}g}") == value or (abs(value) <= WHOLE_END and value.is_integer())

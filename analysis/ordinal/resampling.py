@@ -1,4 +1,4 @@
-"""Bootstrap intervals of rank statistics, from a seed and the same for every order of the participants."""
+"""Bootstrap intervals of rank statistics from a seed, independent of the order of participants."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_DRAWS = 1_000_000
 
 @dataclass(frozen=True)
 class Interval:
-    """How an interval is drawn: samples, seed and confidence."""
+    """The options of an interval: samples, seed and confidence."""
 
     draws: int = 2000
     seed: int = 0
@@ -34,8 +34,8 @@ def check_interval(draws: object, confidence: object) -> None:
 def w_interval(ranks: Ints, interval: Interval) -> tuple[float, float, str]:
     """Return the percentile bootstrap interval of Kendall's W over participants, and a note where it is undefined.
 
-    Participants are sorted by their ranks first, so that neither rows nor labels decide what is drawn.
-    Efron & Tibshirani 1993, ch. 13.
+    Participants are sorted by their ranks first, so that the draws depend neither on rows nor on labels. Efron &
+    Tibshirani 1993, ch. 13.
     """
     if len(ranks) < 3:
         return math.nan, math.nan, "no interval of W: two participants are one pair, whoever is drawn"

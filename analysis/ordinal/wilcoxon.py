@@ -1,10 +1,10 @@
 """Wilcoxon tests of every pair of levels, within participants or between groups, with their family of p values.
 
-Signed ranks and rank sums are exact whatever is tied or zero: their distributions given the ties are counted in whole
-(doubled) ranks, and probabilities and counts only ever add, so that the smallest tail keeps its digits.
-Shifts are Hodges-Lehmann estimates: medians of the pairwise means of differences (one sample) or of all differences
-between two samples. The interval lies between two of these values, counted off by the exact distribution of the test
-without ties (Hollander, Wolfe & Chicken 2014, 3.2, 3.3, 4.2, 4.3); with ties or zeros its confidence is at least that.
+Signed ranks and rank sums are exact even with ties and zeros: their distributions given the ties are counted in integer
+(doubled) ranks, and probabilities and counts are only added, so that the smallest tail keeps its digits. Shifts are
+Hodges-Lehmann estimates: medians of the pairwise means of differences (one sample) or of all differences between two
+samples. The interval lies between two of these values, counted off by the exact distribution of the test without ties
+(Hollander, Wolfe & Chicken 2014, 3.2, 3.3, 4.2, 4.3); with ties or zeros its confidence is at least that.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MOST_VALUES = 500  # values in both groups: binomial coefficients stay within do
 
 @dataclass(frozen=True)
 class RankComparison:
-    """Two samples compared by ranks, the first minus the second; NaN where `note` says why.
+    """Two samples compared by ranks, the first minus the second; NaN if `note` says why.
 
     `statistic` is R's W or V, `p` is `p_exact` where that was computed and `p_normal` otherwise, `size` a
     rank-biserial correlation, `shift` the Hodges-Lehmann estimate with its interval.
@@ -58,7 +58,7 @@ class RankComparison:
 
     @property
     def p(self) -> float:
-        """Return the p to report: exact where it was computed."""
+        """The p to report: exact if it was computed."""
         return self.p_normal if math.isnan(self.p_exact) else self.p_exact
 
 
@@ -80,10 +80,10 @@ def wilcoxon_tests(
 
     `within` and `subject`: signed ranks (`W` is R's V, the sum of positive ranks; `zeros` "wilcoxon" or "pratt");
     `between`: rank sums (`W` is R's W, Mann & Whitney's U of A). `p_unc` is `p_exact`, exact given all ties, or
-    `p_normal` with continuity correction where the exact one would cost too much (a note says so). `shift` is the
+    `p_normal` with continuity correction if the exact one would cost too much (a note says so). `shift` is the
     Hodges-Lehmann estimate with `ci_low`, `ci_high` (not adjusted), `rank_biserial` the effect size, from -1 to 1.
-    `padjust` "none", "bonferroni" or "holm" over `family` tests, a size fixed beforehand (None: the pairs here).
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
+    `padjust` "none", "bonferroni" or "holm" over `family` tests, a size fixed beforehand (None: the pairs here). Raises
+    a StatisticsError (a ValueError) that names what is wrong with the table or the request.
     """
     check_interval(100, confidence)
     if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
@@ -189,7 +189,7 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
 
 
 def corrected_z(apart: float, sd: float) -> tuple[float, float]:
-    """Return (apart -+ 1/2 rank) / sd on doubled ranks and its two-sided p, never 0; p = 1 where nothing is left."""
+    """Return (apart -+ 1/2 rank) / sd on doubled ranks and its two-sided p, never 0; p = 1 if nothing remains."""
     z = (apart - math.copysign(min(1.0, abs(apart)), apart)) / sd
     return z, min(1.0, max(2 * float(ndtr(-abs(z))), SMALLEST))
 
@@ -203,7 +203,7 @@ def _pairs(labels: list[Any], values: list[Any]) -> Iterator[tuple[Any, Any, Any
 
 
 def adjust_in_family(p: list[float], method: str, family: int | None) -> list[float]:
-    """Adjust p values as members of a family of this size; refuse a family smaller than its tests."""
+    """Adjust p values within a family of this size; refuse a family smaller than its tests."""
     size = len(p) if family is None else family
     if isinstance(size, bool) or not isinstance(size, int) or size < len(p):
         raise BadOption(f"family={shown(family)}: a whole number is expected, at least the {len(p)} tests made here")
@@ -231,7 +231,7 @@ def _table(factor: Hashable, paired: bool, pairs: list[LevelPair], method: str, 
 
 @dataclass(frozen=True)
 class Shift:
-    """An estimate in the data's unit and its interval; NaN where `note` says why."""
+    """An estimate in the data's unit and its interval; NaN if `note` says why."""
 
     estimate: float
     low: float
@@ -240,7 +240,7 @@ class Shift:
 
 
 def one_sample_shift(values: Floats, confidence: float) -> Shift:
-    """Return the median of the means of all pairs of values (each with itself too), and its interval."""
+    """Return the median of the means of all pairs of values (each also with itself), and its interval."""
     n = len(values)
     if n * (n + 1) // 2 > MOST_MEANS:
         return _too_many(n * (n + 1) // 2)
@@ -249,10 +249,7 @@ def one_sample_shift(values: Floats, confidence: float) -> Shift:
 
 
 def two_sample_shift(a: Floats, b: Floats, confidence: float) -> Shift:
-    """Return the median of all differences between a value of the first and one of the second sample.
-
-    With its interval.
-    """
+    """Return the median of all differences of a value of the first and one of the second sample, and its interval."""
     if len(a) * len(b) > MOST_MEANS:
         return _too_many(len(a) * len(b))
     return _between(np.subtract.outer(a, b).ravel(), _sum_count(len(a), len(b), (1 - confidence) / 2), confidence)
@@ -263,7 +260,7 @@ def _too_many(count: int) -> Shift:
 
 
 def _between(values: Floats, count: int, confidence: float) -> Shift:
-    """Return the median, and the count-th value from either end; no interval where the ends are not wide enough."""
+    """Return the median, and the count-th value from either end; no interval if the ends are not wide enough."""
     last = len(values) - 1
     ends = [count - 1, last - count + 1] if count > 0 else []
     values.partition([last // 2, (last + 1) // 2, *ends])
@@ -275,14 +272,14 @@ def _between(values: Floats, count: int, confidence: float) -> Shift:
 
 
 def _signed_count(n: int, tail: float) -> int:
-    """Return how many pairwise means to count off: R's qsignrank(tail, n); 0 where no interval is wide enough."""
+    """Return how many pairwise means to count off: R's qsignrank(tail, n); 0 if no interval is wide enough."""
     if n > MOST_SIGNED:
         return round(n * (n + 1) / 4 + float(ndtri(tail)) * math.sqrt(n * (n + 1) * (2 * n + 1) / 24))
     return lower_quantile(signed_rank_chances(np.arange(1, n + 1, dtype=np.int64)), tail)
 
 
 def _sum_count(n_a: int, n_b: int, tail: float) -> int:
-    """Return the same for two samples: R's qwilcox(tail, n_a, n_b)."""
+    """Return how many differences of two samples to count off: R's qwilcox(tail, n_a, n_b)."""
     small, n = min(n_a, n_b), n_a + n_b
     chances = rank_sum_chances(np.arange(1, n + 1, dtype=np.int64), small)
     if chances is None:
@@ -291,7 +288,7 @@ def _sum_count(n_a: int, n_b: int, tail: float) -> int:
 
 
 def signed_rank_chances(ranks: Ints) -> Floats:
-    """Return P(sum of the positive ranks = 0, 1, ...) when every rank is positive or negative with chance 1/2."""
+    """Return P(sum of the positive ranks = 0, 1, ...) if every rank is positive or negative with probability 1/2."""
     chances = np.zeros(int(ranks.sum()) + 1)
     chances[0], end = 1.0, 0
     for rank in np.sort(ranks).tolist():
@@ -303,9 +300,9 @@ def signed_rank_chances(ranks: Ints) -> Floats:
 
 
 def rank_sum_chances(ranks: Ints, size: int) -> Floats | None:
-    """Return P(sum of a group's ranks = 0, 1, ...) when any `size` of the values form the group.
+    """Return P(sum of a group's ranks = 0, 1, ...) if any `size` of the values form the group.
 
-    None where that costs too much.
+    None if that costs too much.
     """
     total = int(np.sort(ranks)[len(ranks) - size :].sum())
     if len(ranks) > MOST_VALUES or len(ranks) * size * total > MOST_STEPS:
@@ -327,5 +324,5 @@ def two_sided(chances: Floats, observed: int, doubled_mean: int) -> float:
 
 
 def lower_quantile(chances: Floats, share: float) -> int:
-    """Return the smallest value whose cumulative chance reaches `share`."""
+    """Return the smallest value whose cumulative probability reaches `share`."""
     return int(np.searchsorted(np.cumsum(chances), share * (1 - 1e-12)))
