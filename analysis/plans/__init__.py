@@ -1,1 +1,1 @@
-"""What is to be computed, declared before the data exist: the file analysis.yaml and what it may ask for."""
+"""Analysis plans, declared before the data exist: the file analysis.yaml and what it may contain."""

@@ -1,4 +1,4 @@
-"""What a statistic is given and what it gives back, the same for every kind of test, and answers in words."""
+"""The inputs and outputs of every kind of test, and answers as text."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ COLUMNS = (
 )  # fmt: skip
 """Settings that name columns of the study's answers."""
 FACTORS = tuple(name for name in (*COLUMNS, "random", "interactions") if name != "numeric")
-"""Those of them, and of a model's terms, that tell rows apart; a column in `numeric` is a number."""
+"""Of these and a model's terms, the settings that distinguish rows; a column in `numeric` is a number."""
 
 
 def column_names(value: object) -> list[str]:
-    """Return every column that a setting names, alone or in an interaction."""
+    """Return every column in a setting, alone or in an interaction."""
     if isinstance(value, Mapping):
         return [text for pair in value.items() for end in pair for text in column_names(end)]
     texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
@@ -51,21 +51,21 @@ def column_names(value: object) -> list[str]:
 
 
 def columns_named(settings: object, names: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
-    """Return the columns that a test or figure names in the settings `names`, without those of its `where`."""
+    """Return the columns in the settings `names` of a test or figure, without those of its `where`."""
     return tuple(dict.fromkeys(name for key in names for name in column_names(getattr(settings, key, None))))
 
 
 OF_THE_DESIGN = frozenset({"participant", "session", "group", "stimulus", "attribute", "trial", "block", "value"})
-"""Columns that every answer has; any other may be a question about the person, which somebody did not answer."""
+"""Columns that every answer has; any other may be a question about the person that somebody left unanswered."""
 
 
 class StatisticSettings(Strict):
-    """What every test of an analysis plan says; each kind adds its own settings.
+    """The common settings of the tests in an analysis plan; each kind adds its own.
 
     `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
     items (None: all of them), `where` keeps the rows whose columns have these levels, or numbers in a range. `table`
-    names one of the plan's own tables instead of the study's answers, `source` another table of answers than the
-    kind's own ("forms" for a questionnaire's items). `normalise` and `missing` stand in for the plan's own.
+    names one of the plan's own tables instead of the study's answers, `source` another table of answers than the kind's
+    own ("forms" for a questionnaire's items). `normalise` and `missing` override the plan's own.
     """
 
     name: str
@@ -78,19 +78,19 @@ class StatisticSettings(Strict):
     missing: Missing | None = None
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings of the kind that change nothing beside the others."""
+        """Yield the settings of the kind that have no effect in combination with the others."""
         yield from ()
 
 
 def missing_without_effect(settings: StatisticSettings, where: str) -> Iterator[Idle]:
-    """Yield `missing` of a kind that takes gaps as they are, unless it names a question that people may not answer."""
+    """Yield `missing` for a kind that accepts gaps, unless the test names a question that may be left unanswered."""
     if set(columns_named(settings)) <= OF_THE_DESIGN:
         yield Idle("missing", where)
 
 
 @dataclass(frozen=True)
 class Selected:
-    """The rows that one test is asked about, after exclusions, normalisation and its own `where`.
+    """The rows of one test, after exclusions, normalisation and its own `where`.
 
     `table` is long, one row per value: `participant`, `session`, `trial` (its place in the session), `group`,
     `stimulus`, every stimulus column as text, and
@@ -123,19 +123,19 @@ class Selected:
 
     @property
     def outcome(self) -> str:
-        """The only outcome, for kinds that are asked for each outcome by itself."""
+        """The only outcome, for kinds that are answered by outcome."""
         return self.outcomes[0]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """One question's numbers.
+    """The numbers that answer one question.
 
-    `rows` are the result's table: plain values, a float for a number, None where it is undefined (the row's `note`
-    says why); p is never 0. `kinds` says of each column of numbers what it is ("generalized eta squared", "p,
+    `rows` are the result's table: plain values, a float for a number, None where it is undefined (the row's `note` says
+    why); p is never 0. `kinds` says of each column of numbers what it is ("generalized eta squared", "p,
     Greenhouse-Geisser, not adjusted"). `method` names what was computed and its source in a sentence. `participants`
-    and `values` are what the numbers rest on. `headline` is the sentence a report states, "" for none. `matrix` and
-    other extra tables of a result go into `more`, by name.
+    and `values` count the data that were used. `headline` is the sentence of a report, "" for none. `more` has further
+    tables by name.
     """
 
     rows: tuple[Row, ...]
@@ -150,13 +150,13 @@ class Answer:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of test that a plan may ask for; `title` is what a report calls it.
+    """A kind of test that a plan may use; `title` is its name in a report.
 
-    `answer` raises a ValueError of ours that says why, where the question has no answer. `each` says whether it is
-    asked for every outcome by itself or once for all. `complete` names, for given settings, the factors whose cells
-    each participant must have filled (averaging over the study's other factors): where a cell is missing, the plan's
-    `missing` decides before `answer` is called. `with_gaps` answers instead under `missing: mixed_model`. `headings`
-    are names of columns of its own for a reader, beside those that all tests share (reports/tables.py).
+    `answer` raises a named ValueError with the reason if the question has no answer. `each` says whether outcomes are
+    answered separately or together. `complete` names, for given settings, the factors whose cells each participant must
+    have filled (averaging over the study's other factors): if a cell is missing, the plan's `missing` decides before
+    `answer` is called. `with_gaps` is called instead under `missing: mixed_model`. `headings` are readable names of its
+    own columns, beside those that all tests share (reports/tables.py).
     """
 
     title: str
@@ -171,7 +171,9 @@ class Kind:
 
 @dataclass(frozen=True)
 class MissingSummary:
-    """What was missing for one question and what was done: participants with gaps, cells missing in all, who left."""
+    """The missing cells of one question and their treatment: participants with gaps, missing cells in total,
+    exclusions.
+    """
 
     policy: Missing
     participants: int = 0
@@ -180,7 +182,7 @@ class MissingSummary:
     unanswered: tuple[str, ...] = ()
 
     def text(self) -> str:
-        """Return one sentence, "" where nothing was missing."""
+        """Return a sentence, "" if nothing was missing."""
         silent = f"left out without an answer about themselves: {', '.join(self.unanswered)}" if self.unanswered else ""
         if not self.cells:
             return silent
@@ -190,16 +192,16 @@ class MissingSummary:
         return "; ".join(filter(None, (cells, silent)))
 
     def describe_cells(self) -> str:
-        """Return how much is missing, in words."""
+        """Return how much is missing as text."""
         return f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
 
 
 @dataclass(frozen=True)
 class QuestionResult:
-    """A question with its answer, or with the reason why there is none.
+    """A question with its answer, or the reason why there is none.
 
-    `inputs` is the SHA-256 of the rows that were used, whatever their order. `seconds` is the wall time of the answer,
-    `rows` are the rows it rests on.
+    `inputs` is the SHA-256 of the rows that were used, independent of their order. `seconds` is the wall time of the
+    answer, `rows` are the rows that were used.
     """
 
     settings: StatisticSettings
@@ -213,7 +215,7 @@ class QuestionResult:
 
 
 def require_columns(table: pd.DataFrame, names: Iterable[str]) -> None:
-    """Refuse a column that the table lacks, naming the nearest."""
+    """Raise an error for a column that the table lacks, with the nearest name."""
     for name in names:
         if name not in table.columns:
             raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
@@ -230,7 +232,7 @@ def answer_of(
     notes: Iterable[str] = (),
     more: Mapping[str, tuple[Row, ...]] | None = None,
 ) -> Answer:
-    """Return an answer that counts its participants and values itself; `table` is what was used, where not all was."""
+    """Return an answer with counts of participants and values in `table`, by default in all selected rows."""
     used = selected.table if table is None else table
     return Answer(
         rows=tuple(rows),
@@ -250,12 +252,12 @@ def plain_rows(table: pd.DataFrame, finite: bool = False) -> tuple[Row, ...]:
 
 
 def plain_row(row: Mapping[Any, Any], finite: bool = False) -> Row:
-    """Return one row as `plain_rows` does."""
+    """Return one row of a result as `plain_rows` does."""
     return {str(name): plain_value(value, finite) for name, value in row.items()}
 
 
 def plain_value(value: Any, finite: bool = False) -> Value:
-    """Return a value as a result table holds it; the parts of a label of several are joined with ", "."""
+    """Return a value as a result table holds it; the parts of a compound label are joined with ", "."""
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, float):
@@ -266,7 +268,7 @@ def plain_value(value: Any, finite: bool = False) -> Value:
 
 
 def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
-    """Return what each column of a one-sample t test is."""
+    """Return the meaning of each column of a one-sample t test."""
     return {
         "n": "participants",
         "sd": "SD over participants",
@@ -282,12 +284,12 @@ def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
 
 
 def share(confidence: float, words: str) -> str:
-    """Return `95% interval ...`, as the APA writes it."""
+    """Return a text such as `95% interval ...`, in APA style."""
     return f"{100 * confidence:g}% {words}"
 
 
 def averaged_note(least: int, most: int) -> str:
-    """Return a note on what a participant's mean rests on, "" where it is one rating each."""
+    """Return a note on how many ratings a participant's mean averages, "" if it is always one."""
     if most <= 1:
         return ""
     many = f"{most}" if least == most else f"{least} to {most}"
@@ -295,7 +297,7 @@ def averaged_note(least: int, most: int) -> str:
 
 
 def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
-    """Return a note on the attributes that were turned round, and about what; none where none were."""
+    """Return a note on attributes with a reversed scale, and its centre; none if there are none."""
     if not names:
         return []
     about = "0" if selected.scale is None else f"{(selected.scale[0] + selected.scale[1]) / 2:g}"
@@ -303,7 +305,7 @@ def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
 
 
 def table_notes(table: pd.DataFrame) -> tuple[str, str]:
-    """Return how many ratings were averaged for each value of a result, and who was left out of it; "" for nothing."""
+    """Return notes on how many ratings each value averages, and who was left out; "" for none."""
     least, most = table.attrs.get("ratings_per_cell", (1, 1))
     dropped = table.attrs.get("dropped", [])
     left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
@@ -311,7 +313,7 @@ def table_notes(table: pd.DataFrame) -> tuple[str, str]:
 
 
 def coefficient(value: float) -> str:
-    """Return a coefficient that is at most 1 as APA writes it: .29, −.05, 1.00."""
+    """Return a coefficient of at most 1 in APA style: .29, −.05, 1.00."""
     return re.sub(r"^(−?)0\.", r"\1.", number(value)) if math.isfinite(value) else "undefined"
 
 

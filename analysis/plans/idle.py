@@ -1,7 +1,7 @@
-"""Settings of a test or figure that change nothing beside the others.
+"""Settings of a test or figure that have no effect in combination with the others.
 
-`--check-plan` refuses them. A plan that is already in use (its hash may stand in a registration) is read: such a
-setting counts as its default, which changes no number, and a note beside the answer says so.
+`--check-plan` refuses them. A plan in use (its hash may be in a registration) is still read: such a setting counts as
+its default, which changes no number, with a note beside the answer.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ ON_RANKS = "on ranks within participants, which no such rescaling changes"
 
 
 class Idle(NamedTuple):
-    """A setting, where it changes nothing ("with `interval: none`"), and what it counts as (None: its default)."""
+    """A setting, the condition under which it has no effect ("with `interval: none`"), and what it counts as."""
 
     name: str
     where: str
@@ -26,7 +26,7 @@ SettingsT = TypeVar("SettingsT", bound=BaseModel)
 
 
 def idle_settings(settings: Any, kind: Any) -> list[Idle]:
-    """Return the settings that differ from what they count as and change nothing.
+    """Return the settings that have no effect and differ from the value that they count as.
 
     `kind` is the kind of the test or figure.
     """
@@ -53,21 +53,21 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
 
 
 def outcomes_of_own_table(settings: Any) -> Iterator[Idle]:
-    """Yield `outcomes` of a kind that takes every row of a table of the plan's own as one answer."""
+    """Yield `outcomes` for a kind that uses all rows of a plan's own table for one answer."""
     if settings.table is not None:
         yield Idle("outcomes", "with a table of the plan's own")
 
 
 def effective(settings: SettingsT, kind: Any) -> SettingsT:
-    """Return the test or figure with settings that change nothing at what they count as."""
+    """Return the test or figure with ineffective settings replaced by the values that they count as."""
     return settings.model_copy(update={setting.name: setting.instead for setting in idle_settings(settings, kind)})
 
 
 def idle_notes(settings: Any, kind: Any) -> tuple[str, ...]:
-    """Return a sentence for each setting that changes nothing."""
+    """Return a sentence for each setting without effect."""
     return tuple(idle_note(setting.name, setting.where) for setting in idle_settings(settings, kind))
 
 
 def idle_note(name: str, where: str) -> str:
-    """Return the sentence for a setting that changes nothing there."""
+    """Return the sentence for a setting without effect."""
     return f"The plan's `{name}` has no effect {where}."

@@ -1,4 +1,4 @@
-"""The kinds of test and figure that a plan may ask for, by name."""
+"""The kinds of test and figure in plans, by name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TESTS: Registry[Kind] = Registry(
         "palpate.analysis.plans.families.choices",
     )
 )
-"""Each family is a module with its kinds of test: a new one is a line in its `KINDS`."""
+"""The kinds of test by name; a new kind is a line in the `KINDS` of its family's module."""
 _FIGURES = "palpate.analysis.figures"
 FIGURES: Registry[FigureKind] = Registry(
     {

@@ -1,4 +1,4 @@
-"""The keys of analysis.yaml, read as a plan whose tests and figures are known, or refused with file and line."""
+"""The reader of analysis.yaml: returns a plan of known tests and figures, or refuses with file and line."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Above = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Outlying(Strict):
-    """Ratings further than `sd` standard deviations from the mean of their cell, a cell being equal in `within`."""
+    """A rule for ratings more than `sd` standard deviations from the mean of their cell; `within` defines the cells."""
 
     sd: Above
     within: tuple[Text, ...] = ("attribute", "stimulus")
 
 
 class Rule(Strict):
-    """One reason to leave something out; exactly one of the keys beside `because` says what.
+    """One rule for leaving something out, by exactly one of its keys beside `because`.
 
     `participants` by pseudonym; `faster_than_s`, `slower_than_s`: trials answered in less or more seconds; `where`:
     trials whose columns have these levels, or numbers in a range; `outlying`: single ratings; `flagged`: participants
@@ -59,11 +59,11 @@ class Rule(Strict):
 
 
 class AnalysisPlan(Strict):
-    """A study's analysis. `tests` and `figures` are read by the schema of their kind.
+    """A study's analysis plan. `tests` and `figures` are read by the schema of their kind.
 
-    `sessions` says whether interrupted sessions count. `seed` and `draws` are those of everything that is resampled.
-    `least_people`: a group by answers about oneself (gender, say) of fewer participants is refused.
-    `tables` are CSV files beside the plan, by the name that tests and figures use.
+    `sessions` says whether interrupted sessions count. `seed` and `draws` are for all resampling. `least_people`: a
+    group by answers about oneself (gender, say) of fewer participants is refused. `tables` are CSV files beside the
+    plan, by the name that tests and figures use.
     """
 
     study: Name
@@ -86,12 +86,12 @@ SettingsT = TypeVar("SettingsT", bound=BaseModel)
 
 
 class PlanError(ValueError):
-    """The analysis plan cannot be used; the message lists what is wrong, one line each."""
+    """The analysis plan is unusable; the message lists the problems, one per line."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan as it was read: its file, the file's SHA-256, and each test and figure with its kind's own settings."""
+    """A plan that was read: its file, the file's SHA-256, and each test and figure with its kind's settings."""
 
     path: Path
     sha256: str
@@ -105,12 +105,12 @@ class Plan:
         return PlanError(listed(problems, self.document, str(self.path)))
 
     def table_path(self, name: str) -> Path:
-        """Return where the plan's own table of that name lies."""
+        """Return the path of the plan's own table with that name."""
         return self.path.parent / self.declared.tables[name]
 
 
 def read_plan(path: Path) -> Plan:
-    """Return the plan in the file. Raises PlanError (or YamlError) with every problem, at most eight shown."""
+    """Return the plan in the file. Raises PlanError (or YamlError) with all problems, at most eight shown."""
     try:
         text = path.read_bytes()
     except OSError as error:
@@ -142,7 +142,7 @@ def read_plan(path: Path) -> Plan:
 def _settings_of(
     entries: Sequence[Mapping[str, Any]], section: str, key: str, kinds: Mapping[str, Any], problems: list[Problem]
 ) -> Iterator[Any]:
-    """Yield the settings of each entry by the schema of its kind; what is wrong goes into `problems`."""
+    """Yield the settings of each entry by the schema of its kind, and add errors to `problems`."""
     for place, entry in enumerate(entries):
         name = entry.get(key)
         if not isinstance(name, str) or name not in kinds:
@@ -170,7 +170,7 @@ def _names(settings: Sequence[StatisticSettings | FigureSettings], section: str)
 def _links(
     declared: AnalysisPlan, tests: Sequence[StatisticSettings], figures: Sequence[FigureSettings]
 ) -> Iterator[Problem]:
-    """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
+    """Yield problems of names that refer to other parts of the plan: tests of a figure, tables."""
     names = [test.name for test in tests]
     for place, figure in enumerate(figures):
         for n, test_name in enumerate(figure.tests):

@@ -1,6 +1,6 @@
-"""Which rows of a study's material are used: what a plan leaves out, and what one test or figure is about.
+"""Selection of a study's rows: the exclusions of a plan, and the rows of one test or figure.
 
-What is left out is counted line by line: who, which trials, which ratings, and why.
+Exclusions are counted by line: who, which trials, which ratings, and why.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import some
 
 ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
-"""What tells one answer of a session from every other."""
+"""The columns that identify an answer within a session."""
 Scale: TypeAlias = tuple[float, float] | None
 TRIAL = ["participant", "session", "trial"]
 
 
 @dataclass(frozen=True)
 class Left:
-    """The material that is left, and a line for everything that a rule left out (also for one that met nothing)."""
+    """The remaining material, and a line for the exclusions of each rule, including rules that excluded nothing."""
 
     material: Material
     lines: tuple[Exclusion, ...]
 
 
 def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
-    """Apply the plan's rules in their order, each to what the earlier ones left.
+    """Apply the plan's rules in order, each to the remaining material.
 
     Raises DataRefused on an unknown participant or column, and where nobody is left.
     """
@@ -168,7 +168,7 @@ def _without_people(material: Material, people: list[str], why: str) -> tuple[Ma
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
-    """Leave out ratings far from the mean of their cell, themselves in it; a cell of equal values has none."""
+    """Leave out ratings far from the mean of their cell, which includes them; a cell of equal values has none."""
     if material.ratings is None:
         raise DataRefused(f"{material.name!r}: `outlying` needs ratings")
     table = material.ratings.table
@@ -201,7 +201,7 @@ def _filtered(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Mater
 
 @dataclass(frozen=True)
 class Selector:
-    """Selects the rows of tests and figures from the material after exclusions, the plan, and the plan's own tables."""
+    """A selector of the rows of tests and figures, from the material after exclusions, the plan, and its own tables."""
 
     material: Material
     plan: Plan
@@ -212,9 +212,9 @@ class Selector:
         return {}
 
     def faults(self, settings: StatisticSettings | None = None) -> CellFaults:
-        """Return every cell of the ratings that is missing, filled too often or not of the design.
+        """Return every cell of the ratings that is missing, filled too often or not in the design.
 
-        A test that names `session` is asked about the cells of each session.
+        For a test that names `session`, cells are by session.
         """
         ratings = self.material.ratings
         by_session = settings is not None and SESSION in (*columns_named(settings), *settings.where)
@@ -226,7 +226,7 @@ class Selector:
         return self._known_faults[by_session]
 
     def of(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> Selected:
-        """Return the rows of a test or figure, all outcomes together. Raises DataRefused where there are none."""
+        """Return the rows of a test or figure, for all outcomes together. Raises DataRefused if there are none."""
         takes = "table" if settings.table is not None else settings.source or takes
         table, scale = self._table(settings, takes)
         if takes != "table":
@@ -262,7 +262,7 @@ class Selector:
         return replace(selected, unanswered=silent)
 
     def by_outcome(self, selected: Selected) -> Iterator[Selected]:
-        """Yield the selection of each outcome by itself; tests about all ratings of an outcome share one table."""
+        """Yield the selection of each outcome; tests with all ratings of an outcome share one table."""
         ratings = self.material.ratings
         shared = self._shared_tables if ratings is not None and selected.table is ratings.table else {}
         for outcome in selected.outcomes:
@@ -275,16 +275,16 @@ class Selector:
         return {}
 
     def trials(self, where: Where) -> pd.DataFrame:
-        """Return the trials of the study, with the columns of people and sessions that a `where` names."""
+        """Return the study's trials, with the columns of people and sessions that `where` names."""
         return self.material.people.added(self.material.trials, tuple(where))
 
     def _of_people(
         self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame
     ) -> tuple[pd.DataFrame, tuple[str, ...]]:
-        """Return the rows of `where` with the columns of people and sessions that are named, and who is left out.
+        """Return the rows of `where` with the named columns of people and sessions, and the people that are left out.
 
-        Left out are those who did not answer a question that is a column.
-        Raises DataRefused where somebody did not answer and the missing policy is to refuse, or a group is too small.
+        People who did not answer a question that is a column are left out. Raises DataRefused if somebody did not
+        answer and the missing policy is to refuse, or if a group is too small.
         """
         people, name = self.material.people, self.material.name
         named, grouping = columns_named(settings), columns_named(settings, FACTORS)
@@ -354,7 +354,7 @@ class Selector:
 
 
 def all_ratings(ratings: Ratings) -> Selected:
-    """Return every rating of a data set as it stands: what a figure or a test that no plan names is asked about."""
+    """Return all ratings of a data set, for a figure or a test outside a plan."""
     families = (ratings.families,) if ratings.families else ()
     named = ("participant", "attribute", *ratings.within, *ratings.between, *families)
     trials = ratings.table.drop(columns=list(OF_A_RATING), errors="ignore")
@@ -370,7 +370,7 @@ def all_ratings(ratings: Ratings) -> Selected:
 
 
 def refuse_repeated(table: pd.DataFrame, name: str) -> None:
-    """Raise DataRefused where one answer of a session stands twice: averaged, or counted, it would weigh double."""
+    """Raise DataRefused for a duplicate answer of a session, which would have double weight."""
     columns = [column for column in ANSWER if column in table.columns]
     if "session" not in columns or not {"trial", "form"} & set(columns):
         return  # an imported table, whose repetitions its own design check counts
@@ -381,7 +381,7 @@ def refuse_repeated(table: pd.DataFrame, name: str) -> None:
 
 
 def _where(table: pd.DataFrame, chosen: pd.Series[bool]) -> pd.DataFrame:
-    """Return the chosen rows, numbered anew; where all rows of a numbered table are chosen, the table itself."""
+    """Return the chosen rows with a new index; the table itself if all rows of an indexed table are chosen."""
     if chosen.all() and table.index.equals(pd.RangeIndex(len(table))):
         return table
     return table[chosen].reset_index(drop=True)
@@ -392,7 +392,7 @@ def _ends(ratings: Ratings) -> Scale:
 
 
 def _levels(known: Mapping[str, tuple[str, ...]], table: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Return the levels of each text column that occur here, in the study's order where it has one."""
+    """Return the levels of each text column that occur here, in the study's order if it has one."""
     levels: dict[str, tuple[str, ...]] = {}
     for column in map(str, table.columns):
         if table[column].dtype == object or pd.api.types.is_string_dtype(table[column]):

@@ -1,4 +1,4 @@
-"""What a `where` of a plan keeps: levels of a column, or numbers from one end to the other."""
+"""The conditions of a plan's `where`: levels of a column, or a range of numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Range(Strict):
-    """Numbers from `from` to `to`, both included; one of the two may be left out."""
+    """Numbers from `from` to `to`, both included; one of the two is optional."""
 
     low: Number | None = Field(default=None, validation_alias=AliasChoices("from", "low"))
     high: Number | None = Field(default=None, validation_alias=AliasChoices("to", "high"))
@@ -41,7 +41,7 @@ class Range(Strict):
 
 
 def _form_of(value: object) -> str:
-    """Return how a condition is written, so that a complaint is about that form alone, and does not name it (`[`)."""
+    """Return the form of a condition, so that an error is about that form only and does not mention it (`[`)."""
     if isinstance(value, Mapping | Range):
         return "[range]"
     return "[levels]" if isinstance(value, list | tuple) else "[level]"
@@ -55,7 +55,7 @@ Where: TypeAlias = Mapping[str, Condition]
 
 
 def levels_of(condition: Condition) -> tuple[str, ...]:
-    """Return the levels that are named, one or several; none of a range."""
+    """Return the levels of a condition, one or several; none for a range."""
     return () if isinstance(condition, Range) else (condition,) if isinstance(condition, str) else condition
 
 
@@ -65,11 +65,11 @@ def keeps(condition: Condition, level: str) -> bool:
 
 
 def matching_rows(column: pd.Series, condition: Condition) -> pd.Series[bool]:
-    """Return which rows of a column are kept; a missing value is in no range."""
+    """Return which rows of a column satisfy the condition; a missing value is in no range."""
     texts = column.astype(str)
     return texts.map(condition.holds).astype(bool) if isinstance(condition, Range) else texts.isin(levels_of(condition))
 
 
 def first_word(levels: Collection[str]) -> str | None:
-    """Return the first of the levels that is no number, or None where a range can be asked about them."""
+    """Return the first level that is no number; None if all are, so that a range applies to them."""
     return next((level for level in sorted(levels) if not is_number(level)), None)

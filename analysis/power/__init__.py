@@ -1,1 +1,1 @@
-"""How many participants an effect needs: simulated people through the real runner, the plan's own test at the end."""
+"""Power by simulation: the participants that an effect needs, by simulated people, real runner and plan's test."""

@@ -21,12 +21,12 @@ RUNS, QUICK_RUNS = 200, 20
 
 
 class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 8.1
-    """Numbers of participants: `8..40`, `8..40/4` (in steps of 4), or `8,12,24`."""
+    """A parameter type for numbers of participants: `8..40`, `8..40/4` (in steps of 4), or `8,12,24`."""
 
     name = "sizes"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
-        """Return the numbers, in order; at most 60 of them."""
+        """Return the numbers in order, at most 60."""
         text = str(value).strip()
         match = re.fullmatch(r"(\d+)\.\.(\d+)(?:/([1-9]\d*))?", text)
         if match:
@@ -126,7 +126,7 @@ def power(
 
 
 def planned_verdict(points: Sequence[Point], planned: int, target: float) -> str:
-    """Say whether the planned number of participants has the power, or why that is not known."""
+    """Return whether the planned number of participants has the power, or why that is unknown, as text."""
     from palpate.analysis.power.curve import suffices
 
     sample = f"the planned sample of {planned}"

@@ -1,4 +1,4 @@
-"""The share of simulated studies in which a plan's test finds its effect, for each number of participants."""
+"""The share of simulated studies in which a plan's test detects its effect, by number of participants."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from palpate.studies.catalogue import read_study
 from palpate.studies.workers import map_in_order
 
 MOST_RUNS = 100_000
-"""So many studies have seeds of their own before those of the next --seed begin."""
+"""The number of studies with seeds of their own, before those of the next --seed begin."""
 P_COLUMNS = ("p_corr", "p_corrected", "p", "p_GG_corr", "p_unc", "p_F")
-"""Where a row's p value stands, the most cautious first."""
+"""The columns that may have a row's p value, the most conservative first."""
 INTERCEPT = "(Intercept)"
 __all__ = ["PlanError", "Point", "PowerError", "PowerRequest", "needed", "power_curve"]
 
 
 @dataclass(frozen=True)
 class PowerRequest:
-    """What is simulated: a study file, a plan, one of its tests, and which row of the answer is the effect.
+    """A request for a power curve: a study file, a plan, one of its tests, and the row of the answer with the effect.
 
-    `row` and `column` name them as `p_of` says. `seed` gives other people, none of whom any other seed gives.
-    `effect` multiplies what the study's simulated people feel.
+    `row` and `column` are as for `p_of`. Different seeds give different people. `effect` multiplies what the study's
+    simulated people feel.
     """
 
     study_file: Path
@@ -56,10 +56,10 @@ class PowerRequest:
 
 @dataclass(frozen=True)
 class Point:
-    """One number of participants: in how many of the runs p was at most alpha, and in how many there was no p.
+    """A point of the curve: the numbers of runs with p of at most alpha, and without p, for a number of participants.
 
-    `power` counts a run without a p as one that found nothing, `why` is the first reason; `by` names the row of the
-    answer and the column that p stands in; `low` and `high` bound it (Wilson 1927, 95 %).
+    `power` counts a run without p as no detection, `why` is the first reason; `by` names the row and the column of p;
+    `low` and `high` are the 95 % interval of `power` (Wilson 1927).
     """
 
     participants: int
@@ -76,11 +76,11 @@ class Point:
 def power_curve(
     request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int = 1, progress: Progress = lambda *_: None
 ) -> list[Point]:
-    """Simulate `runs` studies and test each with its first 2, 3, ... participants, as `sizes` asks.
+    """Simulate `runs` studies and test each with its first 2, 3, ... participants, as in `sizes`.
 
     A study's participants are the same for every size, so the curve is smooth and as cheap as its largest size. Each
-    run has a seed of its own: the result depends neither on `jobs` nor on the other sizes.
-    Raises PowerError or PlanError where test, outcome or row do not exist.
+    run has its own seed: the result depends neither on `jobs` nor on the other sizes. Raises PowerError or PlanError
+    where test, outcome or row do not exist.
     """
     sizes = sorted(set(sizes))
     check_request(request)
@@ -105,8 +105,9 @@ def power_curve(
 
 
 def check_request(request: PowerRequest) -> StatisticSettings:
-    """Return the plan's test that is meant. Raises PowerError where it or its outcome does not exist, or nobody
-    simulates.
+    """Return the requested test of the plan.
+
+    Raises PowerError if the test or its outcome does not exist, or the study simulates nobody.
     """
     plan, study = read_plan(request.plan_file), read_study(request.study_file).study
     names = [test.name for test in plan.tests]
@@ -126,9 +127,9 @@ def check_request(request: PowerRequest) -> StatisticSettings:
 def estimate_s(
     request: PowerRequest, sizes: Sequence[int], runs: int, jobs: int, clock: Clock = time.perf_counter
 ) -> float:
-    """Return about how many seconds `power_curve` takes: one small study and one of half the largest are timed.
+    """Return about how many seconds `power_curve` takes, from timing one small study and one of half the largest size.
 
-    A study is taken to grow with its participants as a straight line. Raises as `power_curve` does.
+    The time is assumed to be linear in the number of participants. Raises as `power_curve` does.
     """
     check_request(request)
     half = max(2, sizes[-1] // 2)
@@ -146,7 +147,7 @@ def estimate_s(
 
 
 def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue]:
-    """Simulate one study; return for each number of participants the p value, or None and why."""
+    """Simulate one study; return p for each number of participants, or None and the reason."""
     request, sizes, run = todo
     study_files = read_study(request.study_file)
     plan = only(read_plan(request.plan_file), request, study_files.study)
@@ -175,7 +176,7 @@ def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue
 
 
 def only(plan: Plan, request: PowerRequest, study: Study) -> Plan:
-    """Return the plan with nothing but the requested test, for one outcome where each is answered by itself."""
+    """Return the plan with the requested test only, for one outcome if outcomes are answered separately."""
     test = next(item for item in plan.tests if item.name == request.test)
     kind = TESTS[test.test]
     first = next((item.name for item in study.attributes), "") if kind.each == "outcome" else ""
@@ -193,7 +194,7 @@ def wilson(hits: int, runs: int, z: float = 1.959963984540054) -> tuple[float, f
 
 
 def needed(points: Sequence[Point], power: float) -> Point | None:
-    """Return the first size from which on the power is reached at every larger size, None where the last one fails."""
+    """Return the first size from which on all sizes reach the power; None if the last one does not."""
     reached = None
     for point in reversed(points):
         if point.power < power:
@@ -203,13 +204,13 @@ def needed(points: Sequence[Point], power: float) -> Point | None:
 
 
 def suffices(points: Sequence[Point], planned: int | None, power: float) -> bool | None:
-    """Return whether the planned number has the power; None where it was not simulated, or no run gave a p value."""
+    """Return whether the planned number has the power; None if it was not simulated, or no run gave p."""
     tested = (point for point in points if point.undefined < point.runs)
     return next((point.power >= power for point in tested if point.participants == planned), None)
 
 
 def write_curve(points: Sequence[Point], request: PowerRequest, target: float, folder: Path) -> list[Path]:
-    """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and give the paths; other questions have other names."""
+    """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and return the paths; other requests have other names."""
     what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (request.test, request.outcome, request.row, request.column))))
     name = f"power_{what}_x{request.effect:g}"
     fields = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
@@ -245,7 +246,7 @@ def _draw_curve(points: Sequence[Point], request: PowerRequest, target: float, f
 
 
 class PValue(NamedTuple):
-    """A p value, or None and why it is undefined; `by` names the row and the column that it stands in."""
+    """A p value, or None and why it is undefined; `by` names its row and column."""
 
     p: float | None
     why: str = ""
@@ -253,10 +254,10 @@ class PValue(NamedTuple):
 
 
 def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
-    """Return the p value of the row that is meant.
+    """Return the p value of the requested row.
 
-    `row` is text that a cell of it holds, or several such divided by commas; "" takes the first row that is no
-    intercept. Raises PowerError where there is no such row or column, no p value at all, or more rows than one.
+    `row` is the text of a cell of it, or several separated by commas; "" means the first row that is no intercept.
+    Raises PowerError if there is no such row or column, no p value at all, or more than one row.
     """
     match = next((row_of for row_of in answer.rows if INTERCEPT not in row_of.values()), None)
     if row:
@@ -278,9 +279,7 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
 
 
 def _row_with(answer: Answer, test: str, text: str) -> Row:
-    """Return the one row of the answer that holds the text; else one of its further tables, as a model's tests of
-    effects.
-    """
+    """Return the only row with the text, in the answer or else in one of its further tables."""
     for rows in (answer.rows, *answer.more.values()):
         matches = []
         for row in rows:

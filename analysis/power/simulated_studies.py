@@ -1,4 +1,4 @@
-"""The material of simulated sessions that are run for their answers only, kept in memory."""
+"""The material of simulated sessions that are run in memory for their answers only."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class _Events:
 
 
 def with_effect(study: Study, effect: float) -> Study:
-    """Return the study whose simulated people feel every difference between stimuli `effect` times as large.
+    """Return the study whose simulated people feel every difference between stimuli `effect` times as strongly.
 
-    At 0 they feel none: what a test then finds is found by chance. Intercepts, noise and differences between people
-    stay as they are.
+    At 0 they feel none, so a test then detects something only by chance. Intercepts, noise and differences between
+    people are unchanged.
     """
     if study.simulation is None:
         return study
@@ -55,7 +55,7 @@ def people(count: int) -> list[str]:
 
 
 def simulated_material(study: Study, lab: Path, participants: Sequence[str], seed: int) -> Material:
-    """Run every session of each participant through the real runner and give what they answered."""
+    """Run every session of each participant through the real runner and return the answers."""
     forms = lab_forms(study, lab, live=False)
     sessions = range(1, study.sessions + 1)
     plans = [compile_plan(study, allocate(study, who), seed, forms, n) for who in participants for n in sessions]
@@ -97,14 +97,14 @@ def _session(plan: Plan) -> str:
 
 
 def _presented(request: Request, _t_ns: int) -> Done:
-    """Present the stimulus: what simulated people feel of it stands in the study, not in a device."""
+    """Present the stimulus at once: what simulated people feel is in the study, not in a device."""
     if not isinstance(request, Present):
         raise NoAnswers(f"the study records ({request.body()['do']}); only what people answer has a power")
     return Done(Reply({}), 0.0)
 
 
 class NoAnswers(ValueError):
-    """The study's task gives no answers, so no test can be about them."""
+    """The study's task gives no answers, so it has no tests."""
 
 
 def _with_person(plan: Plan, row: dict[str, object]) -> dict[str, object]:

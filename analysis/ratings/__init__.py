@@ -1,1 +1,1 @@
-"""The long table of ratings: read from ledgers, checked against its design, described, saved."""
+"""The long table of ratings: read from ledgers, checked against its design, described and saved."""

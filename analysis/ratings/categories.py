@@ -1,4 +1,4 @@
-"""Physical against emotional attributes: their means level by level, and how far participants differ on them."""
+"""Physical against emotional attributes: their means by level, and differences between participants."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from palpate.protocols.wording import count, some
 
 
 def turned(data: pd.DataFrame, attributes: Sequence[str], scale: tuple[float, float] | None) -> pd.DataFrame:
-    """Return a copy with these attributes' values mirrored: about the middle of the scale, about 0 without one.
+    """Return a copy with these attributes' values mirrored about the middle of the scale, or about 0 without a scale.
 
-    Raises DataRefused where an attribute is not there.
+    Raises DataRefused for an unknown attribute.
     """
     known = list(dict.fromkeys(data["attribute"].tolist()))
     for name in attributes:
@@ -44,7 +44,7 @@ def category_cells(
 ) -> PersonCells:
     """Return each participant's mean over the attributes of each category, in every combination of `by`.
 
-    The attributes of a category count equally; where one of them is missing, so is the mean. The cells' columns are
+    The attributes of a category count equally; if one of them is missing, so is the mean. The cells' columns are
     `category` and `by`. Raises DataRefused where an attribute has no category.
     """
     cells = person_cells(data, ("attribute", *by), subject=subject, levels=levels)
@@ -97,7 +97,7 @@ def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> 
 def category_differences(
     cells: PersonCells, pair: tuple[str, str], confidence: float = 0.95
 ) -> list[tuple[Label, OneSample]]:
-    """Return, at each combination of the other columns, the second category minus the first, over participants."""
+    """Return the second category minus the first over participants, at each combination of the other columns."""
     places = {cell: j for j, cell in enumerate(cells.cells)}
     rows = []
     for rest in dict.fromkeys(cell[1:] for cell in cells.cells):
@@ -111,7 +111,7 @@ def category_differences(
 
 
 def overall(cells: PersonCells) -> PersonCells:
-    """Return each participant's mean over all cells of a category that they have, cells counting equally."""
+    """Return each participant's mean over all of their cells of a category, with equal weights."""
     names = list(dict.fromkeys(cell[0] for cell in cells.cells))
     at = [[j for j, cell in enumerate(cells.cells) if cell[0] == name] for name in names]
     known = [

@@ -1,4 +1,4 @@
-"""A data set of ratings: the long table, what its columns mean, its cells, where it came from and what was left out."""
+"""A data set of ratings: the long table, the meaning of its columns, its cells, its sources and its exclusions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RESERVED = frozenset((*OF_THE_TABLE, *OF_THE_MEANS))
 
 
 def taken_names(roles: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, str]]:
-    """Yield each (role, name) whose name is reserved, but 'group' may be a between factor: it means just that."""
+    """Yield each (role, name) with a reserved name, except 'group' as a between factor, which is its meaning."""
     for role, names in roles.items():
         for name in names:
             if name in RESERVED and (role, name) != ("between", "group"):
@@ -73,7 +73,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Input:
-    """A file that the data came from, by name and SHA-256 (hex), and how it was read."""
+    """A file that the data are from, by name and SHA-256 (hex), and how it was read."""
 
     name: str
     sha256: str
@@ -82,7 +82,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Exclusion:
-    """A line of the exclusion ledger: what was left out or averaged, whose, why, and how many.
+    """A line of the table of exclusions: what was left out or averaged, whose, why, and how many.
 
     `what` says what `rows` counts: ratings left out with a 'session', as 'practice', with a 'participant', or as
     'repeated' in their cell; ratings 'averaged' `into` fewer values; 'rows' of a foreign table that are no ratings.
@@ -97,7 +97,7 @@ class Exclusion:
 
 @dataclass(frozen=True)
 class Crossing:
-    """The cells that are expected of each participant of one group: every combination of `levels`.
+    """The cells expected of each participant of one group: every combination of `levels`.
 
     `between` names the group by its between factors; it is empty where there are no groups.
     """
@@ -107,22 +107,22 @@ class Crossing:
 
 
 LARGEST = 1e100
-"""Sums of squares of larger ratings leave the range of doubles."""
+"""The largest rating; sums of squares of larger ones overflow double precision."""
 
 
 @dataclass(frozen=True)
 class Ratings:
-    """One row per rating, with everything a statistic or a report needs to know about the rows.
+    """One row per rating, with the information that statistics and reports need about the rows.
 
-    `table` has at least `participant`, `attribute` (text) and `value` (float64), and one text column for each
-    factor in `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an
-    attribute to the other end of its scale and to 'physical' or 'emotional', where the study says so.
-    `crossings` are the declared cells, empty where only the rows themselves tell what was planned; each cell is
-    expected `repeats` times in each of `sessions` sessions (None: rows know no sessions). `pooled` and `families` name
-    the factor that all participants share and the column that groups its levels, where the study says so. `interrupted`
-    names the interrupted sessions among the ratings; `seeds` are those of simulated sessions; `stimulus_sources` counts
-    the stimuli by where they come from. `sample` is what was planned and what came of it, before any exclusion.
-    Raises DataRefused where a factor has no column, or a name that means something else.
+    `table` has at least `participant`, `attribute` (text) and `value` (float64), and one text column for each factor in
+    `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an attribute to the
+    other end of its scale and to 'physical' or 'emotional', where the study says so. `crossings` are the declared
+    cells, empty if only the rows show what was planned; each cell is expected `repeats` times in each of `sessions`
+    sessions (None: rows know no sessions). `pooled` and `families` name the factor that all participants share and the
+    column that groups its levels, where the study says so. `interrupted` names the interrupted sessions among the
+    ratings; `seeds` are those of simulated sessions; `stimulus_sources` counts the stimuli by source. `sample` is the
+    planned and the achieved sample, before any exclusion. Raises DataRefused for a factor without a column, or with a
+    reserved name.
     """
 
     name: str
@@ -202,11 +202,11 @@ class Ratings:
         return (*declared, *natural(set(self.table[factor].tolist()) - set(declared)))
 
     def factors_text(self) -> str:
-        """Return the factors as a message lists them."""
+        """Return the factors as text for a message."""
         return ", ".join((*self.within, *self.between)) or "none"
 
     def only(self, attribute: str) -> Ratings:
-        """Return the ratings of one attribute; the others are a question not asked here, not an exclusion."""
+        """Return the ratings of one attribute; leaving out the others is no exclusion."""
         if attribute not in self.attributes:
             raise DataRefused(
                 f"data set {self.name!r}: no attribute {attribute!r}; the attributes are {some(self.attributes)}"
@@ -216,12 +216,12 @@ class Ratings:
 
 
 def natural(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return the distinct texts with their numbers in order: g2 before g10."""
+    """Return the distinct texts in natural order: g2 before g10."""
     return tuple(sorted(set(texts), key=natural_key))
 
 
 def natural_key(text: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
-    """Return a sort key that reads runs of digits as numbers, however long; equal only for equal texts."""
+    """Return a sort key that reads runs of digits as numbers of any length; it is equal only for equal texts."""
     parts: list[tuple[int, int, str]] = []
     for part in re.findall(r"[0-9]+|[^0-9]+", text):
         digits = part.lstrip("0")
@@ -230,11 +230,11 @@ def natural_key(text: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
 
 
 def crossed_columns(groups: Sequence[Sequence[Mapping[str, str]]], only: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the largest set of columns that names every stimulus of every group by a full crossing, each cell once.
+    """Return the largest set of columns whose full crossing identifies every stimulus of every group, each cell once.
 
-    `groups` holds, for each group of participants, the columns of the stimuli that it is given. A column with
-    one level is no factor; `only`, where given, are the columns to choose from. Of two sets of one size the one
-    with the earlier columns wins. Returns () where only the stimulus itself names a stimulus.
+    `groups` has the columns of each group's stimuli. A column with one level is no factor; `only`, if given, are the
+    columns to choose from. Of two sets of equal size the one with the earlier columns is chosen. Returns () if no set
+    identifies the stimuli.
     """
     stimuli = [stimulus for group in groups for stimulus in group]
     shared = [name for name in stimuli[0] if all(name in stimulus for stimulus in stimuli)] if stimuli else []
@@ -256,5 +256,5 @@ def crossed_columns(groups: Sequence[Sequence[Mapping[str, str]]], only: Sequenc
 
 
 def levels_of(columns: Sequence[str], stimuli: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:
-    """Return the levels of each column in the order in which the study lists them."""
+    """Return the levels of each column in the study's order."""
     return {name: tuple(dict.fromkeys(stimulus[name] for stimulus in stimuli)) for name in columns}

@@ -21,12 +21,12 @@ ONE_PARTICIPANT = "one participant has no spread"
 def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings") -> pd.DataFrame:
     """Return one row for each combination of the `by` columns that occurs: n, mean, sd (n - 1) and what n counts.
 
-    'over ratings' takes every rating as it stands; 'over participants' first averages each participant's ratings
-    in the cell (over the cars of a variant, say), then takes mean and SD of these means (the error bars of thesis
-    Figure 5.9); `ratings_min` and `ratings_max` tell how many ratings a participant brought. `by` may name
-    'category'. Rows stand in the order of the study. sd is None where n is 1, and `sd_reason` says why.
-    Means and SDs are computed in exact arithmetic and rounded once. Raises DataRefused on a value that is not
-    finite, a column that is not there, and where attributes would be averaged without being asked.
+    'over ratings' uses every rating; 'over participants' first averages each participant's ratings in the cell (over
+    the cars of a variant, say), then takes mean and SD of these means (the error bars of thesis Figure 5.9);
+    `ratings_min` and `ratings_max` are how many ratings a participant has. `by` may name 'category'. Rows are in the
+    order of the study. sd is None if n is 1, and `sd_reason` says why. Means and SDs are computed in exact arithmetic
+    and rounded once. Raises DataRefused on a value that is not finite, a missing column, and if attributes would be
+    averaged without a request.
     """
     if kind == "over ratings":
         rows = [(*label, kind, *_summary(values, ONE_RATING)) for label, values in _cells(ratings, tuple(by))]
@@ -44,7 +44,7 @@ def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings"
 
 
 def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | None, str]:
-    """Return n, mean, sample SD and why it is missing; the statistics module sums fractions, without loss."""
+    """Return n, mean, sample SD and the reason if it is missing; the statistics module sums fractions exactly."""
     mean = statistics.mean(values)
     if len(values) < 2:
         return len(values), mean, None, reason
@@ -52,7 +52,7 @@ def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | 
 
 
 def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...], list[float]]]:
-    """Return the values of each combination of `by` that occurs, in the order of the study."""
+    """Return the values of each occurring combination of `by`, in the order of the study."""
     known = [*map(str, ratings.table.columns), "category"]
     for name in by:
         if name not in known:
@@ -89,7 +89,7 @@ def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...],
 
 
 def _frame(rows: Sequence[tuple[object, ...]], columns: Sequence[str]) -> pd.DataFrame:
-    """Return a table whose missing SDs stay None: as NaN they could be taken for a number."""
+    """Return a table with missing SDs as None, since NaN could be taken for a number."""
     table = pd.DataFrame(list(rows), columns=list(columns))
     if "sd" in table.columns:
         table["sd"] = pd.Series([row[columns.index("sd")] for row in rows], dtype="object", index=table.index)

@@ -1,7 +1,7 @@
-"""The design check: which cells are missing, filled twice or not finite. It reports; it never drops or averages.
+"""The design check reports cells that are missing, filled twice or not finite; it never drops or averages anything.
 
-`check_design` looks at a whole table; `CellFaults` are the cells at fault that a test would average: it is then
-refused, or their participants are left out.
+`check_design` checks a whole table; `CellFaults` are the faulty cells that a test would average: the test is then
+refused, or the participants are left out.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ FEWEST_TO_BE_CONSTANT = 3
 
 
 def check_ratings(ratings: Ratings, *, limit: int = 20, by_session: bool = False) -> DesignReport:
-    """Return the design check of a data set against its declared cells, or its own levels where none are declared.
+    """Check a data set against its declared cells, or against its own levels if none are declared.
 
     Where the study declares several sessions, or `by_session` says so, the cells are expected in each session.
     """
@@ -80,11 +80,10 @@ def check_design(
 ) -> DesignReport:
     """Compare the rows with the full crossing of the columns `cells`, expected of every participant.
 
-    The levels are those of `crossings`, one for each group, or else all that occur within a group of `between`.
-    A cell should have `repeats` rows. `nested` columns tell rows of one cell apart but are not crossed (items that
-    belong to one cell): there as many items are expected as the participant of the group with most of them has.
-    At most `limit` places of a kind are listed; all are counted.
-    Raises DataRefused where a column is not there.
+    The levels are those of `crossings`, one for each group, or else all that occur within a group of `between`. A cell
+    should have `repeats` rows. `nested` columns distinguish rows of one cell but are not crossed (items within a cell):
+    as many items are expected as the participant of the group with most of them has. At most `limit` places of a kind
+    are listed; all are counted. Raises DataRefused for a missing column.
     """
     groups = tuple(dict.fromkeys((*between, *(name for crossing in crossings for name in crossing.between))))
     labels = list(dict.fromkeys((participant, *cells, *nested, *groups)))
@@ -113,7 +112,7 @@ def check_design(
 
 
 def _unlabelled_rows(empty: pd.DataFrame) -> list[Place]:
-    """Return the rows with a missing label and the columns that miss it; `empty` is true where a label is missing."""
+    """Return the rows without a label and the columns concerned; `empty` is true where a label is missing."""
     return [
         Place(f"row {row + 1}", found="no " + ", ".join(empty.columns[empty.iloc[row]]))
         for row, bad in enumerate(empty.any(axis=1).tolist())
@@ -135,7 +134,7 @@ class _Rows:
         return list(zip(*(self.table[column].tolist() for column in columns), strict=True))
 
     def groups_of(self) -> dict[str, list[Label]]:
-        """Return each participant's groups, the participants in natural order."""
+        """Return each participant's groups, by participant in natural order."""
         levels: dict[str, dict[Label, None]] = {}
         for person, *group in self.labels((self.participant, *self.groups)):
             levels.setdefault(person, {})[tuple(group)] = None
@@ -143,7 +142,7 @@ class _Rows:
 
 
 def _people_in_two_groups(rows: _Rows) -> list[Place]:
-    """Return the participants who have rows in several groups, with all their groups."""
+    """Return the participants with rows in several groups, with all of their groups."""
     return [
         Place(
             str(person),
@@ -235,7 +234,7 @@ def _place(rows: _Rows, key: Label, found: str) -> Place:
 def value_problems(
     table: pd.DataFrame, participant: str, cells: Sequence[str], value: str, *, scale: Scale | None, limit: int
 ) -> list[Problem]:
-    """Return every value that is no finite number, off the scale or off its steps, and every constant rater."""
+    """Return every value that is not finite, off the scale or off its steps, and every constant rater."""
     rows: list[Observation] = [
         (str(person), tuple(map(str, cell)), number)
         for person, number, *cell in zip(*(table[c].tolist() for c in (participant, value, *cells)), strict=True)
@@ -264,7 +263,7 @@ def _finite(number: object) -> bool:
 
 
 def _constant(rows: Sequence[Observation], cells: Sequence[str], limit: int) -> list[Problem]:
-    """Return constant raters, and for those who are not, the attributes on which they are: reported, never excluded."""
+    """Return constant raters, and for the others the attributes that they rate constantly: reported, never excluded."""
     everywhere: dict[str, list[object]] = {}
     by_attribute: dict[tuple[str, str], list[object]] = {}
     column = cells.index("attribute") if "attribute" in cells else None
@@ -296,7 +295,7 @@ def _all(values: Sequence[object]) -> str:
 
 
 def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:
-    """Yield the sets of labels in one column that differ only in how a number, a letter or a blank is written."""
+    """Yield the sets of labels in one column that differ only in the spelling of a number, a letter or a blank."""
     for column in columns:
         alike: dict[str, set[str]] = {}
         for label in table[column].dropna().unique().tolist():
@@ -307,12 +306,12 @@ def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:
 
 
 class CellsRefused(DataRefused):
-    """A test's cells do not hold what the design asks for."""
+    """A test's cells do not match the design."""
 
 
 @dataclass(frozen=True)
 class CellFaults:
-    """The cells that are missing, filled twice or not of the design, by attribute and participant.
+    """The cells that are missing, filled twice or not in the design, by attribute and participant.
 
     `expected` is how many cells of one attribute each participant should have, 0 where that differs between groups.
     `notes` are those of the same design check.
@@ -323,9 +322,9 @@ class CellFaults:
     notes: tuple[Problem, ...] = ()
 
     def demand_none(self, attribute: str, participants: Iterable[str], advice: str = ADVICE) -> None:
-        """Raise CellsRefused where a cell of the attribute is at fault for one of the participants.
+        """Raise CellsRefused if a cell of the attribute is faulty for one of the participants.
 
-        `advice` is what to do about a missing one.
+        `advice` is what to do about a missing cell.
         """
         people = list(participants)
         for kind, (words, remedy) in _FAULTS.items():
@@ -345,7 +344,7 @@ class CellFaults:
 
 
 def cell_faults(ratings: Ratings, by_session: bool = False) -> CellFaults:
-    """Return every cell that the design check forbids to average, none unlisted; `by_session` as `check_ratings`."""
+    """Return every cell that the design check does not allow to average; `by_session` is as for `check_ratings`."""
     report = check_ratings(ratings, limit=sys.maxsize, by_session=by_session)
     places: dict[tuple[str, str], dict[ProblemKind, list[Place]]] = {}
     for problem in report.problems:
@@ -359,9 +358,9 @@ def cell_faults(ratings: Ratings, by_session: bool = False) -> CellFaults:
 
 
 def without_incomplete(ratings: Ratings) -> Ratings:
-    """Return the ratings of participants who filled every expected cell, with a line in `exclusions` for each other.
+    """Return the ratings of participants who filled every expected cell, and an exclusion for every other participant.
 
-    Raises DataRefused where nobody is left.
+    Raises DataRefused if nobody is left.
     """
     missing: dict[str, int] = {}
     for (_, who), kinds in cell_faults(ratings).places.items():

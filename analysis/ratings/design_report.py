@@ -1,4 +1,4 @@
-"""Results of a design check: typed problems with their places, and the notes that qualify all numbers of a data set."""
+"""The results of a design check: typed problems with places, and notes that qualify all numbers of a data set."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ProblemKind = Literal[
 ]  # fmt: skip
 MOST_PLACES = 20
 MOST_ALIKE = 3
-"""More exclusions of one kind with the same reason are one counted line."""
+"""The number of similar exclusions above which they become one counted line."""
 NOTES: frozenset[ProblemKind] = frozenset({"constant_rater", "constant_attribute", "lookalike"})
 
 _TITLES: Mapping[ProblemKind, tuple[str, str]] = {
@@ -38,14 +38,14 @@ _MANY: Mapping[ProblemKind, str] = {"non_finite": "that are not finite numbers"}
 
 @dataclass(frozen=True)
 class Place:
-    """Where a problem lies: a participant, the cell by its columns, and what was found there."""
+    """The place of a problem: a participant, the cell by its columns, and what was found."""
 
     participant: str
     cell: Mapping[str, str] = field(default_factory=dict)
     found: str = ""
 
     def text(self) -> str:
-        """Return one line: participant, cell, found."""
+        """Return one line: participant, cell, finding."""
         cell = [f"{column} {level}" for column, level in self.cell.items()]
         where = ", ".join([self.participant, *cell])
         return f"{where}: {self.found}" if self.found else where
@@ -53,7 +53,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Problem:
-    """All places with one kind of problem: `count` of them, the first ones listed."""
+    """All places with one kind of problem: their number, and the first ones."""
 
     kind: ProblemKind
     count: int
@@ -61,7 +61,7 @@ class Problem:
 
     @property
     def title(self) -> str:
-        """How many places there are and what they have in common: `2 cells filled more often than planned`."""
+        """The number of places and their problem: `2 cells filled more often than planned`."""
         thing, shared = _TITLES[self.kind]
         if self.count != 1:
             shared = _MANY.get(self.kind, shared)
@@ -77,7 +77,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class DesignReport:
-    """What the check found: `problems` forbid a statistic, `notes` are for a person to judge."""
+    """The result of the check: `problems` prevent a statistic, `notes` are for a person to judge."""
 
     rows: int
     participants: int
@@ -87,7 +87,7 @@ class DesignReport:
 
     @property
     def ok(self) -> bool:
-        """Whether every expected cell holds exactly its finite, allowed value."""
+        """Whether every expected cell has exactly its finite, allowed values."""
         return not self.problems
 
     def of(self, kind: ProblemKind) -> Problem | None:
@@ -103,16 +103,16 @@ class DesignReport:
 
 
 def gathered(kind: ProblemKind, places: Sequence[Place], limit: int) -> list[Problem]:
-    """Return the places as one problem, or none where there are none."""
+    """Return the places as one problem, or none without places."""
     return [Problem(kind, len(places), tuple(places[:limit]))] if places else []
 
 
 def data_notes(
     notes: Sequence[Problem], exclusions: Sequence[Exclusion], sessions: int | None = None
 ) -> tuple[str, ...]:
-    """Return the notes of the design check (look-alike labels, constant raters), and what was averaged or no rating.
+    """Return the notes of the design check (similar labels, constant raters), and on averaged and discarded rows.
 
-    `sessions`: how many sessions of each participant the study declares (None: the rows know no sessions).
+    `sessions`: how many sessions of each participant the study declares (None: rows without sessions).
     """
     merged = [line for line in exclusions if line.what == "averaged"]
     rows = sum(line.rows for line in exclusions if line.what == "rows")
@@ -131,7 +131,7 @@ def data_notes(
 
 
 def exclusion_lines(exclusions: Iterable[Exclusion]) -> Iterator[str]:
-    """Yield each exclusion as a line; many that are alike are one counted line, so that others are seen."""
+    """Yield each exclusion as a line; many similar ones become one counted line, so that others are noticed."""
     ordered = sorted(exclusions, key=lambda line: (line.what, line.why, line.rows))
     for (what, why, rows), own in groupby(ordered, key=lambda line: (line.what, line.why, line.rows)):
         whose = [line.who for line in own]

@@ -1,8 +1,8 @@
-"""How a rater answered: signs of straight-lining, extreme, hurried, inconsistent or missing answers.
+"""Diagnostics of a rater: straight-lining, extreme, hurried, inconsistent or missing answers.
 
-Every sign is a number beside the threshold from which it is flagged. A flag asks an experimenter to look; it excludes
-nobody. The signs and their pitfalls are reviewed by Curran (2016, J. Exp. Soc. Psychol. 66, 4-19) and compared by
-Meade & Craig (2012, Psychol. Methods 17, 437-455); for words see `palpate.analysis.ratings.word_diagnostics`.
+Every diagnostic is a number with a threshold for a flag. A flag asks an experimenter to look; it excludes nobody. The
+diagnostics and their pitfalls are reviewed by Curran (2016, J. Exp. Soc. Psychol. 66, 4-19) and compared by Meade &
+Craig (2012, Psychol. Methods 17, 437-455); for words see `palpate.analysis.ratings.word_diagnostics`.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from palpate.protocols.wording import count
 
 
 class DiagnosticsError(ValueError):
-    """The answers are not such as a rating study gives."""
+    """The answers are not those of a rating study."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """From where on a sign is flagged.
+    """The thresholds of the diagnostics.
 
-    From the field: `retest_r`, the reliability of a single person under which answers count as careless (.30: Jackson,
-    in Johnson 2005, J. Res. Pers. 39, 103-129); `run_share`, the same answer for half of the items (Curran 2016);
-    `fast_share`, more than a tenth of the answers too fast (a response time effort below .90: Wise & Kong 2005, Appl.
-    Meas. Educ. 18, 163-183). Our judgement: all others. `seconds_per_item` is far below the 2 s of questionnaires
+    From the literature: `retest_r`, the reliability of a single person under which answers count as careless (.30:
+    Jackson, in Johnson 2005, J. Res. Pers. 39, 103-129); `run_share`, the same answer for half of the items (Curran
+    2016); `fast_share`, more than a tenth of the answers too fast (a response time effort below .90: Wise & Kong 2005,
+    Appl. Meas. Educ. 18, 163-183). All others are our choice. `seconds_per_item` is far below the 2 s of questionnaires
     (Huang et al. 2012, J. Bus. Psychol. 27, 99-114): a slider can hardly be found, dragged and let go in less.
     """
 
@@ -48,7 +48,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Answered:
-    """The answers that stand for one trial, in scale units by item, and the seconds from question to answer."""
+    """The answers of one trial that count, in scale units by item, and the seconds from question to answer."""
 
     trial: int
     stimulus: str
@@ -59,7 +59,7 @@ class Answered:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One sign: its number (None where there is none, and the sentence says why), over n of what, and the flag.
+    """One diagnostic: its number (None if undefined, with the reason in the sentence), the n of what, and the flag.
 
     `unit` is share, trials, s, r or range (a share of the scale's range).
     """
@@ -75,7 +75,7 @@ class Diagnostic:
 
 @dataclass(frozen=True)
 class Rater:
-    """One session's counted answers, as the signs need them."""
+    """One session's answers that count, as input of the diagnostics."""
 
     trials: tuple[Answered, ...]
     low: float
@@ -86,14 +86,14 @@ class Rater:
 
     @property
     def enough(self) -> bool:
-        """Whether there are trials enough to flag anything."""
+        """Whether there are enough trials to flag anything."""
         return len(self.trials) >= self.limits.least_trials
 
 
 def diagnose(
     trials: Iterable[Answered], low: float, high: float, expected: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Return every sign of one session's ratings on a scale from `low` to `high`; practice trials do not count.
+    """Return all diagnostics of one session's ratings on a scale from `low` to `high`; practice does not count.
 
     `expected` is how many counted trials should have been answered by now; the default is those that were.
     Raises DiagnosticsError on a scale without extent, or a value that is not finite or off the scale.
@@ -135,8 +135,8 @@ def longest_run(rater: Rater) -> Diagnostic:
 def variability(rater: Rater) -> Diagnostic:
     """Return intra-individual response variability: the median over trials of the SD of a trial's values.
 
-    In shares of the scale's range; too little is flagged (Dunn et al. 2018, J. Bus. Psychol. 33, 105-121; the
-    threshold is our judgement).
+    It is a share of the scale's range; too little is flagged (Dunn et al. 2018, J. Bus. Psychol. 33, 105-121; the
+    threshold is our choice).
     """
     name, limit = "spread within a trial", rater.limits.variability
     spreads = [_spread(tuple(sorted(trial.values.values()))) for trial in rater.trials if len(trial.values) > 1]
@@ -150,7 +150,7 @@ def variability(rater: Rater) -> Diagnostic:
 
 @lru_cache(maxsize=10_000)
 def _spread(values: tuple[float, ...]) -> float:
-    """Return the SD of a trial's sorted values: exact, hence slow, and cached, as steps repeat the same ones."""
+    """Return the SD of a trial's sorted values: exact, hence slow, and cached, as values often repeat."""
     return pstdev(values)
 
 
@@ -175,7 +175,7 @@ def too_fast(rater: Rater) -> Diagnostic:
 
 
 def seconds_per_item(rater: Rater) -> Diagnostic:
-    """Return the median over trials of the seconds an item took."""
+    """Return the median over trials of the seconds per item."""
     per_item, limit = _per_item(rater), rater.limits.seconds_per_item
     if not per_item:
         return none("time per item", "s", "no response time is recorded")
@@ -183,9 +183,10 @@ def seconds_per_item(rater: Rater) -> Diagnostic:
 
 
 def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
-    """Return the test-retest agreement of a stimulus' ratings with those at its next meeting, over items and pairs.
+    """Return the test-retest agreement of a stimulus' ratings with those at its next presentation, over items and
+    pairs.
 
-    Pearson's r, and the mean absolute difference as a share of the scale's range.
+    It is Pearson's r, and the mean absolute difference as a share of the scale's range.
     """
     by_stimulus: dict[str, list[Answered]] = {}
     for trial in rater.trials:
@@ -225,7 +226,7 @@ def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
 
 
 def missing(rater: Rater) -> Diagnostic:
-    """Return the share of the expected ratings that were not given."""
+    """Return the share of the expected ratings that are missing."""
     expected, items = max(rater.expected, len(rater.trials)), max(rater.items, 1)
     given = sum(len(trial.values) for trial in rater.trials)
     if not expected:
@@ -238,7 +239,7 @@ def missing(rater: Rater) -> Diagnostic:
 
 
 def _per_item(rater: Rater) -> list[float]:
-    """Return seconds an item, to the nanosecond that times are recorded in: 1.2 s for three items is 0.4 s an item."""
+    """Return the seconds per item, to the recorded nanosecond: 1.2 s for three items is 0.4 s per item."""
     return [
         round(trial.seconds / len(trial.values), 9)
         for trial in rater.trials
@@ -247,7 +248,10 @@ def _per_item(rater: Rater) -> list[float]:
 
 
 def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:
-    """Return r, or None where it has no value. Equal values are found as such: their mean may miss the last bit."""
+    """Return r, or None if undefined.
+
+    Equal values are detected directly, since their mean may be off in the last bit.
+    """
     columns = list(zip(*pairs, strict=True))
     if len(pairs) < 3 or any(min(column) == max(column) for column in columns):
         return None
@@ -259,12 +263,12 @@ def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:
 
 
 def none(name: str, unit: str, why: str, n: int = 0) -> Diagnostic:
-    """Return a sign without a number, and why."""
+    """Return a diagnostic without a number, with the reason."""
     return Diagnostic(name, None, unit, n, None, False, f"No number: {why}.")
 
 
 def of_share(name: str, part: int, n: int, limit: float, enough: bool, what: str, *, above: bool = False) -> Diagnostic:
-    """Return a share that is flagged from its limit on, or above it."""
+    """Return a share that is flagged at its limit and beyond, or only above it."""
     value, rule = part / n, f"flagged {'above' if above else 'from'} {limit:.0%}"
     flagged = enough and (value > limit if above else value >= limit)
     return Diagnostic(name, value, "share", n, limit, flagged, f"{part} of {n} {what} ({value:.0%}); {rule}.")

@@ -1,4 +1,4 @@
-"""How far participants differ on physical and on emotional attributes, and whether more on one of them."""
+"""Differences between participants on physical and on emotional attributes, and their ratio."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palpate.analysis.ratings.person_cells import PersonCells, person_cells
 from palpate.analysis.statistics.doubles import Floats, scaled
 
 LEAST = 3
-"""Participants that a cell needs: with one left out there must be two, or there is no variance."""
+"""The least number of participants in a cell: with one left out, two must remain for a variance."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Disagreement:
     """The SD between participants in two categories (root of the mean variance), and the ratio second / first.
 
     `low` and `high` bound the ratio, `t`, `df` and `p` test it against 1; `n` participants; `cells` counts the
-    variances averaged in each category, `left_out` the cells with fewer than three participants. What is undefined is
+    variances averaged in each category, `left_out` the cells with fewer than three participants. Undefined numbers are
     NaN, and `note` says why.
     """
 
@@ -53,7 +53,7 @@ def disagreement(
 ) -> Disagreement:
     """Return the SD between participants in each of two categories of attributes, and the second over the first.
 
-    In each combination of attribute and `over` the variance over participants (n - 1) is taken, and these variances
+    In each combination of attribute and `over` the variance over participants (n - 1) is computed, and these variances
     are averaged within a category. Participants are the sample, not stimuli: the interval is the jackknife's over
     participants of log(second / first), pseudo-values, t with n - 1 df (Miller 1968, Ann. Math. Stat. 39; Efron &
     Tibshirani 1993, ch. 11). Raises DataRefused where a category has no cell with three participants.
@@ -111,7 +111,7 @@ def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: 
 
 
 def _variances(values: Floats) -> tuple[float, Floats]:
-    """Return the mean variance of the columns, and the same without each participant in turn."""
+    """Return the mean variance of the columns, and that without each participant in turn."""
     there = ~np.isnan(values)
     n = np.count_nonzero(there, axis=0)
     away = values - np.nansum(values, axis=0) / n

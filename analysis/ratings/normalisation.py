@@ -1,4 +1,4 @@
-"""Ratings brought to another scale, by a named rule: one for all, or each participant's own."""
+"""Rescaling of ratings by a named rule: one for all, or each participant's own."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def normalised(table: pd.DataFrame, scale: Ends | None, how: How) -> tuple[pd.Da
 
 
 def rescaled_values(values: Floats, old: Ends, new: Ends) -> Floats:
-    """Return values in proportion between two pairs of ends; both ends and every representable middle are exact."""
+    """Return values rescaled from one pair of ends to another; both ends and every representable middle are exact."""
     if old == new:
         return values.copy()
     stretched: Floats = (new[1] - new[0]) * (values - old[0]) / (old[1] - old[0]) + new[0]
@@ -73,7 +73,7 @@ def rescaled_values(values: Floats, old: Ends, new: Ends) -> Floats:
 
 
 def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | str], how: str) -> Floats:
-    """Return every participant's own rule, attribute by attribute; those that have none are named."""
+    """Return the values by every participant's own rule, by attribute; those without a rule are named in the error."""
     names = ["participant", *(["attribute"] if "attribute" in table.columns else [])]
     axes = [coded(table[name], name) for name in names]
     scaled = np.full(len(values), np.nan)
@@ -100,7 +100,7 @@ def _own(values: Floats, table: pd.DataFrame, rule: Callable[[Floats], Floats | 
 
 
 def _varied(values: Floats) -> str:
-    """Return why these values have neither spread nor range, or "" where they have."""
+    """Return the reason if these values have neither spread nor range, else ""."""
     if len(values) < 2:
         return "one rating"
     if values.max() - values.min() <= ROUNDING_ULPS * np.spacing(np.abs(values).max()):
@@ -109,7 +109,7 @@ def _varied(values: Floats) -> str:
 
 
 def _z(values: Floats) -> Floats | str:
-    """Return z values. Differences before squares: an offset costs no digit, the order of the values changes none."""
+    """Return z values, by differences before squares: an offset costs no digit, and order does not matter."""
     if why := _varied(values):
         return why
     order = np.argsort(values, kind="stable")

@@ -1,4 +1,4 @@
-"""The mean of one value per participant with its t interval and test, or why there is none."""
+"""The mean of one value per participant with its t interval and test, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAN = math.nan
 
 
 class OneSample(NamedTuple):
-    """Mean, SD (n - 1), standard error, t against 0 with its df and p, interval, size mean / SD, and what to know."""
+    """Mean, SD (n - 1), standard error, t against 0 with df and p, interval, size (mean / SD), and a note."""
 
     n: int
     mean: float
@@ -32,10 +32,10 @@ class OneSample(NamedTuple):
 
 
 def one_sample(values: Floats, *, floor: float = 0.0, confidence: float = 0.95, what: str = "values") -> OneSample:
-    """Return Student's one-sample t of the values that are there (NaN: not there); mean and SD are rounded once.
+    """Return Student's one-sample t of the values that are not NaN; mean and SD are rounded once.
 
-    `floor` is the variation that rounding alone could make: at or below it t is undefined, with a note.
-    Raises BadOption where `confidence` does not lie between 0 and 1.
+    `floor` is the variation that rounding alone could make: at or below it t is undefined, with a note. Raises
+    BadOption unless `confidence` is between 0 and 1.
     """
     check_confidence(confidence)
     known = np.sort(values[~np.isnan(values)])
@@ -73,6 +73,6 @@ def columns_of(sample: OneSample) -> dict[str, float | int]:
 
 
 def check_confidence(confidence: float) -> None:
-    """Refuse a confidence that is no share between 0 and 1."""
+    """Raise BadOption unless the confidence is between 0 and 1."""
     if not 0 < confidence < 1:
         raise BadOption(f"confidence {confidence!r}: a share between 0 and 1, as 0.95, is expected")

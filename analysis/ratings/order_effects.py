@@ -1,4 +1,4 @@
-"""Whether ratings and response times drift along a session, and whether the stimulus before leaves a trace."""
+"""Drift of ratings and response times over a session, and carry-over from the previous stimulus."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ SETTLED = 1e-13
 
 @dataclass(frozen=True)
 class Bin:
-    """Trials `first` to `last`: the mean over `n` participants of their mean there.
+    """Trials `first` to `last`: the mean over `n` participants of their means there.
 
-    `low` and `high` are Cousineau and Morey's within-participant interval over the bins, NaN where there is none.
+    `low` and `high` are Cousineau and Morey's within-participant interval over the bins, NaN if undefined.
     """
 
     first: int
@@ -44,7 +44,7 @@ class Bin:
 class OrderEffect:
     """The course of one measure over a session: bins, and the mean over participants of their slopes per trial.
 
-    `carry_over` is the mean slope on the previous stimulus' own mean, None where it was not asked for.
+    `carry_over` is the mean slope on the previous stimulus' mean, None if not requested.
     """
 
     bins: tuple[Bin, ...]
@@ -77,14 +77,14 @@ def order_effect(
     carry_over: bool = False,
     confidence: float = 0.95,
 ) -> OrderEffect:
-    """Return how a measure goes with the place of its trial in the session, one value per trial.
+    """Return the dependence of a measure on the trial's place in the session, with one value per trial.
 
     With `adjust="stimulus"`, y = participant + stimulus + b position is fitted by least squares first, and the effect
-    of the stimulus (centred on 0) is subtracted: a balanced order and a random one are treated alike. Then each
-    participant's slope over positions is taken; its mean has Student's interval over participants. Bins hold equally
-    many positions, counted from 1 within each session among the trials that are there. `carry_over` adds each
-    participant's slope of the adjusted values on the effect of the stimulus before. Raises DataRefused where everyone
-    met the stimuli in one order (position and stimulus are then the same thing), BadOption, UnknownColumn, BadValue.
+    of the stimulus (centred on 0) is subtracted: so that balanced and random orders are treated equally. Then each
+    participant's slope over positions is computed; its mean has Student's interval over participants. Bins have equal
+    numbers of positions, which count the existing trials of each session from 1. `carry_over` adds each participant's
+    slope of the adjusted values on the effect of the previous stimulus. Raises DataRefused if everyone had the stimuli
+    in the same order (position and stimulus are then the same thing), BadOption, UnknownColumn, BadValue.
     """
     check_columns(data, [dv, subject, stimulus, position])
     if bins < 1:
@@ -162,7 +162,7 @@ def _adjusted(trials: _Trials) -> tuple[Floats, Floats]:
 
 
 def _slopes(y: Floats, x: Floats, people: Codes) -> Floats:
-    """Return the least-squares slope of every participant; NaN where all their x are one."""
+    """Return the least-squares slope of every participant; NaN if all their x are equal."""
     n = np.bincount(people)
     away = x - (np.bincount(people, x) / n)[people]
     change = y - y[np.unique(people, return_index=True)[1]][people]
@@ -196,7 +196,7 @@ def _bins(y: Floats, trials: _Trials, bins: int, confidence: float) -> list[Bin]
 
 
 def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> OneSample:
-    """Return each participant's slope on the effect of the stimulus in the trial before, within one session."""
+    """Return each participant's slope on the effect of the previous trial's stimulus, within a session."""
     follows = np.flatnonzero(
         (trials.people[1:] == trials.people[:-1])
         & (trials.session[1:] == trials.session[:-1])

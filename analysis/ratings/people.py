@@ -1,4 +1,4 @@
-"""What participants answered about themselves, as columns of a table: closed questions only, never free text."""
+"""Answers of participants about themselves as columns of a table: closed questions only, never free text."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from palpate.studies.sessions.tables import session_number
 
 SESSION = "session"
 ANSWER = "answer."
-"""What may stand before a question's name, and must where a column of the stimuli has the same."""
+"""The optional prefix of a question's name, required if a column of the stimuli has the same name."""
 CLOSED = ("number", "choice", "points")
-"""Kinds of answers that may be columns: to questions with a number or a choice, and to items of a questionnaire."""
+"""Kinds of answers that may be columns: numbers and choices, and items of a questionnaire."""
 
 
 @dataclass(frozen=True)
 class People:
-    """`answers`: question or item -> participant -> the last answer, as text; `free`: questions answered in words."""
+    """The answers: question or item -> participant -> last answer as text; `free` are questions answered in words."""
 
     answers: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
 
     def named(self, table: pd.DataFrame, names: Iterable[str]) -> list[str]:
-        """Return which of the names are columns of people: answered questions that the table has no column for.
+        """Return which of the names are answered questions that the table has no column for.
 
         Raises DataRefused on a question that was answered in the participant's own words.
         """
@@ -37,9 +37,9 @@ class People:
         return [name for name in dict.fromkeys(new) if question_of(name) in self.answers]
 
     def added(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
-        """Return the table with the answers as columns, and `session` as its number where it is among the names.
+        """Return the table with the answers as columns, and `session` as its number if it is among the names.
 
-        A participant without an answer has none (NaN).
+        A missing answer is NaN.
         """
         whose = table["participant"].astype(str)
         columns: dict[str, Any] = {
@@ -51,12 +51,12 @@ class People:
 
 
 def question_of(name: str) -> str:
-    """Return the name of the question, of a column that is called after it: `age` or `answer.age`."""
+    """Return the question of a column named after it: `age` or `answer.age`."""
     return name.removeprefix(ANSWER)
 
 
 def people_of(rows: Sequence[Mapping[str, Any]]) -> People:
-    """Gather the answers of forms (session, participant, item, kind, value, number); a later session's count."""
+    """Return the answers of forms (session, participant, item, kind, value, number); a later session's count."""
     answers: dict[str, dict[str, str]] = {}
     free = set()
     for row in sorted(rows, key=lambda row: int(session_number(row["session"]))):
@@ -69,9 +69,9 @@ def people_of(rows: Sequence[Mapping[str, Any]]) -> People:
 
 
 def refuse_small_groups(table: pd.DataFrame, names: Sequence[str], least: int, whose: str) -> None:
-    """Raise DataRefused where fewer than `least` participants gave the same answers, one to each of the questions.
+    """Raise DataRefused if fewer than `least` participants gave the same combination of answers to the questions.
 
-    So few could be recognised in a table that is shared.
+    So few people could be recognised in a shared table.
     """
     people = table[["participant", *names]].drop_duplicates()
     sizes = people.groupby(list(names), sort=True).size()

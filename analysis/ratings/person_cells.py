@@ -1,4 +1,4 @@
-"""A long table as participants x cells: what each participant's mean is in each cell that occurs."""
+"""A long table as participants x cells: each participant's mean in each cell that occurs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ LISTWISE = "; pass missing='listwise' to leave such participants out"
 
 @dataclass(frozen=True)
 class PersonCells:
-    """`values[i, j]` is the mean of participant i's `counts[i, j]` values in cell j; NaN where there is none.
+    """Means by participant and cell: `values[i, j]` is over `counts[i, j]` values of participant i in cell j, or NaN.
 
-    `cells[j]` holds the cell's level of each column in `by`. A value that is missing makes its cell missing.
+    `cells[j]` has the cell's level of each column in `by`. A missing value makes its cell missing.
     """
 
     values: Floats
@@ -51,7 +51,7 @@ class PersonCells:
         )
 
     def without(self, name: str) -> PersonCells:
-        """Return the same cells without the level of one column, which is one level in all of them."""
+        """Return the same cells without the level of one column, which must be the same in all of them."""
         keep = [k for k, column in enumerate(self.by) if column != name]
         cells = tuple(tuple(cell[k] for k in keep) for cell in self.cells)
         return replace(self, by=tuple(self.by[k] for k in keep), cells=cells)
@@ -72,7 +72,7 @@ def person_cells(
 ) -> PersonCells:
     """Return the participants' means in every combination of the columns `by` that occurs.
 
-    Cells stand in the order of `levels` where it names a column, else in natural order; participants in natural order.
+    Cells are in the order of `levels` if it names a column, else in natural order; participants in natural order.
     Raises UnknownColumn, BadValue; BadOption where `by` is empty.
     """
     if not by:
@@ -107,7 +107,7 @@ def person_cells(
 
 
 def levels_of(levels: Levels, by: Sequence[str]) -> Levels:
-    """Return the levels of these columns alone, of the levels of all columns of a study."""
+    """Return the levels of these columns, out of all columns of a study."""
     return {name: levels[name] for name in by if name in levels}
 
 
@@ -117,14 +117,14 @@ def written(label: object) -> str:
 
 
 def texts_of(data: pd.DataFrame, name: str) -> list[str]:
-    """Return a column of labels as text; 1, 1.0 and "1" read the same."""
+    """Return a column of labels as text; 1, 1.0 and "1" are equal."""
     codes = coded(data[name], name)
     labels = [written(label) for label in codes.labels]
     return [labels[code] for code in codes.codes]
 
 
 def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
-    """Return who has a value in every cell. With `missing="raise"`, IncompleteCells names whoever lacks one."""
+    """Return the participants with a value in every cell. With `missing="raise"`, IncompleteCells names the others."""
     whole = np.atleast_1d(~np.isnan(cells.values).any(axis=1))
     if not whole.all() and missing == "raise":
         gaps = np.argwhere(np.isnan(cells.values)).tolist()
@@ -134,7 +134,7 @@ def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
 
 
 def place(cells: PersonCells, j: int) -> str:
-    """Return a cell in words."""
+    """Return a description of a cell."""
     return ", ".join(f"{name} {level!r}" for name, level in zip(cells.by, cells.cells[j], strict=True))
 
 

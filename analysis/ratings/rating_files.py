@@ -1,4 +1,4 @@
-"""A data set in a folder: ratings.csv, which any program reads, and dataset.json, which says what it means."""
+"""A data set in a folder: ratings.csv for any program, and dataset.json with the meaning of the data."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _READ: dict[str, Callable[[str], object]] = {
 
 
 def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> None:
-    """Write the data set to `folder`, all of it or nothing; reading it again gives the same table, bit for bit.
+    """Write the data set to `folder`, all or nothing; reading it gives the same table, bit for bit.
 
-    Raises DataRefused where the folder exists and is not to be replaced, holds anything but a data set, or a text
-    column holds something else.
+    Raises DataRefused if the folder exists and is not to be replaced, contains anything but a data set, or a text
+    column has other values.
     """
     if folder.exists() and not replace:
         raise DataRefused(f"{folder}: exists already; replace it with --replace, or give the data set another name")
@@ -61,7 +61,7 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
 def load_ratings(folder: Path) -> Ratings:
     """Return the data set that `save_ratings` wrote to `folder`.
 
-    Raises DataRefused where it is none, is of a newer format, or its table was changed since.
+    Raises DataRefused if it is no data set, has a newer format, or its table was changed since.
     """
     path = folder / DESCRIPTION
     if not path.is_file():

@@ -1,4 +1,4 @@
-"""The answers of a study, read from a collected database: ratings alone, or with words, forms, trials and people."""
+"""The answers of a study in a collected database: ratings alone, or with words, forms, trials and people."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from palpate.protocols.wording import count
 from palpate.studies.sessions.model_versions import models_in
 
 SOURCE = "source"
-"""The column of a stimulus table that says whether a stimulus was measured or simulated."""
+"""The column of a stimulus table with the origin of a stimulus: measured or simulated."""
 OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
 """The columns of a rating that its trial does not have."""
 _NO_WORDS: Mapping[str, Any] = MappingProxyType({})
@@ -63,7 +63,7 @@ _REPLIES = text(
 
 @dataclass(frozen=True, slots=True)
 class Rating:
-    """A row of the view `ratings`: the counting answer to one attribute in one trial."""
+    """A row of the view `ratings`: the answer that counts to one attribute in one trial."""
 
     session: str
     participant: str
@@ -87,13 +87,13 @@ def read_ratings(
     simulated: bool | None = None,
     withdrawn: Collection[str] = (),
 ) -> Ratings:
-    """Return the ratings of `study` without practice trials; without interrupted sessions, too, by default.
+    """Return the ratings of `study` without practice trials, and by default without interrupted sessions.
 
     Every session and practice trial left out has a line in `exclusions`. `digest` (or its beginning) chooses one
-    version of a study that was changed between participants; `simulated` keeps only simulated or only real
-    sessions where there are both. Nobody in `withdrawn` is among them, whatever the database says of their sessions.
-    Raises DataRefused where either is needed and not given, where the database is
-    not a collected one, holds no such study or no session to analyse, and where an answer is no number.
+    version of a study that was changed between participants; `simulated` keeps only simulated or only real sessions
+    where there are both. People in `withdrawn` are left out, whatever the database says about their sessions. Raises
+    DataRefused if either is needed and not given, if the database is not a collected one, has no such study or no
+    session to analyse, and for an answer that is no number.
     """
     with nullcontext(source) if isinstance(source, Connection) else source.connect() as connection:
         definition, choice = chosen(
@@ -105,7 +105,10 @@ def read_ratings(
 
 
 def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Ratings:
-    """Return the ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings`."""
+    """Return the ratings of these sessions, whatever the source of the rows.
+
+    Raises DataRefused as `read_ratings` does.
+    """
     if not gives_ratings(study):
         own = own_tables().get(TASKS[study.task].answers)
         where = "tables words, answers and streams" if own is None else f"table {own.name}"
@@ -149,12 +152,12 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
 
 
 def column_name(stimulus_column: str) -> str:
-    """Return the table's name for a column of the stimulus table: its own, unless that name has another meaning."""
+    """Return the table's name for a column of the stimulus table: its own, unless that is reserved."""
     return f"stimulus.{stimulus_column}" if stimulus_column in RESERVED else stimulus_column
 
 
 def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
-    """Return the within factors, and the cells that are expected of each group."""
+    """Return the within factors, and the cells expected of each group."""
     groups = {group: [s.columns for s in study.stimuli_of(group)] for group in (study.groups or [None])}
     named = study.analysis.within if study.analysis is not None else ()
     for name in named:
@@ -172,7 +175,7 @@ def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
 
 
 def _table(study: Study, counted: Sequence[Rating], ratings: Sequence[Rating]) -> pd.DataFrame:
-    """Return the long table of the ratings that count. Raises DataRefused where one of `ratings` is foreign to it."""
+    """Return the long table of the ratings that count. Raises DataRefused if one of `ratings` does not belong to it."""
     order = {attribute.name: place for place, attribute in enumerate(study.attributes)}
     stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
     for rating in ratings:
@@ -218,7 +221,7 @@ def left_out_sessions(choice: Choice, ratings: Sequence[Rating] = ()) -> tuple[E
 
 
 def _other_exclusions(choice: Choice, ratings: Sequence[Rating]) -> Iterator[Exclusion]:
-    """Yield a line for each analysed session without a rating, which no row of the table shows, and for practice."""
+    """Yield a line for each analysed session without a rating, which is in no row of the table, and for practice."""
     rated = {rating.session for rating in ratings if not rating.practice}
     sessions = {session.session for session in choice.sessions}
     for session in choice.sessions:
@@ -259,7 +262,7 @@ class Material:
     people: People = field(default_factory=People)
     sessions: tuple[SessionRow, ...] = ()
     versions: tuple[Input, ...] = ()
-    """Where sessions had different versions of the study or of a model: every version, and how many had it."""
+    """The versions of the study or of a model, if sessions had different ones, with the numbers of their sessions."""
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -271,7 +274,7 @@ def read_material(
     engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
     withdrawn: Collection[str] = (),
 ) -> Material:  # fmt: skip
-    """Return the material of a study in a collected database. Raises what `read_ratings` raises."""
+    """Return the material of a study in a collected database. Raises as `read_ratings` does."""
     options: dict[str, Any] = {
         "digest": digest, "include_incomplete": include_incomplete, "simulated": simulated, "withdrawn": withdrawn,
     }  # fmt: skip
@@ -286,7 +289,7 @@ def read_material(
 
 
 def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
-    """Yield every version of the study and of each model, where the sample has several, and how many sessions had it.
+    """Yield the versions of the study and of each model, if the sample has several, with the numbers of their sessions.
 
     Only one version of the study is analysed, with whatever models its sessions had.
     """
@@ -317,7 +320,7 @@ class CollectedRows:
 
 
 def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: CollectedRows) -> Material:
-    """Return the material of these sessions, wherever their rows come from."""
+    """Return the material of these sessions, whatever the source of the rows."""
     trials = _trials(rows.trials, study)
     words = _words(rows.words, trials)
     forms = _forms(rows.answers)
@@ -341,7 +344,7 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
 
 
 def imported_material(ratings: Ratings, title: str) -> Material:
-    """Return the material of an imported data set: its ratings; a trial is a participant's row of them."""
+    """Return the material of an imported data set: its ratings; a trial is one participant's row of them."""
     others = [column for column in ratings.table.columns if column not in OF_A_RATING]
     trials = ratings.table[others].drop_duplicates().reset_index(drop=True)
     columns = (*ratings.within, *ratings.between)
@@ -364,7 +367,7 @@ def imported_material(ratings: Ratings, title: str) -> Material:
 
 
 def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Return the levels of every text column in the order in which the study lists them."""
+    """Return the levels of every text column in the study's order."""
     levels: dict[str, tuple[str, ...]] = {"stimulus": tuple(stimulus.id for stimulus in study.stimuli)}
     for name in study.stimuli[0].columns if study.stimuli else ():
         listed = dict.fromkeys(stimulus.columns.get(name, "") for stimulus in study.stimuli)
@@ -377,7 +380,7 @@ def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...
 
 
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
-    """Return the statement's rows of the sessions that count, with the participant and the group of each."""
+    """Return the statement's rows of the sessions that count, with participant and group."""
     sessions = {session.session: session for session in choice.sessions}
     rows = query(connection, statement, study.study)
     return [
@@ -401,7 +404,7 @@ def _trials(answered: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame
 
 
 def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
-    """Return the words of answers that count; one of no trial (a closing suggestion) has an empty stimulus."""
+    """Return the words of answers that count; a word without a trial (a closing suggestion) has an empty stimulus."""
     keys = zip(trials["session"], trials["trial"], strict=True) if written else ()
     records = trials.to_dict("records") if written else ()
     of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, records, strict=True))
@@ -419,7 +422,7 @@ def _words(written: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.Dat
 
 
 def _forms(answers: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the answers outside trials, but for what was written freely in an interview: no report repeats that."""
+    """Return the answers outside trials, except free text of an interview, which no report repeats."""
     rows = [
         {
             **{key: row[key] for key in ("participant", "session", "group", "form")},

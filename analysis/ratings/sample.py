@@ -1,4 +1,4 @@
-"""What a study planned of its sample, and what came of it: participants, sessions and minutes."""
+"""The planned and the achieved sample of a study: participants, sessions and minutes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.protocols.study import Study
 
 @dataclass(frozen=True)
 class DoneSession:
-    """A complete session: whose, which one, and how many minutes it took, the time between its runs left out."""
+    """A complete session: participant, number, and how many minutes it took, without the time between its runs."""
 
     participant: str
     group: str | None
@@ -23,9 +23,9 @@ class DoneSession:
 
 
 def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, Any]:
-    """Return what was planned and what came, as JSON data; {} where the study plans nothing.
+    """Return the planned and the achieved sample as JSON data; {} if the study plans nothing.
 
-    A participant is done who had every session.
+    A participant with every session is done.
     """
     planned = sample_of(study)
     if not planned:
@@ -53,7 +53,7 @@ def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, 
 
 
 def sample_facts(achieved: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield what `achieved_sample` returned as labels and texts for the head of a page."""
+    """Yield the result of `achieved_sample` as labels and texts for the head of a page."""
     if "planned" in achieved:
         groups = achieved.get("groups", {})
         listing = ", ".join(f"group {group}: {rows['done']} of {rows['planned']}" for group, rows in groups.items())

@@ -1,6 +1,6 @@
-"""Which sessions of a study are analysed: one version of it, all real or all simulated, only complete ones by default.
+"""The choice of sessions to analyse: one version of a study, all real or all simulated, by default only complete ones.
 
-One session file and a whole lab take the same path.
+A single session file and a whole lab are treated in the same way.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _SESSIONS = text(
 )
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
-"""States of sessions that never count, and what is said of their participants."""
+"""States of sessions that never count, and descriptions of their participants."""
 OTHER_KIND = {True: "a simulated session", False: "a real session, only simulated ones were requested"}
-"""Sessions that no analysis may hold, whatever was asked for."""
+"""Sessions that no analysis may use, whatever the request."""
 
 
 @dataclass(frozen=True)
 class SessionRow:
-    """A row of the table `sessions`, as far as the analysis needs it."""
+    """A row of the table `sessions` with the columns that the analysis needs."""
 
     session: str
     study_digest: str
@@ -54,7 +54,7 @@ class SessionRow:
 
 @dataclass(frozen=True)
 class Choice:
-    """The version of the study that is analysed, its sessions that count, and each one left out with the reason."""
+    """The analysed version of the study, its sessions that count, and the others with the reason."""
 
     digest: str
     sessions: tuple[SessionRow, ...]
@@ -65,7 +65,7 @@ def chosen(
     connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
     withdrawn: Collection[str] = (),
 ) -> tuple[Study, Choice]:  # fmt: skip
-    """Return the version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
+    """Return the analysed version of the study and the choice of its sessions. Raises as `choose_sessions` does."""
     rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
     if not rows:
         known = [row["study"] for row in query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
@@ -92,8 +92,8 @@ def choose_sessions(
 ) -> Choice:  # fmt: skip
     """Return the sessions of one version of the study, all real or all simulated, only complete ones by default.
 
-    Nobody in `withdrawn` is among them, whatever the rows say of their sessions.
-    Raises DataRefused where the choice is not the program's to make, and where nothing is left.
+    People in `withdrawn` are left out, whatever the rows say about their sessions. Raises DataRefused if the user must
+    choose, and if nothing is left.
     """
     rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
     chosen = _one_version(rows, study, digest)
@@ -149,7 +149,7 @@ def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> 
 
 
 def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the statement by the names of its columns.
+    """Yield the rows of the statement by column name.
 
     Equal texts are one object, as a large study repeats its names. Raises DataRefused where the database is not a
     collected one.
@@ -167,7 +167,7 @@ def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[s
 
 
 def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
-    """Return the study and every session file, kept or left out, by their SHA-256."""
+    """Return the study and every session file, used or left out, by their SHA-256."""
     sessions = (*choice.sessions, *(session for session, _ in choice.left_out))
     return (
         Input(f"study {study.study}", choice.digest, "the compiled study"),
@@ -176,7 +176,7 @@ def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
 
 
 def collected_sample(study: Study, sessions: Iterable[SessionRow]) -> dict[str, Any]:
-    """Return what was planned and what came of it in collected sessions; only complete ones are done."""
+    """Return the planned and the achieved sample of collected sessions; only complete ones are done."""
     complete = [session for session in sessions if session.status == "complete"]
     return achieved_sample(
         study, [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]

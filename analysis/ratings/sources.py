@@ -1,4 +1,4 @@
-"""Where a data set comes from: a lab's session files, a collected database, or an imported table."""
+"""Sources of a data set: a lab's session files, a collected database, or an imported table."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ IMPORTED = "imported"
 
 @dataclass(frozen=True)
 class DataRequest:
-    """What is asked for: a study or an imported data set by name, where it lies, and which sessions of it.
+    """A request for a study or an imported data set by name, its source, and which of its sessions.
 
-    `missing` says what is done about a participant who lacks a cell: the tests that need it are refused, or the
-    participant is left out ("listwise").
+    `missing` decides about participants who lack a cell: the tests that need it are refused, or the participants are
+    left out ("listwise").
     """
 
     name: str
@@ -42,10 +42,10 @@ class DataRequest:
 
 
 def read_source(request: DataRequest, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
-    """Return the ratings that are asked for and their title ("" where they have none).
+    """Return the requested ratings and their title ("" without one).
 
-    Session files are gathered into a database in memory, so that files, a collected database and a lab of one
-    session take one path. Raises DataRefused where there is no such data set, or what reading it raises.
+    Session files are first collected into a database in memory, so that all sources are read in the same way. Raises
+    DataRefused if there is no such data set, and the errors of reading it.
     """
     ratings, title = _read(request, progress)
     return (without_incomplete(ratings) if request.missing == "listwise" else ratings), title
@@ -70,7 +70,7 @@ def _read(request: DataRequest, progress: Progress) -> tuple[Ratings, str]:
 
 
 def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None) -> Engine:
-    """Return what the session files answered, in a database of its own; people who withdrew from the lab are marked."""
+    """Return a temporary database of the session files' answers; people who withdrew from the lab are marked."""
     engine = scratch_database()
     progress(0, len(paths), "reading")
     with closing(fill(engine, paths, withdrawn(lab), with_events=False)) as read:
@@ -96,12 +96,12 @@ def _from_database(engine: Engine, request: DataRequest) -> tuple[Ratings, str]:
 
 
 def both_of(name: str, folder: Path) -> DataRefused:
-    """Return the refusal where a lab has sessions of a study and an imported data set of the same name."""
+    """Return the error for a lab with sessions of a study and an imported data set of the same name."""
     return DataRefused(f"{name!r} is both a study with sessions and imported in {folder}; rename the import")
 
 
 def nothing_of(name: str, lab: Path) -> DataRefused:
-    """Return the refusal where a lab has neither sessions of a study nor an imported data set of that name."""
+    """Return the error for a lab with neither sessions of a study nor an imported data set of that name."""
     imported = lab / IMPORTED
     folders = [path for path in imported.iterdir() if path.is_dir()] if imported.is_dir() else []
     known = sorted(path.name for path in folders if not path.name.startswith(UNFINISHED))

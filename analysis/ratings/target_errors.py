@@ -1,4 +1,4 @@
-"""How far ratings lie from the value that a stimulus was made for, on the attribute that it was made for."""
+"""Errors of ratings against the target of a stimulus, on the attribute that the stimulus was made for."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EACH, ATTRIBUTE, CATEGORY, ALL = "attribute and end", "attribute", "category", "
 
 @dataclass(frozen=True)
 class TargetError:
-    """One mean absolute error: what it is of, the mean signed error beside it, and over whom.
+    """One mean absolute error: what it is of, the mean signed error, and over whom.
 
     `of` is 'attribute and end', 'attribute', 'category', 'all', or 'difference' between two categories. `error` is
     over participants of each participant's mean absolute error; `bias` the same of rating - target.
@@ -53,11 +53,11 @@ def target_errors(
     """Return |rating - target| on the attribute that each stimulus was made for (thesis 5.7.1.2).
 
     `data` is a table of ratings; only rows whose `attribute` is the one in `attribute_column` count. `scale` are the
-    ends of the ratings' scale; targets given on another one are brought to it by `target_scale`. The errors of a
-    participant are averaged: trials within an end, ends within an attribute, attributes within a category, attributes
-    over all, each counting equally; a participant who lacks one of the parts has no value in the average. `end` is
-    'min' and 'max' for an attribute's lowest and highest target. Intervals are Student's over participants.
-    Raises DataRefused where no row is about its own attribute, and on a target that is no number or beyond the scale.
+    ends of the ratings' scale; targets on another scale are converted from `target_scale`. The errors of a participant
+    are averaged: trials within an end, ends within an attribute, attributes within a category, attributes over all,
+    each counting equally; a participant who lacks one of the parts has no average. `end` is 'min' and 'max' for an
+    attribute's lowest and highest target. Intervals are Student's over participants. Raises DataRefused if no row is
+    about its own attribute, and on a target that is no number or off the scale.
     """
     check_columns(data, ["value", "attribute", subject, attribute_column, target])
     refuse_idle_levels(levels, ("attribute",))
@@ -109,7 +109,7 @@ def _targets(own: pd.DataFrame, target: str, scale: Ends | None, target_scale: E
 
 
 def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:
-    """Return which of an attribute's targets this is; targets between the ends keep their number."""
+    """Return which of an attribute's targets each is; targets between the ends are named by their number."""
     attributes = own["attribute"].tolist()
     targets: dict[str, set[float]] = {}
     for name, aim in zip(attributes, aims.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""Whether ratings rise or fall along the levels of a family, and how far each level lies from the reference."""
+"""Trends of ratings along the levels of a family, and differences of levels from the reference."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CORRECTIONS = {"holm": "holm", "bonferroni": "bonf", "none": "none"}
 
 @dataclass(frozen=True)
 class Trends:
-    """`slopes`: one row per family; `levels`: one row per level against the reference, empty where there is none.
+    """The result: `slopes` has a row per family, `levels` a row per level against the reference, empty without one.
 
     Columns of both: n, mean, sd, ci_low, ci_high, t, df, p, p_corrected, family_size, dz, note. `mean` is the mean
     slope over participants (per step, or per unit of the numeric column) or the mean difference from the reference.
@@ -60,13 +60,13 @@ def trends(
 ) -> Trends:
     """Return each participant's least-squares slope over a family's levels, and their mean with its t interval.
 
-    The levels stand one step apart in their order (`levels`, else natural), or where the column `numeric` says; there
-    every level has one number. Values of a participant at one level are averaged first. `reference` is a level that
-    belongs to no trend (None: the first one, where it is a family of its own). p is corrected over the families that
-    have a slope, and by itself over the levels that are compared with the reference; `size` fixes a larger family of
-    slopes beforehand. A family of one level has no slope and a note. Raises DataRefused where a level is in two
-    families or has two numbers, IncompleteCells where a participant lacks a level (unless `missing="listwise"`, which
-    leaves them out of this family), BadOption, UnknownColumn, BadValue.
+    The levels are one step apart in their order (`levels`, else natural), or at the numbers in the column `numeric`,
+    one per level. Values of a participant at one level are averaged first. `reference` is a level that belongs to no
+    trend (None: the first one, where it is a family of its own). p is corrected over the families that have a slope,
+    and by itself over the levels that are compared with the reference; `size` fixes a larger family of slopes
+    beforehand. A family of one level has no slope and a note. Raises DataRefused where a level is in two families or
+    has two numbers, IncompleteCells where a participant lacks a level (unless `missing="listwise"`, which leaves them
+    out of this family), BadOption, UnknownColumn, BadValue.
     """
     cells = person_cells(data, (level,), dv=dv, subject=subject, levels=levels)
     families = families_of(data, level, family, cells.level(level))
@@ -120,7 +120,7 @@ def cell_trends(
 
 
 def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str]) -> dict[str, str]:
-    """Return the family of each level. Raises DataRefused where a level stands in two."""
+    """Return the family of each level. Raises DataRefused for a level in two families."""
     families: dict[str, set[str]] = {}
     for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
         families.setdefault(one, set()).add(group)
@@ -133,7 +133,10 @@ def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str
 
 
 def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, float] | None:
-    """Return the number of each level in a column, None where no column is named. Refuses several for one level."""
+    """Return the number of each level in a column, None without a column.
+
+    Raises an error for several numbers of a level.
+    """
     if numeric is None:
         return None
     numbers: dict[str, set[str]] = {}
@@ -158,7 +161,7 @@ def _number(text: str, column: str, level: str) -> float:
 
 
 def reference_level(order: Sequence[str], families: Mapping[str, str], chosen: str | None = None) -> str | None:
-    """Return the level that others are compared with: the chosen one, else the first if it is its own family."""
+    """Return the level that others are compared with: the given one, else the first if it is its own family."""
     if chosen is not None:
         if chosen not in order:
             raise DataRefused(f"no level {chosen!r} to compare with; {nearest(chosen, order)}")
@@ -191,7 +194,7 @@ def _slope(
 
 
 def _there(cells: PersonCells, missing: str) -> list[int]:
-    """Return who rated every one of these levels; who rated none of them belongs to another group and is not missed."""
+    """Return who rated all of these levels; those who rated none belong to another group and are not missing."""
     any_here = np.flatnonzero(~np.isnan(cells.values).all(axis=1)).tolist()
     here = cells.only(range(len(cells.cells)), any_here)
     return [any_here[i] for i in complete_people(here, missing)]

@@ -1,4 +1,4 @@
-"""Means over participants with intervals that leave the differences between participants out, or in, by name."""
+"""Means over participants with intervals that exclude, or include, differences between participants."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAN = math.nan
 
 
 class _Half(NamedTuple):
-    """The SD that an interval is made from, the interval's half-width, and why it has none."""
+    """The SD that an interval is computed from, the interval's half-width, and the reason if it has none."""
 
     sd: float
     half: float
@@ -60,15 +60,13 @@ def mean_intervals(
     """Return one row per cell of `by`: n, mean, sd, sd_interval, half, ci_low, ci_high, ratings_min, ratings_max, note.
 
     Each participant's values in a cell are averaged first; n, mean and sd are over participants. `between` names the
-    columns of `by` that tell groups of participants apart: every interval is made within one group. The interval is
-    mean ± `half`:
-    - `cousineau_morey`: from each participant's values minus their own mean, the variance times M / (M - 1) for M cells
-      within participants, t with n - 1 df (Cousineau 2005, corrected by Morey 2008, Tutor. Quant. Methods Psychol. 4).
-    - `loftus_masson`: sqrt(MS / n) of the participant x cell interaction, one width for all cells of a group, t with
-      (n - 1)(M - 1) df (Loftus & Masson 1994, Psychon. Bull. Rev. 1).
-    - `between`: from the SD over participants, t with n - 1 df, participants who lack the cell left out of it.
-    - `none`: no interval.
-    `sd_interval` is the SD that it was made from. What is undefined is NaN with a note. Raises IncompleteCells where a
+    columns of `by` that define groups of participants: every interval is within one group. The interval is mean ±
+    `half`: - `cousineau_morey`: from each participant's values minus their own mean, the variance times M / (M - 1) for
+    M cells within participants, t with n - 1 df (Cousineau 2005, corrected by Morey 2008, Tutor. Quant. Methods
+    Psychol. 4). - `loftus_masson`: sqrt(MS / n) of the participant x cell interaction, one width for all cells of a
+    group, t with (n - 1)(M - 1) df (Loftus & Masson 1994, Psychon. Bull. Rev. 1). - `between`: from the SD over
+    participants, t with n - 1 df, participants who lack the cell left out of it. - `none`: no interval. `sd_interval`
+    is the SD that it was computed from. Undefined numbers are NaN with a note. Raises IncompleteCells where a
     within-participant interval meets a gap (unless `missing="listwise"`), DuplicatedCells for a participant in two
     groups, TooFew where nobody is left, BadOption, UnknownColumn, BadValue.
     """

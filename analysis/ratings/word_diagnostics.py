@@ -1,4 +1,4 @@
-"""How a participant chose words: signs of ticking the same words throughout, none, or in a hurry."""
+"""Diagnostics of a participant's choice of words: the same words throughout, none, or in a hurry."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.analysis.ratings.diagnostics import Diagnostic, Limits, none, of_ru
 
 @dataclass(frozen=True)
 class Worded:
-    """The words that stand for one trial: ticked of those offered, or written freely (offered is 0)."""
+    """The words of one trial that count: ticked of those offered, or written freely (offered is 0)."""
 
     trial: int
     stimulus: str
@@ -25,7 +25,7 @@ class Worded:
 def diagnose_words(
     trials: Iterable[Worded], expected: int | None = None, limits: Limits | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Return every sign of one session's words; practice trials do not count. All thresholds are our judgement.
+    """Return all diagnostics of one session's words; practice does not count. All thresholds are our choice.
 
     `expected` is how many counted trials should have been answered by now; the default is those that were.
     """
@@ -67,7 +67,7 @@ def diagnose_words(
 
 
 def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:
-    """Return how many different sets of words there are, as a share of the trials: one set throughout is flagged."""
+    """Return how many different sets of words there are, as a share of the trials; a single set is flagged."""
     name, n = "different sets of words", len(trials)
     if not n:
         return none(name, "share", "no trial is answered yet")

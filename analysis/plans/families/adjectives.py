@@ -1,4 +1,4 @@
-"""Adjective selection as a plan asks for it: relevance, bipolar pairs, agreement on words, a lexicon of free words."""
+"""Tests of adjective selection in plans: relevance, bipolar pairs, agreement on words, a lexicon of free words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Threshold = Annotated[float, Field(gt=0, le=1)]
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
 TICKED, WRITTEN = "ticked", "experiment"
-"""A kind of word, and the source that the words written in a study are of."""
+"""The kind of ticked words, and the source of words written in a study."""
 LISTED = 20
 SHARE_OF = {
     "share_of_trials": "of the answered trials",
@@ -30,7 +30,7 @@ SHARE_OF = {
 
 
 class RelevanceSpec(StatisticSettings):
-    """How relevant each offered word is; the normalisation and the threshold have no default, on purpose."""
+    """The relevance of each offered word; normalisation and threshold have no default on purpose."""
 
     test: Literal["relevance"]
     normalisation: Normalisation
@@ -41,7 +41,7 @@ class RelevanceSpec(StatisticSettings):
 
 
 class PairsSpec(StatisticSettings):
-    """Bipolar pairs from the kept words. `antonyms` are pairs, or the name of a table with columns word, antonym.
+    """Bipolar pairs of the kept words; `antonyms` are pairs, or the name of a table with columns word, antonym.
 
     A pair needs one kept word; with `need_both`, two. With `new_words` an antonym may be a word that was not offered.
     """
@@ -55,18 +55,18 @@ class PairsSpec(StatisticSettings):
 
 
 class AgreementSpec(StatisticSettings):
-    """How far participants tick the same words."""
+    """The agreement of participants on words."""
 
     test: Literal["word_agreement"]
     confidence: Confidence = 0.95
 
 
 class LexiconSpec(StatisticSettings):
-    """The words that participants wrote. `kinds` are kinds of word (None: all but the ticked ones).
+    """The words that participants wrote; `kinds` are kinds of word (None: all but the ticked ones).
 
-    `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as. `lists` are
-    further words by their source, each a list or the name of a table with a column word: they and the words written
-    here are merged into one lexicon that keeps the sources; `inflected` says whether heavier counts as heavy there.
+    `synonyms` maps a word to the word that it counts as, or names a table with columns word, counts_as. `lists` are
+    further words by source, each a list or the name of a table with a column word: they are merged with the written
+    words into one lexicon with sources; `inflected` says whether heavier then counts as heavy.
     """
 
     test: Literal["lexicon"]
@@ -117,7 +117,7 @@ def relevance_answer(selected: Selected, settings: RelevanceSpec) -> Answer:
 
 
 def pairs_answer(selected: Selected, settings: PairsSpec) -> Answer:
-    """Return the bipolar pairs of the kept words; the kept words without a pair in `more`."""
+    """Return the bipolar pairs of the kept words, with unpaired kept words in `more`."""
     import pandas as pd
 
     from palpate.analysis.adjectives.antonyms import antonym_pairs
@@ -156,7 +156,7 @@ def pairs_answer(selected: Selected, settings: PairsSpec) -> Answer:
 
 
 def agreement_answer(selected: Selected, settings: AgreementSpec) -> Answer:
-    """Return agreement by word, and by stimulus in `more`."""
+    """Return the agreement by word, with that by stimulus in `more`."""
     from palpate.analysis.adjectives.agreement import word_agreement
     from palpate.analysis.plans.answers import plain_rows, with_interval
 
@@ -185,7 +185,7 @@ def agreement_answer(selected: Selected, settings: AgreementSpec) -> Answer:
 
 
 def lexicon_answer(selected: Selected, settings: LexiconSpec) -> Answer:
-    """Return the different words that were written; participants and stimuli in `more`."""
+    """Return the different words that were written, with participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
     from palpate.analysis.plans.answers import plain_rows, require_columns
     from palpate.analysis.ratings.dataset import DataRefused

@@ -23,10 +23,11 @@ Correction = Literal["holm", "bonferroni", "none"]
 
 
 class BradleyTerry(StatisticSettings):
-    """Columns of the table: `winner`, `loser`; optional `tie` (true where neither won), `first` (what came first).
+    """The settings of Bradley-Terry: columns `winner`, `loser`, optional `tie` (true for ties), `first` (presented
+    first).
 
-    `count` says how often a row was seen, `participant` whose choice it was (None: the column of that name, if there is
-    one). `reference`: the item whose value is 0 (None: values sum to 0).
+    `count` is the number of equal comparisons, `participant` the column of people (None: the column of that name, if
+    any). `reference`: the item whose value is 0 (None: values sum to 0).
     """
 
     test: Literal["bradley_terry"]
@@ -42,7 +43,9 @@ class BradleyTerry(StatisticSettings):
 
 
 class Thurstone(StatisticSettings):
-    """As for bradley_terry, without ties and places; `method`: maximum likelihood or the classical least squares."""
+    """The settings of Thurstone's scale: as for bradley_terry without ties and places; `method`: likelihood or least
+    squares.
+    """
 
     test: Literal["thurstone"]
     winner: Text = "winner"
@@ -55,7 +58,7 @@ class Thurstone(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.method == "least_squares":
             names = ("correction", "confidence")
@@ -63,15 +66,15 @@ class Thurstone(StatisticSettings):
 
 
 class PsychometricFunction(StatisticSettings):
-    """One function for each combination of `by` (default: participants, where the table names them).
+    """The settings of psychometric functions, one for each combination of `by` (default: participants, if any).
 
-    One row per trial (`correct` 0 or 1), or `correct` of `n`. `task` decides which rates are free; `guess` and `lapse`
-    are fixed rates or (lowest, highest) to estimate between, where the task leaves them free. A plan without a task is
-    one from before tasks were declared: guess 0, lapse from 0 to 0.06, plain profile intervals, and a note.
-    `threshold` is a value of F (0.5: halfway from guess to 1 - lapse). `method: staircase` also takes the last `last`
-    reversals of each staircase: rows in the order of the column `order`, staircases told apart by the columns
-    `staircase` beside `by`. Means are over participants, for each combination of the other columns of `by`. `interval`
-    (None: corrected, or profile without a task): posterior takes the estimates from the posterior, too.
+    The table has one row per trial (`correct` 0 or 1), or `correct` of `n`. `task` decides which rates are free;
+    `guess` and `lapse` are fixed rates or bounds (lowest, highest) of free ones. A plan without a task is from before
+    tasks were declared: guess 0, lapse from 0 to 0.06, plain profile intervals, and a note. `threshold` is a value of F
+    (0.5: halfway from guess to 1 - lapse). `method: staircase` also takes the last `last` reversals of each staircase:
+    rows in the order of the column `order`, with staircases distinguished by the columns `staircase` and `by`. Means
+    are over participants, for each combination of the other columns of `by`. `interval` (None: corrected, or profile
+    without a task): posterior takes the estimates from the posterior, too.
     """
 
     test: Literal["psychometric"]
@@ -96,7 +99,7 @@ class PsychometricFunction(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.method == "constant":
             yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
@@ -110,11 +113,14 @@ class PsychometricFunction(StatisticSettings):
 
     @property
     def interval_kind(self) -> str:
-        """The kind of interval: as it was in plans without a task where neither is said."""
+        """The kind of interval; for a plan that gives neither it nor a task, the former default."""
         return self.interval or ("profile" if self.task is None else "corrected")
 
     def model(self) -> Model:
-        """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
+        """Return the specification of the function.
+
+        Raises BadOption for rates that the task determines, or missing ones.
+        """
         from palpate.analysis.choices.posterior import UP_TO_HALF
         from palpate.analysis.choices.specification import ESTIMATED, function_spec, rates_of
 

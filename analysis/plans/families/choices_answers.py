@@ -1,4 +1,4 @@
-"""The answer about psychometric functions: one row per participant (or whatever a function is asked for each of)."""
+"""The answers about psychometric functions and scales: one row per function, participant or item."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ NO_TASK = (
 
 
 def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
-    """Return one row per function; a function without an estimate keeps its row, with the reason."""
+    """Return one row per function; a function without an estimate has a row with the reason."""
     by = _by(selected, settings)
     named = (settings.level, settings.correct, settings.n, settings.order, *by, *settings.staircase)
     require_columns(selected.table, [name for name in named if name is not None])
@@ -82,7 +82,7 @@ def _by(selected: Selected, settings: PsychometricFunction) -> tuple[str, ...]:
 
 
 def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
-    """Yield the rows of each combination of labels, in the order of the labels."""
+    """Yield the rows of each combination of labels in the order of the labels."""
     if not by:
         yield {}, table
         return
@@ -96,7 +96,7 @@ def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str,
 def _one(
     selected: Selected, settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], pd.DataFrame | None, list[pd.DataFrame]]:
-    """Return a row, the levels beside what the function expects there, and the reversals."""
+    """Return a row, the levels with the function's expected shares, and the reversals."""
     row: dict[str, Any] = {"trials": 0, **dict.fromkeys(NUMBERS), "deviance": None, "df": None, "p_deviance": None}
     stairs, turned, notes = _staircases(settings, part) if settings.method == "staircase" else ({}, [], [])
     shown = None
@@ -160,7 +160,7 @@ def _fitted(selected: Selected, settings: PsychometricFunction, fit: Psychometri
 def _staircases(
     settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], list[pd.DataFrame], list[str]]:
-    """Return the mean over a participant's staircases of the mean of the last reversals."""
+    """Return the mean over a participant's staircases of the means of their last reversals."""
     staircases: list[Staircase] = []
     turned: list[pd.DataFrame] = []
     notes: list[str] = []
@@ -194,7 +194,7 @@ def _staircases(
 
 
 def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float) -> Iterator[Row]:
-    """Yield means over participants with SD and Student's interval, for each combination of the other columns.
+    """Yield means over participants with SD and Student's interval, by combination of the other columns.
 
     Participants without an estimate are counted.
     """
@@ -219,7 +219,7 @@ def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float)
 
 
 def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) -> str:
-    """Return each quantity's mean, its interval, and over how many of the functions."""
+    """Return the mean of each quantity, its interval, and the number of functions."""
     parts = []
     for row in summary:
         where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
@@ -288,7 +288,7 @@ NOT_INDEPENDENT = (
 
 
 def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
-    """Return one row per item: its log odds."""
+    """Return one row per item with its log odds."""
     table = _table(selected, settings, (settings.tie, settings.first))
     reference = SUM_ZERO if settings.reference is None else settings.reference
     scale = bradley_terry(
@@ -307,7 +307,7 @@ def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
 
 
 def thurstone_answer(selected: Selected, settings: Thurstone) -> Answer:
-    """Return one row per item: its value in standard deviations of a difference."""
+    """Return one row per item with its value in standard deviations of a difference."""
     table = _table(selected, settings, ())
     reference = SUM_ZERO if settings.reference is None else settings.reference
     scale = thurstone(

@@ -1,4 +1,4 @@
-"""Describing ratings: means with intervals, trends within families, physical against emotional, errors of targets."""
+"""Descriptions of ratings: means with intervals, trends within families, physical against emotional, target errors."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ Correction = Literal["holm", "bonferroni", "none"]
 
 
 class Means(StatisticSettings):
-    """`by`: the columns whose combinations have a mean each; those that never change within a participant are groups.
+    """The settings of means: one for each combination of `by`; columns that are constant within participants are
+    groups.
 
-    `interval` names how `ci_low` and `ci_high` are made.
+    `interval` names the method of `ci_low` and `ci_high`.
     """
 
     test: Literal["means"]
@@ -30,18 +31,18 @@ class Means(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.interval == "none":
             yield Idle("confidence", "with `interval: none`")
 
 
 class Trends(StatisticSettings):
-    """`pooled`: the column of the levels; `families`: the column that says which family a level belongs to.
+    """The settings of trends: `pooled` is the column of the levels, `families` the column of their families.
 
-    `category: mean` also follows the mean over each category's attributes. `numeric` is a column with one number for
-    each level (else levels stand one step apart), `reference` a level that belongs to no trend, `family` a size of the
-    family of slopes fixed beforehand, `reversed` the attributes whose scale is turned round before averaging.
+    `category: mean` adds the mean over each category's attributes. `numeric` is a column with one number per level (by
+    default levels are one step apart), `reference` a level without a trend, `family` the size of the family of slopes
+    fixed beforehand, `reversed` the attributes whose scale is reversed before averaging.
     """
 
     test: Literal["trends"]
@@ -56,17 +57,17 @@ class Trends(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.correction == "none":
             yield Idle("family", "with `correction: none`")
 
 
 class Categories(StatisticSettings):
-    """`by`: the columns of the levels at which the two categories are compared.
+    """The settings of a comparison of the two categories: `by` are the columns of the levels.
 
     `over`: the columns within which participants are compared with each other. `reversed`: attributes whose scale is
-    turned round before averaging.
+    reversed before averaging.
     """
 
     test: Literal["categories"]
@@ -78,9 +79,9 @@ class Categories(StatisticSettings):
 
 
 class TargetErrors(StatisticSettings):
-    """`target`: the column of the wished-for value; `attribute_column`: that of the attribute it was wished for.
+    """The settings of target errors: `target` is the column of the wished value, `attribute_column` of its attribute.
 
-    `target_scale`: the ends of the scale that targets are on, where it is not the ratings' own.
+    `target_scale`: the ends of the scale that targets are on, if it is not the ratings' own.
     """
 
     test: Literal["target_error"]

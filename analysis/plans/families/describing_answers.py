@@ -1,4 +1,4 @@
-"""The answers about means, trends and errors of targets, from the rows that a test is asked about."""
+"""The answers about means, trends and target errors from the selected rows."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ INTERVALS = {
 
 
 def means(selected: Selected, settings: Means) -> Answer:
-    """Return one row per cell: mean and SD over participants, and the interval that is asked for."""
+    """Return one row per cell: mean and SD over participants, and the requested interval."""
     require_columns(selected.table, settings.by)
     groups = constant_columns(selected.table, settings.by)
     intervals = mean_intervals(
@@ -85,13 +85,13 @@ def means(selected: Selected, settings: Means) -> Answer:
 
 
 def means_with_gaps(selected: Selected, settings: Means) -> Answer:
-    """Answer where cells are missing: each mean over participants is one of the same stimuli, or there is none."""
+    """Return the means where cells are missing: a mean over participants is of the same stimuli, or left out."""
     refuse_averaging(selected, settings.by)
     return means(selected, settings)
 
 
 def trends(selected: Selected, settings: Trends) -> Answer:
-    """Return one row per outcome (attributes, then categories) and family; the levels against the reference beside."""
+    """Return one row per outcome (attributes, then categories) and family, with level differences in `more`."""
     numeric = () if settings.numeric is None else (settings.numeric,)
     require_columns(selected.table, (settings.pooled, settings.families, *numeric))
     table, notes = complete_rows(selected, settings)
@@ -125,7 +125,7 @@ def trends(selected: Selected, settings: Trends) -> Answer:
 
 
 def _followed(selected: Selected, settings: Trends, table: pd.DataFrame) -> Iterator[tuple[str, str, PersonCells]]:
-    """Yield the participants' means at each level: of every attribute, then of every category."""
+    """Yield the participants' means at each level, for every attribute, then for every category."""
     columns = ("attribute", settings.pooled)
     yield from _parts("attribute", person_cells(table, columns, levels=selected.levels), selected.outcomes)
     if settings.category == "none" or not selected.categories:
@@ -146,7 +146,7 @@ def _parts(of: str, cells: PersonCells, order: Sequence[str]) -> Iterator[tuple[
 
 
 def target_error(selected: Selected, settings: TargetErrors) -> Answer:
-    """Return mean absolute errors: per attribute and end, per attribute, per category, over all."""
+    """Return mean absolute errors: by attribute and end, by attribute, by category, and overall."""
     require_columns(selected.table, (settings.attribute_column, settings.target))
     table, notes = complete_rows(selected, settings)
     errors = target_errors(
@@ -222,7 +222,7 @@ Pair = tuple[str, str]
 
 
 def categories(selected: Selected, settings: Categories) -> Answer:
-    """Return mean ratings and SDs between participants of two categories; beside, those by level and by attribute."""
+    """Return mean ratings and SDs between participants of two categories, by level and attribute in `more`."""
     require_columns(selected.table, (*settings.by, *settings.over))
     pair = two_categories(selected.categories, selected.outcomes)
     table, notes = complete_rows(selected, settings)
@@ -314,7 +314,7 @@ def _kinds(pair: Pair, within: str, confidence: float) -> dict[str, str]:
 
 
 def _interaction(cells: PersonCells) -> list[Row]:
-    """Return the analysis of variance of category x levels, or why there is none."""
+    """Return the analysis of variance of category x levels, or the reason why there is none."""
     people, where = np.meshgrid(np.arange(len(cells.participants)), np.arange(len(cells.cells)), indexing="ij")
     data = pd.DataFrame([cells.cells[j] for j in where.ravel()], columns=list(cells.by))
     data["participant"] = [cells.participants[i] for i in people.ravel()]

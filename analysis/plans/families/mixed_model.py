@@ -1,4 +1,4 @@
-"""Linear mixed models, and the answer of a question about variance where participants have gaps."""
+"""Linear mixed models, and the answer to questions on variance where participants have gaps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ANSWERS = "palpate.analysis.plans.families.mixed_model_answers"
 
 
 class MixedModel(StatisticSettings):
-    """Fixed effects and the grouping factors whose effects are random.
+    """The settings of a mixed model: fixed effects, and grouping factors with random effects.
 
     `fixed`: columns as factors; `numeric`: columns as numbers, fixed effects too; `interactions`: "a:b" of them.
     `random`: each grouping factor (a column, or "a:b" for the levels of b within a) with the columns whose slopes vary
@@ -37,7 +37,7 @@ class MixedModel(StatisticSettings):
     profile: bool = False
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         sloped = tuple(name for name in self.uncorrelated if self.random.get(name, (name,)))
         if sloped != self.uncorrelated:

@@ -1,4 +1,4 @@
-"""The answers of linear mixed models, from the rows that a test is asked about."""
+"""The answers of linear mixed models from the selected rows."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FITTED = {
 
 
 def model_answer(selected: Selected, settings: MixedModel) -> Answer:
-    """Return one row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
+    """Return one row per coefficient, with F tests, variances, correlations and measures of fit in `more`."""
     effects = tuple(dict.fromkeys((*settings.fixed, *settings.numeric)))
     grouping = [
         *settings.random,
@@ -86,8 +86,8 @@ def model_answer(selected: Selected, settings: MixedModel) -> Answer:
 def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str]) -> Answer:
     """Return one row per effect of the factors and their interactions: F of type III, Satterthwaite df.
 
-    The cells' means have random participants and, of several factors within them, a random effect of every participant
-    at each level and combination of levels but the last order: on complete data these are the ANOVA's error terms.
+    The cells' means have random participants and, for several within factors, a random effect of every participant at
+    each level and combination of levels except the highest order: on complete data these are the ANOVA's error terms.
     """
     factors = (*within, *between)
     table, notes = _table(selected, factors, ())
@@ -116,7 +116,7 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
 
 
 def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -> tuple[pd.DataFrame, list[str]]:
-    """Return the rows that have a value, columns read as numbers where the test asks for it."""
+    """Return the rows with a value; columns in `numeric` become numbers."""
     names = list(dict.fromkeys(("participant", *columns)))
     require_columns(selected.table, (*names, "value"))
     answered = selected.table["value"].notna()

@@ -19,7 +19,7 @@ Correction = Literal["bonferroni", "holm", "none"]
 
 
 class Friedman(StatisticSettings):
-    """`factor`: a column within participants. `exact` also asks for the exact p, where it can be afforded."""
+    """The settings of Friedman's test: `factor` is a within column, `exact` adds the exact p if it is affordable."""
 
     test: Literal["friedman"]
     factor: Text
@@ -27,13 +27,13 @@ class Friedman(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield Idle("normalise", ON_RANKS)
 
 
 class Cochran(StatisticSettings):
-    """`factor`: a column within participants. Values are 0 or 1, or `yes` is the least mean that counts as 1."""
+    """The settings of Cochran's test: `factor` is a within column; values are 0 or 1, or at least `yes` counts as 1."""
 
     test: Literal["cochran"]
     factor: Text
@@ -41,14 +41,14 @@ class Cochran(StatisticSettings):
     exact: bool = True
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.yes is None:
             yield Idle("normalise", "without `yes`, where values are 0 or 1")
 
 
 def cochran_answer(selected: Selected, settings: Cochran) -> Answer:
-    """Return one row: Cochran's Q; beside it how often each level was answered with yes."""
+    """Return one row with Cochran's Q, and how often each level was answered with yes in `more`."""
     from palpate.analysis.ordinal.friedman import cochran_q
     from palpate.analysis.plans.answers import answer_of, plain_rows, require_columns, table_notes
     from palpate.analysis.plans.families.rows import left_out
@@ -85,20 +85,20 @@ def cochran_answer(selected: Selected, settings: Cochran) -> Answer:
 
 
 class Nemenyi(StatisticSettings):
-    """`factor`: a column within participants. `ties` takes the spread of the ranks found, ties and all."""
+    """The settings of Nemenyi's test: `factor` is a within column; `ties` uses the variance of the observed ranks."""
 
     test: Literal["nemenyi"]
     factor: Text
     ties: bool = False
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield Idle("normalise", ON_RANKS)
 
 
 class Wilcoxon(StatisticSettings):
-    """`factor`: a column within participants (signed ranks), or constant in each of them (rank sums).
+    """The settings of Wilcoxon's tests: `factor` varies within participants (signed ranks) or between (rank sums).
 
     `family`: the size of the family fixed beforehand, at least the number of pairs.
     """
@@ -111,14 +111,14 @@ class Wilcoxon(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.correction == "none":
             yield Idle("family", "with `correction: none`")
 
 
 class AlignedRanks(StatisticSettings):
-    """The factors within participants and between them, at least one in all."""
+    """The settings of aligned ranks: the within and between factors, at least one in all."""
 
     test: Literal["aligned_ranks"]
     within: tuple[Text, ...] = ()
@@ -126,7 +126,7 @@ class AlignedRanks(StatisticSettings):
     sum_of_squares: Literal["II", "III"] = "III"
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if len(self.between) < 2 and not (self.between and self.within):
             yield Idle("sum_of_squares", "with factors within participants alone, or one factor between them")
@@ -139,7 +139,7 @@ class AlignedRanks(StatisticSettings):
 
 
 class Ordinal(StatisticSettings):
-    """`fixed`: columns as factors, `numeric`: columns as numbers, `interactions`: "a:b".
+    """The settings of an ordinal model: `fixed` columns are factors, `numeric` are numbers, `interactions` are "a:b".
 
     `random: participant` gives each participant an intercept; without it every answer counts as independent.
     `coding`: against the study's first level, or against the mean of all.
@@ -155,7 +155,7 @@ class Ordinal(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if not self.fixed:
             yield Idle("coding", "without a factor in `fixed`")
@@ -168,9 +168,9 @@ class Ordinal(StatisticSettings):
 
 
 class Likert(StatisticSettings):
-    """`by`: a column whose levels are summarised apart. `points`: the scale's, if not every whole number of the scale.
+    """The settings of Likert summaries: `by` is a column with separate summaries, `points` those of the scale.
 
-    `form`: the only form whose items count, where there are several.
+    `points` defaults to every integer of the scale. `form` selects the items of one form.
     """
 
     test: Literal["likert"]
@@ -179,7 +179,7 @@ class Likert(StatisticSettings):
     form: Level | None = None
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from missing_without_effect(self, "on Likert summaries, which count who answered")
 

@@ -1,4 +1,4 @@
-"""The answers of ordinal models and of Likert summaries, from the rows that a test is asked about."""
+"""The answers of rank tests, ordinal models and Likert summaries from the selected rows."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SOURCE = "McCullagh 1980; Christensen 2018"
 
 
 def model_answer(selected: Selected, settings: Ordinal) -> Answer:
-    """Return one row per threshold and slope, and the participants' SD; the likelihood ratio tests beside."""
+    """Return one row per threshold and slope, and the participants' SD, with likelihood ratio tests in `more`."""
     require_columns(selected.table, ("participant", *settings.fixed, *settings.numeric, "value"))
     table, notes = selected.table, list[str]()
     if settings.missing == "listwise" and (empty := int(table["value"].isna().sum())):
@@ -92,7 +92,7 @@ def model_answer(selected: Selected, settings: Ordinal) -> Answer:
 
 
 def _model_kinds(confidence: float) -> dict[str, str]:
-    """Say of each column of the model's tables what it is."""
+    """Return the meaning of each column of the model's tables."""
     wald = share(confidence, "Wald interval")
     return {
         **{"estimate": "maximum likelihood estimate on the latent scale", "se": "standard error", "z": "Wald z"},
@@ -125,7 +125,7 @@ def _method(settings: Ordinal) -> str:
 
 
 def likert_answer(selected: Selected, settings: Likert) -> Answer:
-    """Return one row per item (and level of `by`), in the order that the items are asked in."""
+    """Return one row per item (and level of `by`), in the order of the questions."""
     columns = () if settings.by is None else (settings.by,)
     require_columns(selected.table, ("attribute", "value", *columns))
     table = selected.table
@@ -184,7 +184,7 @@ EXACT = "exact p given the ties"
 
 
 def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
-    """Return one row: Friedman's test with Kendall's W."""
+    """Return one row with Friedman's test and Kendall's W."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
     table = friedman(
         selected.table,
@@ -223,7 +223,7 @@ def friedman_answer(selected: Selected, settings: Friedman) -> Answer:
 
 
 def nemenyi_answer(selected: Selected, settings: Nemenyi) -> Answer:
-    """Return one row per pair of levels: mean ranks and their difference."""
+    """Return one row per pair of levels with mean ranks and their difference."""
     require_columns(selected.table, ("participant", settings.factor, "value"))
     table = nemenyi(
         selected.table,

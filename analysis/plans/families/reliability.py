@@ -1,4 +1,4 @@
-"""Reliability as a plan asks for it: raters, items and repetitions."""
+"""Tests of reliability in plans: raters, items and repetitions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class IccSpec(StatisticSettings):
-    """Intraclass correlations: `raters` judge `targets`, whose ratings stand in `value`."""
+    """The settings of intraclass correlations: `raters` rate `targets`, with the ratings in `value`."""
 
     test: Literal["icc"]
     targets: str = "stimulus"
@@ -34,9 +34,10 @@ class IccSpec(StatisticSettings):
 
 
 class AlphaSpec(StatisticSettings):
-    """Cronbach's alpha: `items` tells items apart, a case is a combination of `cases` (None: of who rated what).
+    """The settings of Cronbach's alpha: `items` is the column of items, `cases` are those of cases (None: who rated
+    what).
 
-    Items in `reverse` are keyed the other way round. `missing: listwise` leaves out cases with gaps.
+    Items in `reverse` are reverse-keyed. `missing: listwise` leaves out cases with gaps.
     """
 
     test: Literal["cronbach_alpha"]
@@ -47,13 +48,13 @@ class AlphaSpec(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from outcomes_of_own_table(self)
 
 
 class ConcordanceSpec(StatisticSettings):
-    """Kendall's W. `p` is "auto" (exact where it can be enumerated), "exact", "permutation" or "chi2"."""
+    """The settings of Kendall's W; `p` is "auto" (exact if it can be enumerated), "exact", "permutation" or "chi2"."""
 
     test: Literal["kendall_w"]
     targets: str = "stimulus"
@@ -62,14 +63,14 @@ class ConcordanceSpec(StatisticSettings):
     p: Literal["auto", "exact", "permutation", "chi2"] = "auto"
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.raters == "participant":
             yield Idle("normalise", ON_RANKS)
 
 
 class KrippendorffSpec(StatisticSettings):
-    """Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
+    """The settings of Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
 
     test: Literal["krippendorff_alpha"]
     level: Literal["nominal", "ordinal", "interval", "ratio"]
@@ -79,13 +80,13 @@ class KrippendorffSpec(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from missing_without_effect(self, "on Krippendorff's alpha, which takes gaps as they are")
 
 
 class RetestSpec(StatisticSettings):
-    """First against second answers to the same `targets`, in the order of `order`."""
+    """The settings of test-retest: first against second answers to the same `targets`, in the order of `order`."""
 
     test: Literal["retest"]
     targets: tuple[str, ...] = ("stimulus",)
@@ -93,20 +94,20 @@ class RetestSpec(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from missing_without_effect(self, "on pairs of answers, which are left out where one is missing")
 
 
 class RatersSpec(StatisticSettings):
-    """Each participant against the others, flagged below a correlation of `least_r` (our judgement)."""
+    """The settings of each participant against the others, flagged below a correlation of `least_r` (our choice)."""
 
     test: Literal["raters"]
     targets: tuple[str, ...] = ("stimulus",)
     least_r: Annotated[float, Field(ge=-1, le=1)] = 0.3
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from missing_without_effect(self, "on raters, who are compared on what they rated")
 
@@ -144,7 +145,7 @@ def icc_answer(selected: Selected, settings: IccSpec) -> Answer:
 
 
 def alpha_answer(selected: Selected, settings: AlphaSpec) -> Answer:
-    """Return Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
+    """Return Cronbach's alpha of all outcomes (or items) together: one row, with the items in `more`."""
     from palpate.analysis.plans.answers import averaged, plain_rows, plain_value, require_columns, with_interval
     from palpate.analysis.reliability.consistency import cronbach_alpha
 
@@ -213,7 +214,7 @@ def concordance_answer(selected: Selected, settings: ConcordanceSpec) -> Answer:
 
 
 def krippendorff_answer(selected: Selected, settings: KrippendorffSpec) -> Answer:
-    """Return Krippendorff's alpha of one outcome, with whatever gaps there are."""
+    """Return Krippendorff's alpha of one outcome, which may have gaps."""
     from dataclasses import asdict
 
     from palpate.analysis.plans.answers import averaged, plain_value, require_columns, with_interval
@@ -241,7 +242,7 @@ def krippendorff_answer(selected: Selected, settings: KrippendorffSpec) -> Answe
 
 
 def retest_answer(selected: Selected, settings: RetestSpec) -> Answer:
-    """Return the agreement of first and second answers of one outcome; people and pairs in `more`."""
+    """Return the agreement of first and second answers of one outcome, with people and pairs in `more`."""
     from palpate.analysis.plans.answers import plain_rows, require_columns, with_interval
     from palpate.analysis.reliability.repeated import retest
 
@@ -270,7 +271,7 @@ def retest_answer(selected: Selected, settings: RetestSpec) -> Answer:
 
 
 def raters_answer(selected: Selected, settings: RatersSpec) -> Answer:
-    """Return each participant against the others in each outcome; the signs of how they answered in `more`."""
+    """Return each participant against the others in each outcome, with diagnostics of the answers in `more`."""
     import pandas as pd
 
     from palpate.analysis.plans.answers import averaged, plain_rows, require_columns

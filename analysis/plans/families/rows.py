@@ -1,4 +1,4 @@
-"""Which rows of a selection a test can use: those of complete participants, with numbers where it needs them."""
+"""The rows of a selection that a test can use: those of complete participants, with numbers where needed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ITEMS = ("attribute", "stimulus")
 
 
 def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
-    """Return the table with these columns, which may hold numbers as text, as numbers; refuse what is no number."""
+    """Return the table with these columns as numbers, which may be stored as text. Raises an error for other text."""
     numbers = {name: pd.to_numeric(table[name], errors="coerce").astype("float64") for name in names}
     for name, column in numbers.items():
         if wrong := table.loc[column.isna(), name].unique().tolist():
@@ -34,7 +34,7 @@ def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
 
 
 def complete_rows(selected: Selected, settings: StatisticSettings) -> tuple[pd.DataFrame, list[str]]:
-    """Return the rows without incomplete participants, as the test's `missing` says, and notes on who was left out."""
+    """Return the rows without incomplete participants, as the test's `missing` says, and notes on exclusions."""
     if settings.missing == "mixed_model":
         raise DataRefused("this test has no form that takes gaps; choose `missing: listwise`, or a mixed_model test")
     table, lacking = without_gaps(selected.table, "listwise" if settings.missing == "listwise" else "raise")
@@ -47,11 +47,10 @@ def complete_rows(selected: Selected, settings: StatisticSettings) -> tuple[pd.D
 def without_gaps(
     table: pd.DataFrame, missing: Literal["raise", "listwise"] = "raise", items: tuple[str, ...] = ITEMS
 ) -> tuple[pd.DataFrame, dict[str, int]]:
-    """Return the rows of who rated all that others of their `group` rated, and how much each other person lacks.
+    """Return the rows of those who rated all that others of their `group` rated, and how much each other person lacks.
 
-    What is expected in each group is every combination of `items` as often as the participant with most of it rated it;
-    a value of NaN is no rating. Raises DataRefused where someone lacks ratings (unless `missing="listwise"`) and where
-    nobody is left.
+    In each group every combination of `items` is expected as often as in the participant with most of it; NaN is no
+    rating. Raises DataRefused if someone lacks ratings (unless `missing="listwise"`) and if nobody is left.
     """
     known = table[~np.isnan(numbers_of(table["value"], "value"))].reset_index(drop=True)
     names = [name for name in items if name in table.columns]
@@ -81,7 +80,7 @@ def without_gaps(
 
 
 def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
-    """Refuse means over stimuli: with some of them missing, two means are about different stimuli."""
+    """Refuse means over stimuli, since two means are of different stimuli if some are missing."""
     if "stimulus" not in selected.table.columns:
         return
     require_columns(selected.table, factors)
@@ -96,12 +95,12 @@ def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
 
 
 def left_out(settings: StatisticSettings) -> Missing:
-    """Return how the statistics treat a missing value under what the test declares."""
+    """Return how the statistics treat a missing value, by the test's settings."""
     return "listwise" if settings.missing == "listwise" else "raise"
 
 
 def demand_once(table: pd.DataFrame, names: Sequence[str], level: str) -> None:
-    """Refuse several values of one rater in one unit, at a level of measurement that has no mean."""
+    """Refuse several values of one rater in one unit, for a level of measurement that has no mean."""
     if bool(table.duplicated(list(names)).any()):
         *units, rater = names
         raise DataRefused(

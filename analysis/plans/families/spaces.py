@@ -1,4 +1,4 @@
-"""Perceptual spaces: components, maps of stimuli, maps of groups compared, adjectives fitted to a map."""
+"""Perceptual spaces: components, maps of stimuli, comparison of maps between groups, adjectives fitted to a map."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ Pair = Annotated[tuple[Text, ...], Field(min_length=2, max_length=2)]
 
 
 class Pca(StatisticSettings):
-    """Components of the means of `over` (stimuli) on `items` (attributes).
+    """The settings of components of the means of `over` (stimuli) on `items` (attributes).
 
-    `scaled`: of correlations, else of covariances. `reference` names what parallel analysis compares with (or leaves it
-    out). `draws` are for it and for the bootstrap over participants (default: the plan's).
+    `scaled`: components of correlations, else of covariances. `reference` is that of parallel analysis, if any. `draws`
+    are for it and for the bootstrap over participants (default: the plan's).
     """
 
     test: Literal["pca"]
@@ -46,17 +46,18 @@ class Pca(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from outcomes_of_own_table(self)
 
 
 class Mds(StatisticSettings):
-    """A map of `over` (stimuli) from the distances of their means on `items`, or from ratings of `pairs` of them.
+    """The settings of a map of `over` (stimuli) from distances of means on `items`, or from ratings of `pairs`.
 
-    `pairs` names the two columns of a pair, `meaning` and `top` what its value says (top: the similarity of identical
-    stimuli). `scaled` divides each attribute by its standard deviation. `replications` resamples participants for the
-    ellipses (0: none), `reference` shuffles the dissimilarities (0: no test), `scree` is the most dimensions tried.
+    `pairs` names the two columns of a pair, `meaning` and `top` the meaning of its value (top: the similarity of
+    identical stimuli). `scaled` divides each attribute by its standard deviation. `replications` resamples participants
+    for the ellipses (0: none), `reference` shuffles the dissimilarities (0: no test), `scree` is the greatest number of
+    dimensions tried.
     """
 
     test: Literal["mds"]
@@ -76,7 +77,7 @@ class Mds(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from outcomes_of_own_table(self)
         if self.method == "classical":
@@ -94,9 +95,9 @@ class Mds(StatisticSettings):
 
 
 class Procrustes(StatisticSettings):
-    """Maps of the same stimuli by different participants: of every two levels of `groups`, or of random `halves`.
+    """The settings of a comparison of maps by different participants: every two levels of `groups`, or random `halves`.
 
-    `on`: what is compared: a map ("classical", "nonmetric", "pca", in `dimensions`) or the means themselves
+    `on` is what is compared: a map ("classical", "nonmetric", "pca", in `dimensions`) or the means themselves
     ("attributes"). `draws`: permutations of the test, or splits into halves (default: the plan's).
     """
 
@@ -116,7 +117,7 @@ class Procrustes(StatisticSettings):
     confidence: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from outcomes_of_own_table(self)
         if self.on != "nonmetric":
@@ -131,7 +132,7 @@ class Procrustes(StatisticSettings):
 
 
 class Vectors(StatisticSettings):
-    """Attributes as directions in a map; `on` and what follows describe the map as a test of mds or pca would."""
+    """The settings of attributes as directions in a map; `on` and the next ones describe the map as mds or pca does."""
 
     test: Literal["vectors"]
     on: Literal["classical", "nonmetric", "pca"] = "nonmetric"
@@ -144,7 +145,7 @@ class Vectors(StatisticSettings):
     draws: Draws | None = None
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from outcomes_of_own_table(self)
         if self.on != "nonmetric":

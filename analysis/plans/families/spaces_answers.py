@@ -1,4 +1,4 @@
-"""The answers about components, and about attributes as directions in a map."""
+"""The answers about components, maps and their comparison, and about attributes as directions in a map."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def pca_answer(selected: Selected, settings: Pca) -> Answer:
-    """Return scores of the stimuli; variances, loadings and means beside."""
+    """Return the scores of the stimuli, with variances, loadings and means in `more`."""
     profiles = profiles_of(selected, settings)
     kind: Variances = "correlation" if settings.scaled else "covariance"
     components = pca(profiles.shifted_means(), kind)
@@ -65,7 +65,7 @@ def pca_answer(selected: Selected, settings: Pca) -> Answer:
 def _variances(
     selected: Selected, settings: Pca, profiles: Profiles, components: Components
 ) -> tuple[pd.DataFrame, int | None, list[str]]:
-    """Return variance and share of each component with interval and reference, how many to keep, and notes."""
+    """Return variance and share of each component with interval and reference, the number to keep, and notes."""
     draws, notes = settings.draws or selected.draws, []
     table = pd.DataFrame(
         {"component": components.scores.columns, "variance": components.variances, "share": components.shares}
@@ -85,7 +85,7 @@ def _variances(
 
 
 def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
-    """Return one row per attribute: its direction in the map, and how well the map explains it."""
+    """Return one row per attribute with its direction in the map, and how well the map explains it."""
     profiles = profiles_of(selected, settings)
     points = configuration(profiles, settings, selected.seed)
     draws = settings.draws or selected.draws
@@ -119,9 +119,9 @@ def vectors_answer(selected: Selected, settings: Vectors) -> Answer:
 
 
 def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) -> Profiles:
-    """Return each participant's ratings of each stimulus on each attribute, gaps treated as the test's `missing` says.
+    """Return each participant's ratings of each stimulus on each attribute, with gaps as the test's `missing` says.
 
-    Without it, a mean is over those who rated a stimulus: a study's groups may each have stimuli of their own.
+    Without it, a mean is over those who rated a stimulus, since a study's groups may have different stimuli.
     """
     require_columns(selected.table, (settings.over, settings.items))
     if settings.missing == "mixed_model":
@@ -139,7 +139,7 @@ def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) 
 
 
 def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
-    """Return what the means rest on: repetitions averaged, participants left out, stimuli that not everyone rated."""
+    """Return notes on the means: repetitions averaged, participants left out, stimuli that not everyone rated."""
     notes = []
     least, most = profiles.raters
     if profiles.dropped:
@@ -157,7 +157,7 @@ def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
 
 
 def configuration(profiles: Profiles, settings: Procrustes | Vectors, seed: int) -> pd.DataFrame:
-    """Return the points that a test is about, stimuli x dimensions."""
+    """Return the points of a test's configuration, stimuli x dimensions."""
     if settings.on == "attributes":
         return profiles.means()
     if settings.on == "pca":
@@ -198,7 +198,7 @@ def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
 
 
 def rows_of(table: pd.DataFrame) -> tuple[Row, ...]:
-    """Return a table as plain rows; labels become text."""
+    """Return a table as plain rows, with labels as text."""
     texts = {name: [str(value) for value in table[name]] for name in table.columns if _labels(table[name])}
     return plain_rows(table.assign(**texts))
 
@@ -208,7 +208,7 @@ def _labels(column: pd.Series[Any]) -> bool:
 
 
 def sentences(notes: Iterable[str]) -> tuple[str, ...]:
-    """Return notes as sentences, each once."""
+    """Return the notes as sentences without duplicates."""
     texts = (note if note.endswith(".") else f"{note[:1].upper()}{note[1:]}." for note in notes if note)
     return tuple(dict.fromkeys(texts))
 
@@ -217,7 +217,7 @@ SCREE_STARTS = 2  # beside the classical one and the hops; the map's own dimensi
 
 
 class _Map(NamedTuple):
-    """Points, what to say of them, and further tables."""
+    """The points of a map, notes on them, and further tables."""
 
     points: pd.DataFrame
     method: str
@@ -227,7 +227,7 @@ class _Map(NamedTuple):
 
 
 def mds_answer(selected: Selected, settings: Mds) -> Answer:
-    """Return one row per stimulus: its place in the map."""
+    """Return one row per stimulus with its place in the map."""
     if settings.pairs is None:
         profiles = profiles_of(selected, settings)
         between, notes = profile_distances(profiles, settings.scaled), gap_notes(profiles, selected)
@@ -292,7 +292,7 @@ def _nonmetric(selected: Selected, between: Dissimilarities, settings: Mds) -> _
 def _ellipses(
     selected: Selected, settings: Mds, between: Dissimilarities, points: pd.DataFrame
 ) -> tuple[tuple[Row, ...], str]:
-    """Return the ellipses' rows, or why there are none."""
+    """Return the ellipses' rows, or the reason why there are none."""
     if not settings.replications:
         return (), ""
     if settings.dimensions < 2:
@@ -314,7 +314,7 @@ MOST_SPLITS = 200
 
 
 def procrustes_answer(selected: Selected, settings: Procrustes) -> Answer:
-    """Return one row per pair of groups; or one for all splits into halves."""
+    """Return one row per pair of groups, or one for all splits into halves."""
     profiles = profiles_of(selected, settings)
     rows, more, headline = (
         _halves(selected, settings, profiles) if settings.halves else _groups(selected, settings, profiles)
@@ -389,7 +389,7 @@ def _groups(
 def _compared(
     selected: Selected, settings: Procrustes, profiles: Profiles, first: list[int], second: list[int], test: bool = True
 ) -> tuple[Compared, tuple[int, int]]:
-    """Return the fit of the second part's configuration to the first's, over the stimuli that both rated."""
+    """Return the fit of the second group's configuration to the first's, over the stimuli that both rated."""
     one, two = of_people(profiles, first), of_people(profiles, second)
     shared = [name for name in one.stimuli if name in set(two.stimuli)]
     if len(shared) < 3:
@@ -408,7 +408,7 @@ def _compared(
 def _halves(
     selected: Selected, settings: Procrustes, profiles: Profiles
 ) -> tuple[tuple[Row, ...], dict[str, tuple[Row, ...]], str]:
-    """Return how alike the maps of random halves are: the middle and the range of r over many splits; no p."""
+    """Return the similarity of the maps of random halves: median and range of r over many splits, without a p."""
     people = len(profiles.participants)
     if people < 4:
         raise TooFew(f"{people} participants; halves need two each")

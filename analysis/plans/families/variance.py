@@ -1,4 +1,4 @@
-"""Analysis of variance, pairs of levels and their equivalence, as a plan asks for them."""
+"""Analysis of variance, pairs of levels and their equivalence in plans."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _ANSWERS = "palpate.analysis.plans.families.variance_answers"
 
 
 class Anova(StatisticSettings):
-    """The factors within participants and between them, at least one in all; the study's others are averaged over.
+    """The settings of an analysis of variance: within and between factors, at least one; it averages over all others.
 
-    `correction` is for effects with more than one contrast within participants, whatever a test of sphericity says.
-    `interval` is the confidence of the intervals of eta squared, `eta` the one that the sentence states.
+    `correction` is for effects with more than one contrast within participants, whatever the result of a test of
+    sphericity. `interval` is the confidence of the intervals of eta squared, `eta` the kind in the sentence.
     """
 
     test: Literal["anova"]
@@ -32,7 +32,7 @@ class Anova(StatisticSettings):
     eta: Literal["partial", "generalized"] = "generalized"
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if len(self.between) < 2 and not (self.between and self.within):
             yield Idle("sum_of_squares", "with factors within participants alone, or one factor between them")
@@ -52,7 +52,7 @@ class Anova(StatisticSettings):
 
 
 class Pairs(StatisticSettings):
-    """`factor`: a column within participants (paired t), or constant in each of them (t between groups).
+    """The settings of pairs: `factor` varies within participants (paired t) or between them (t between groups).
 
     `family`: the size of the family fixed beforehand, at least the number of pairs. `interval` is the confidence of
     the interval of the effect size.
@@ -65,14 +65,16 @@ class Pairs(StatisticSettings):
     interval: Confidence = 0.95
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others."""
+        """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         if self.correction == "none":
             yield Idle("family", "with `correction: none`")
 
 
 class Equivalence(StatisticSettings):
-    """`factor` as for pairs. `bounds` in the outcome's unit, earlier level minus later one, or `bounds_dz`."""
+    """The settings of equivalence: `factor` as for pairs; `bounds` in the outcome's unit (earlier minus later), or in
+    dz.
+    """
 
     test: Literal["equivalence"]
     factor: Text

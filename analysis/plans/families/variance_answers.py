@@ -1,4 +1,4 @@
-"""The answer of an analysis of variance: within participants, between them, or both."""
+"""The answers of analyses of variance (within participants, between them, or both), and of pairs of levels."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ NAMES = {
 }
 ETAS = {"np2": "partial_eta_squared", "ng2": "generalized_eta_squared", "eta2": "eta_squared"}
 MOST_NAMED = 6
-"""Pairs that a headline names; it counts more of them."""
+"""The most pairs that a headline names; of more it gives the number."""
 HF_UNDEFINED = "Huynh-Feldt is undefined: p is Greenhouse-Geisser's"
 TYPES = {"II": "each effect adjusted for all that do not contain it", "III": "unweighted means, sum-to-zero contrasts"}
 
 
 def anova_answer(selected: Selected, settings: Anova) -> Answer:
-    """Return one row per effect; the tests of sphericity beside it."""
+    """Return one row per effect, with the tests of sphericity in `more`."""
     require_columns(selected.table, ("participant", *settings.within, *settings.between, "value"))
     if not settings.between:
         table = rm_anova(selected.table, "value", list(settings.within), **_options(settings))
@@ -96,7 +96,7 @@ def anova_answer(selected: Selected, settings: Anova) -> Answer:
 
 
 def _method(settings: Anova) -> str:
-    """Name the design, the sums of squares, the correction for sphericity and the intervals of eta squared."""
+    """Return design, sums of squares, correction for sphericity and intervals of eta squared as text."""
     kind = f", type {settings.sum_of_squares} sums of squares ({TYPES[settings.sum_of_squares]})"
     if not settings.between:
         design = f"Repeated-measures analysis of variance: {' x '.join(settings.within)} within participants"
@@ -118,7 +118,7 @@ def _method(settings: Anova) -> str:
 
 
 def anova_with_gaps(selected: Selected, settings: Anova) -> Answer:
-    """Answer by a mixed model where cells are missing; the settings that it does not read are noted."""
+    """Return the answer of a mixed model where cells are missing, with notes on settings that it ignores."""
     if not settings.within:  # one value from each participant who has one: nothing is left for a random effect
         refuse_averaging(selected, settings.between)
         return anova_answer(selected, settings)
@@ -135,7 +135,7 @@ def _options(settings: Anova) -> dict[str, Any]:
 
 
 def correction_of(row: Mapping[Hashable, Any], settings: Anova) -> str:
-    """Return the correction of an effect's p: "GG", "HF" or "none"; "GG" where Huynh-Feldt has no value."""
+    """Return the correction of an effect's p: "GG", "HF" or "none"; "GG" if Huynh-Feldt is undefined."""
     if not is_corrected(row) or math.isnan(row["F"]):
         return "none"
     return "GG" if settings.correction == "HF" and math.isnan(row["eps_HF"]) else settings.correction
@@ -188,7 +188,7 @@ def _kinds(rows: Sequence[Row], settings: Anova) -> dict[str, str]:
 
 
 def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that a result rests on."""
+    """Return the rows that a result uses."""
     return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
 
 
@@ -273,7 +273,7 @@ def equivalence_answer(selected: Selected, settings: Equivalence) -> Answer:
 
 
 def _pair_options(selected: Selected, settings: StatisticSettings, factor: str) -> dict[str, Any]:
-    """Return whether the factor varies within participants, and what else the tests are to know."""
+    """Return whether the factor varies within participants, and the other options of the tests."""
     require_columns(selected.table, ("participant", factor, "value"))
     levels = selected.table.groupby("participant")[factor].nunique()
     kind = "between" if len(levels) and levels.max() < 2 else "within"
@@ -330,7 +330,7 @@ def _equivalent(row: Mapping[str, Any]) -> Row:
 
 
 def _count(what: str, chosen: Sequence[Row], rows: Sequence[Row]) -> str:
-    """Return a sentence on how many of the pairs were chosen, and which where they are few."""
+    """Return a sentence on how many of the pairs were selected, and which if they are few."""
     named = ", ".join(f"{row['a']} – {row['b']}" for row in chosen)
     which = f": {named}" if 0 < len(chosen) <= MOST_NAMED else ""
     return f"{len(chosen)} of {len(rows)} pairs {what}{which}"
