@@ -1,1 +1,1 @@
-"""From raw ledgers to every number, table and figure that an analysis plan asks for, and the same bytes each time."""
+"""From raw ledgers to every number, table and figure of an analysis plan, with the same bytes each time."""

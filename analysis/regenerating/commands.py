@@ -149,7 +149,7 @@ def _summary(study: RegeneratedStudy) -> dict[str, Any]:
 
 
 def _lines(study: RegeneratedStudy) -> Iterator[str]:
-    """Yield what was answered, what another package says of it, and what was not answered, with its reason."""
+    """Yield lines on what was answered, its cross-checks, and what was refused with the reason."""
     from palpate.analysis.crosschecking.checks import disagreements, sentence
 
     for check in disagreements(study.checks):
@@ -170,7 +170,7 @@ def _lines(study: RegeneratedStudy) -> Iterator[str]:
 
 
 def _by_reason(refused: Iterable[tuple[str, str]]) -> Iterator[str]:
-    """Describe refused questions, (reason, name) each, in one line for a reason, with how many of each name."""
+    """Yield refused questions, (reason, name) each, as one line per reason with counts of each name."""
     names: dict[str, Counter[str]] = {}
     for why, name in refused:
         names.setdefault(why, Counter())[name] += 1

@@ -1,7 +1,7 @@
 """Comparisons of a regenerated study: with the files of an earlier run, and with exact arithmetic.
 
-Statistics may differ by 1e-9 of their value from what was committed, tables by no letter. Every analysis of variance
-can be computed again in exact fractions.
+Statistics may differ by 1e-9 of their value from the committed ones, tables not at all. Every analysis of variance can
+be computed again in exact fractions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RELATIVE, ROUNDING = 1e-9, 1e-12
 EXACT_RELATIVE = 1e-12
 ABSENT = "(absent)"
 OWN = ("tables/", "tests/", "figures/")
-"""Where the CSV files of a folder lie that does not list its files."""
+"""The places of CSV files in a folder that does not list its files."""
 
 
 class NothingCommitted(ValueError):
@@ -35,7 +35,7 @@ class NothingCommitted(ValueError):
 
 @dataclass(frozen=True)
 class Difference:
-    """A place in a committed file where the regenerated one says something else."""
+    """A difference between a committed file and the regenerated one."""
 
     file: str
     where: str
@@ -43,7 +43,7 @@ class Difference:
     found: str
 
     def text(self) -> str:
-        """Return one line: file, place, what was committed, what was found."""
+        """Return one line: file, place, committed value, regenerated value."""
         return f"{self.file}: {self.where}: committed {self.committed}, found {self.found}"
 
 
@@ -52,8 +52,8 @@ def differences(texts: Mapping[str, str], folder: Path) -> list[Difference]:
 
     statistics.json is compared number by number (relative 1e-9; times and versions are free), test and figure tables
     cell by cell in the same way, the tidy tables exactly. Below 1e-12 a number other than p counts as 0. Pictures,
-    documents and the report are made from these; they are only asked to be there, where the folder lists them.
-    Raises NothingCommitted where the folder has no statistics.
+    documents and the report follow from these, and only need to exist if the folder lists them. Raises NothingCommitted
+    if the folder has no statistics.
     """
     if not (folder / STATISTICS).is_file():
         raise NothingCommitted(f"{folder}: no {STATISTICS} to compare with; regenerate once without --check")
@@ -88,7 +88,7 @@ def _compare_statistics(name: str, before: str, now: str) -> Iterator[Difference
 
 
 def _compare_tables(name: str, before: str, now: str) -> Iterator[Difference]:
-    """Yield the lines that differ: of a tidy table in any letter, of others in any number that is not nearly one."""
+    """Yield the lines that differ: in any character of a tidy table, in any number of others beyond the tolerance."""
     exact = name.startswith("tables/")
     old_lines, lines = before.splitlines(), now.splitlines()
     if len(old_lines) != len(lines):
@@ -102,7 +102,7 @@ def _compare_tables(name: str, before: str, now: str) -> Iterator[Difference]:
 
 
 def _results(statistics: Any) -> Any:
-    """Return statistics without what may differ between two machines: versions, and the time each answer took."""
+    """Return statistics without the parts that may differ between machines: versions, and times of answers."""
     if not isinstance(statistics, dict):
         return statistics
     rest = {key: value for key, value in statistics.items() if key != "software"}
@@ -125,7 +125,7 @@ def _cells_equal(names: list[str], before: str, now: str) -> bool:
 
 
 def _near(name: str, a: float, b: float) -> bool:
-    """Return whether the numbers are one, but for rounding; a small p is no rounding."""
+    """Return whether the numbers are equal up to rounding; a small p is not rounding."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), 0.0 if is_p(name) else ROUNDING)
 
 
@@ -134,7 +134,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _compare_values(file: str, where: str, before: Any, now: Any) -> Iterator[Difference]:
-    """Yield the values that differ, each with its path; entries of lists have their name and outcome in it."""
+    """Yield the values that differ, each with its path; entries of lists are named by name and outcome."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in sorted({*before, *now}):
             path = f"{where}.{key}".lstrip(".")
@@ -152,14 +152,14 @@ def _compare_values(file: str, where: str, before: Any, now: Any) -> Iterator[Di
 
 
 def difference_lines(differences: list[Difference]) -> list[str]:
-    """Return the first differences as lines, and how many more there are."""
+    """Return the first differences as lines, and the number of the others."""
     lines = [difference.text() for difference in differences[: 4 * SHOWN]]
     return lines + [f"... and {len(differences) - len(lines)} more"] * (len(differences) > len(lines))
 
 
 @dataclass(frozen=True)
 class ExactCheck:
-    """One effect held against exact arithmetic: the largest relative difference, or None and why there is none."""
+    """The comparison of one effect with exact arithmetic: the largest relative difference, or None with the reason."""
 
     test: str
     effect: str
@@ -167,7 +167,7 @@ class ExactCheck:
     note: str
 
     def text(self) -> str:
-        """Return one line: the test, the effect, how far it is off."""
+        """Return one line: the test, the effect, its relative difference."""
         distance = self.note if self.difference is None else f"{self.difference:.1e} from exact arithmetic"
         return f"exact: {self.test}: {self.effect}: {distance}"
 

@@ -1,6 +1,6 @@
 """A regenerated study as files: tidy tables, a CSV for each test and figure, statistics.json, documents, the report.
 
-Files are put in their places when all of them are written, and never over anything that was not made here.
+Files are moved into place when all of them are written, and never replace anything that was not made here.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from palpate.protocols.progress import Progress
 
 STATISTICS = "statistics.json"
 OUTCOMES = "outcomes"
-"""The key of statistics.json that says what outcomes mean; Palpate did not always write it."""
+"""The key of the outcomes' descriptions in statistics.json, which early versions did not write."""
 FOLDER = "regenerated"
-"""Where a lab keeps what was regenerated."""
+"""The folder of a lab's regenerated studies."""
 SIMULATED = "Simulated participants: no person gave these answers."
 TIMES = "seconds.json"
-"""How long each number took, measured once in a lab: a run that makes it again leaves its time, for equal bytes."""
+"""Times of answers, measured once in a lab and kept by later runs, so that bytes are equal."""
 MARK = ".palpate-regenerated.json"
-"""Lies in every folder of outputs and names them."""
+"""The file in every folder of outputs that lists them."""
 Seconds = Mapping[int, float]
 
 
@@ -48,7 +48,7 @@ class PlaceRefused(ValueError):
 
 
 def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
-    """Return the text of every table and of statistics.json by its path in the folder; the same for equal inputs."""
+    """Return the text of every table and of statistics.json by path in the folder; equal inputs give equal texts."""
     texts = {STATISTICS: statistics_json(study, seconds)}
     for name, table in material_tables(study).items():
         texts[f"tables/{name}.csv"] = table_csv(table)
@@ -63,7 +63,7 @@ def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
 
 
 def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
-    """Return the tidy tables that the answers rest on, after exclusions; those that are empty are left out."""
+    """Return the tidy tables of the data used, after exclusions, without empty ones."""
     material = study.material
     tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
     if material.ratings is not None:
@@ -72,7 +72,7 @@ def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
 
 
 def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any]]]:
-    """Return the rows of each test's CSV: its outcomes in order, a refused one with its reason; `more` beside it."""
+    """Return the rows of each test's CSV file by outcome, with reasons of refused ones, and the tables in `more`."""
     tables: dict[str, list[dict[str, Any]]] = {}
     for result in results:
         about = {"outcome": result.outcome} if result.outcome else {}
@@ -120,7 +120,7 @@ def statistics_json(study: RegeneratedStudy, seconds: Seconds) -> str:
 
 
 def readable_json(value: Any, indent: int = 0) -> str:
-    """Return JSON with a row of plain values on one line: half as long, and a difference shows the whole row."""
+    """Return JSON with a row of plain values per line: half as long, and a difference shows the whole row."""
     inner = list(value.values()) if isinstance(value, dict) else value
     if not isinstance(value, dict | list) or not any(isinstance(item, dict | list) and item for item in inner):
         return json.dumps(value, ensure_ascii=False, allow_nan=False)
@@ -164,7 +164,7 @@ def _test(result: QuestionResult, seconds: float | None) -> dict[str, Any]:
 
 
 def kinds_of(answer: Answer) -> dict[str, str]:
-    """Return what each column of numbers is: as the answer says it, else the statistic's usual name."""
+    """Return the meaning of each column of numbers: the answer's own, else the statistic's usual name."""
     rows = (*answer.rows, *(row for more in answer.more.values() for row in more))
     numbers = dict.fromkeys(name for row in rows for name, value in row.items() if isinstance(value, int | float))
     return {name: answer.kinds.get(name) or heading(name) for name in (*answer.kinds, *numbers)}
@@ -177,10 +177,10 @@ def write_all(
     figures: bool,
     progress: Progress = lambda *_: None,
 ) -> list[Path]:
-    """Write every output to `folder` and give the paths: equal inputs give equal bytes.
+    """Write every output to `folder` and return the paths; equal inputs give equal bytes.
 
-    Without `figures` neither pictures nor the report are made. What an earlier run made and this one does not is
-    removed; nothing else in the folder is touched. Raises PlaceRefused where another's file is in the way.
+    Without `figures` neither pictures nor the report are made. Files of an earlier run that this one does not write are
+    removed; no others are touched. Raises PlaceRefused if a file of other origin is in the way.
     """
     with written_whole(folder) as (draft, names):
         # The pictures first: of all that is written they take the most memory.
@@ -206,7 +206,7 @@ def write_documents(study: RegeneratedStudy, folder: Path) -> list[Path]:
 
 
 def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
-    """Return the seconds of each answer by its place: as first measured in this lab, else as measured now and saved."""
+    """Return the seconds of each answer by its place: as first measured in this lab, else as measured and saved now."""
     file = lab / FOLDER / TIMES
     stored: Any = None  # a file that is no such record is written anew, for it holds nothing but times
     with suppress(OSError, ValueError):
@@ -235,10 +235,10 @@ def times_of(study: RegeneratedStudy, lab: Path) -> dict[int, float]:
 
 @contextmanager
 def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield an empty folder to write into, and a list that holds the files' names once they are in `folder`.
+    """Yield an empty folder to write into, and a list that has the files' names once they are in `folder`.
 
-    What an earlier run listed and this one did not write is removed. Where writing fails or is stopped, `folder` stays
-    as it was. Raises PlaceRefused where a file that no earlier run listed is in the way.
+    Files that an earlier run listed and this one did not write are removed. If writing fails or is stopped, `folder` is
+    unchanged. Raises PlaceRefused if a file that no earlier run listed is in the way.
     """
     names, obsolete = list[str](), list[str]()
     with staged_files(folder, last=[MARK], obsolete=obsolete) as draft:
@@ -258,7 +258,7 @@ def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
 
 
 def listed(folder: Path) -> frozenset[str]:
-    """Return the files that an earlier run made in `folder`, none where none is listed."""
+    """Return the files that an earlier run listed in `folder`, none without a list."""
     try:
         files = json.loads((folder / MARK).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):

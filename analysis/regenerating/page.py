@@ -1,6 +1,6 @@
-"""The report of a regenerated study: each test as one table with its method in words, and the page that shows all.
+"""The report of a regenerated study: each test as a table with its method as text, and the page with all of them.
 
-The page is one HTML file that needs nothing else, with figures to be looked at closer.
+The page is one self-contained HTML file with interactive figures.
 """
 
 from __future__ import annotations
@@ -44,26 +44,26 @@ from palpate.analysis.reports.tables import Head, NumberedTable, Table, text_tab
 from palpate.protocols.wording import count
 
 BRIEF = 50
-"""A sentence of no more letters than this fits half a line."""
+"""The most letters of a sentence that fits half a line."""
 MOST_AT_ONCE = 3
-"""Of a test with more outcomes the rest is folded."""
+"""The most outcomes of a test that are shown; the others are folded."""
 HOW_TO_USE = (
     "Point at a mark to read its numbers. Click it, or a row of a table, to find the same one in every figure and "
     "table; Escape ends this. With the keyboard: Tab to a figure or table, arrow keys from mark to mark, Enter to "
     "choose."
 )
 NOTHING = "nothing"
-"""What a rule of the plan left out that applied to nobody."""
+"""The text for a rule of the plan that applied to nobody."""
 Point = tuple[str, tuple[str, ...]]
 MOST_ROWS = 2000
-"""A page that holds more rows of one test than this is no longer read; the CSV has them all."""
+"""The most rows of a test on a page; the CSV file has all."""
 OUTCOME = "outcome"
 
 
 def test_table(results: Sequence[QuestionResult], known: Collection[str] = ()) -> Table:
-    """Return one test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
+    """Return one test's rows by outcome, with notes as footnotes, and reasons of refused outcomes.
 
-    An outcome of one row stands in a column, outcomes of several rows each have a heading.
+    Outcomes with one row are named in a column, outcomes with several rows by headings.
     """
     kinds = {
         name: meaning
@@ -96,31 +96,31 @@ def by_test(results: Sequence[QuestionResult]) -> list[tuple[QuestionResult, ...
 
 
 def test_name(results: Sequence[QuestionResult]) -> str:
-    """Return a test's name in words."""
+    """Return a test's name as text."""
     name = results[0].settings.name.replace("_", " ").replace("-", " ")
     return name[:1].upper() + name[1:]
 
 
 def test_kind(results: Sequence[QuestionResult]) -> str:
-    """Return the kind of a test in words, "" where its name already says so."""
+    """Return the kind of a test as text, "" if its name already says it."""
     title = TESTS[results[0].settings.test].title
     return "" if title.lower() == test_name(results).lower() else title
 
 
 def test_title(results: Sequence[QuestionResult]) -> str:
-    """Return a test's name in words, and its kind where the name does not say it."""
+    """Return a test's name as text, with its kind if the name does not say it."""
     name, kind = test_name(results), test_kind(results)
     return f"{name}: {kind}" if kind else name
 
 
 def method_of(results: Sequence[QuestionResult]) -> str:
-    """Return the method of the first outcome that has an answer, "" where none has."""
+    """Return the method of the first outcome with an answer, "" if none has one."""
     method = next((result.answer.method for result in results if result.answer is not None), "")
     return method if not method or method.endswith(".") else f"{method}."
 
 
 def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
-    """Return what the answers say beside their numbers, each once; what holds for some outcomes only names them."""
+    """Return the answers' notes without duplicates; a note on some outcomes only names them."""
     outcomes_of: dict[str, list[str]] = {}
     answers = [(result.outcome, result.answer) for result in results if result.answer is not None]
     for outcome, answer in answers:
@@ -133,7 +133,7 @@ def notes_of(results: Sequence[QuestionResult]) -> tuple[str, ...]:
 
 
 def rests_on(results: Sequence[QuestionResult]) -> str:
-    """Return how many participants and values the answers rest on, in words, and what was missing."""
+    """Return how many participants and values the answers use, and what was missing, as text."""
     answers = [result.answer for result in results if result.answer is not None]
     if not answers:
         return ""
@@ -145,13 +145,13 @@ def rests_on(results: Sequence[QuestionResult]) -> str:
 
 
 def _range_text(numbers: Sequence[int]) -> str:
-    """Return the least and the most of some numbers in words; one number where they are equal."""
+    """Return the least and the greatest of some numbers as text; one number if they are equal."""
     least, most = min(numbers), max(numbers)
     return f"{least:,}" if least == most else f"{least:,} to {most:,}"
 
 
 def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:
-    """Yield each test as a table of a manuscript, in the plan's order, with what qualifies its numbers below."""
+    """Yield each test as a table for a manuscript, in the plan's order, with qualifications of its numbers below."""
     qualified = tuple(" ".join(note.split()) for note in study.notes)
     for number, answered in enumerate(by_test(study.answered), start=1):
         table = test_table(answered)
@@ -161,12 +161,12 @@ def numbered_tables(study: RegeneratedStudy) -> Iterator[NumberedTable]:
 
 
 def report_html(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], seconds: float) -> str:
-    """Return the whole page as one text; the same for equal inputs. Every name in it is escaped."""
+    """Return the whole page as HTML; equal inputs give equal texts. Every name in it is escaped."""
     return page_html(page_of(study, drawings, seconds), REGENERATED)
 
 
 def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], seconds: float) -> Page:
-    """Return the page of a regenerated study; `seconds` is the time that its answers took."""
+    """Return the page of a regenerated study; `seconds` is the total time of its answers."""
     figures = tuple(_figures(study, drawings))
     disagree = [f"Another package disagrees. {check.text()}" for check in disagreements(study.checks)]
     inputs = _inputs(study.inputs)
@@ -210,12 +210,12 @@ def page_of(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None], sec
 
 
 def mark_keys(drawings: Sequence[DrawnFigure | None]) -> frozenset[str]:
-    """Return what can be chosen in the figures."""
+    """Return the keys of the marks in the figures."""
     return frozenset(mark.key for drawing in drawings if drawing is not None for mark in drawing.marks if mark.key)
 
 
 def _figures(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None]) -> Iterator[Block]:
-    """Yield every figure that could be drawn, with its numbers, and why the others could not."""
+    """Yield every figure that could be drawn, with its numbers, and the reasons for the others."""
     drawn = [(place, figure.data, drawing) for place, (figure, drawing)
              in enumerate(zip(study.figures, drawings, strict=True), start=1)
              if figure.data is not None and drawing is not None]  # fmt: skip
@@ -236,7 +236,7 @@ def _figures(study: RegeneratedStudy, drawings: Sequence[DrawnFigure | None]) ->
 
 
 def headlines(test: Sequence[QuestionResult], antonyms: Mapping[str, str]) -> Iterator[Point]:
-    """Yield each outcome and its sentence in parts; it has both poles, as its name alone may be that of the low one."""
+    """Yield each outcome with its sentence in parts, named by both poles, as its name may be the low pole's only."""
     for answered in test:
         outcome = answered.outcome
         label = f"{outcome} → {antonyms[outcome]}" if outcome in antonyms else outcome
@@ -247,7 +247,7 @@ def headlines(test: Sequence[QuestionResult], antonyms: Mapping[str, str]) -> It
 
 
 def parts_of(headline: str) -> tuple[str, ...]:
-    """Return a sentence's results one by one; their semicolons stay, and what stands in brackets stays together."""
+    """Return a sentence's results one by one, with their semicolons; text in brackets is not divided."""
     parts: list[str] = []
     for part in headline.split("; "):
         opened = parts and sum(map(parts[-1].count, "([")) > sum(map(parts[-1].count, ")]"))
@@ -259,7 +259,7 @@ def parts_of(headline: str) -> tuple[str, ...]:
 
 
 def _tests(study: RegeneratedStudy, known: Collection[str]) -> Iterator[Block]:
-    """Yield every test: its method, what it rests on, its table; `known` are the keys of the figures' marks."""
+    """Yield every test: its method, its data, its table; `known` are the keys of the figures' marks."""
     yield Words("Every number is unrounded in statistics.json, and each test has its own table in the folder tests.")
     for test in by_test(study.answered):
         name = test[0].settings.name
@@ -305,7 +305,7 @@ def _inputs(inputs: Iterable[Input]) -> Table:
 
 
 def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
-    """Return what stands at the head of the page."""
+    """Return the facts at the head of the page, as labels and texts."""
     material = study.material
     values = len(material.ratings.table) if material.ratings is not None else len(material.words)
     what = "Ratings" if material.ratings is not None else "Words"
@@ -321,7 +321,7 @@ def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
 
 
 def declared(study: RegeneratedStudy) -> list[str]:
-    """Return what the plan fixes for all tests, in sentences."""
+    """Return the plan's settings for all tests, as sentences."""
     plan: AnalysisPlan = study.plan.declared
     policies = {
         "refuse": "A test that needs a missing cell is refused.",
@@ -335,20 +335,20 @@ def declared(study: RegeneratedStudy) -> list[str]:
 
 
 def seconds_text(seconds: float) -> str:
-    """Return a time with the digits that mean something."""
+    """Return a time with its significant digits."""
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s" if seconds >= 0.1 else "less than 0.1 s"
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """The exclusion ledger: one row for each reason, and every line of it."""
+    """The table of exclusions: one row per reason, and all lines."""
 
     reasons: Table
     lines: Table
 
 
 def left_out(exclusions: Sequence[Exclusion]) -> LeftOut:
-    """Return the ledger by reason, with its counts; a rule that met nothing says so."""
+    """Return the exclusions by reason with counts; a rule that excluded nothing is included."""
     lines = [(line.what, line.who, line.why, f"{line.rows:,}") for line in exclusions if line.what != NOTHING]
     together: dict[tuple[str, str], list[Exclusion]] = {}
     for line in exclusions:

@@ -1,4 +1,4 @@
-"""Whether a plan speaks of what the study has: its outcomes, factors and columns, checked before there are data."""
+"""The check of a plan against a study before there are data: its outcomes, factors and columns."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category"
 
 
 def check_against_study(request: DataRequest, plan: Plan) -> None:
-    """Raise PlanError with every outcome, column and level that the study does not have, by line and nearest name.
+    """Raise PlanError with every outcome, column and level that the study lacks, by line and nearest name.
 
-    An earlier version of the study (`digest`) is known by its data only: there a test says itself what it lacks.
+    Of an earlier version of the study (`digest`) only the data are known, so that missing columns show in the tests.
     """
     if request.digest is not None:
         return
@@ -75,9 +75,9 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
 
 
 def refuse_idle_settings(plan: Plan) -> None:
-    """Raise PlanError with every setting that changes nothing: a mistake in a plan that nobody has used yet.
+    """Raise PlanError with every setting without effect, which is a mistake in a plan that is not in use yet.
 
-    `regenerate` reads such a plan all the same, with a note beside the answer.
+    `regenerate` still reads such a plan, with a note beside the answer.
     """
     both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
         ("tests", plan.tests),
@@ -94,15 +94,15 @@ def refuse_idle_settings(plan: Plan) -> None:
 
 
 def problems_of_test(settings: StatisticSettings, design: StudyColumns) -> list[Problem]:
-    """Return what is wrong with one test of a study's own answers, before there are data."""
+    """Return the problems of one test of a study's own answers, before there are data."""
     return list(_problems(settings, _takes(settings), *_known(design), design))
 
 
 def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
-    """Return the study's columns with their levels (empty: any), and its outcomes by the table they stand in.
+    """Return the study's columns with their levels (empty: any), and its outcomes by table.
 
-    What participants are asked about themselves are columns, too, as `answer.NAME` where a column of the stimuli has
-    the name.
+    Questions to participants about themselves are columns, too, as `answer.NAME` if a column of the stimuli has the
+    name.
     """
     study = design.study
     columns: dict[str, Collection[str]] = dict.fromkeys(ALWAYS, ())
@@ -179,18 +179,18 @@ def _level_problems(column: str, condition: Condition, columns: Mapping[str, Col
 
 Rows = Sequence[Mapping[str, str]]
 CROSSED = {"icc", "kendall_w"}
-"""Kinds of test in which every one of the `raters` rates every one of the `targets`."""
+"""Kinds of test in which every rater in `raters` rates every target in `targets`."""
 TRIAL = "trial"
-"""The place of a trial in its session: everybody has each, with a stimulus of their own order."""
+"""The column of a trial's place in its session, which everybody has, with a stimulus of their own order."""
 VARYING = {"friedman", "nemenyi"}
 """Kinds of test whose `factor` varies within participants."""
 
 
 @dataclass(frozen=True)
 class StudyColumns:
-    """`encountered`: for each group, a row of columns for each stimulus in each session of one participant.
+    """The columns of a study: `encountered` has, by group, a row for each stimulus in each session of one participant.
 
-    `people`: what may be asked about participants, by name: the kind of the answer and its levels (none: any).
+    `people` has the questions about participants by name: the kind of the answer and its levels (none: any).
     """
 
     study: Study
@@ -198,7 +198,7 @@ class StudyColumns:
     people: Mapping[str, tuple[str, tuple[str, ...]]]
 
     def problems(self, settings: StatisticSettings, outcomes: Collection[str]) -> Iterator[Problem]:
-        """Yield what no data could answer: a factor of one level, in the wrong place, or crossed with gaps."""
+        """Yield problems that no data could solve: a factor of one level, in the wrong place, or crossed with gaps."""
         groups: dict[str, Rows] = {}  # what each group encounters under `where`
         for group, encountered in self.encountered.items():
             every = [{**row, "attribute": outcome} for row in encountered for outcome in outcomes]
@@ -233,7 +233,7 @@ class StudyColumns:
                 yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
 
     def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
-        """Yield what keeps every rater from rating every target."""
+        """Yield problems that prevent every rater from rating every target."""
         if targets == raters:
             yield Problem(("raters",), f"{raters!r} is named in `targets`, too")
             return
@@ -249,7 +249,7 @@ class StudyColumns:
                 return
 
     def _misplaced(self, name: str, place: str, groups: Mapping[str, Rows], where: Where) -> str:
-        """Return why a column cannot be a factor in that place ("within", "between" or "any"), or an empty text."""
+        """Return why a column cannot be a factor in that place ("within", "between" or "any"), else an empty text."""
         kind = self._varies(name, groups, where)
         if kind in ("unknown", *(("within", "between") if place == "any" else (place,))):
             return ""
@@ -286,7 +286,7 @@ class StudyColumns:
 
 
 def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
-    """Return what the study's answers will have; `questions` are those that it asks about a person."""
+    """Return the columns of the study's future answers; `questions` are those about a person."""
     groups: Sequence[str | None] = [*study.groups] or [None]
     encountered: dict[str, list[dict[str, str]]] = {}
     for group, session in product(groups, range(1, study.sessions + 1)):
@@ -309,7 +309,7 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
 
 
 def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
-    """Return the first combination of levels (of all groups) that is not among the rows, in words."""
+    """Return the first combination of levels (of all groups) that is not among the rows, as text."""
     levels = [dict.fromkeys(row[name] for group in everybody for row in group) for name in crossed]
     there = {tuple(row[name] for name in crossed) for row in rows}
     for cell in product(*levels):

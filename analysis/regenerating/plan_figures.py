@@ -18,7 +18,7 @@ from palpate.protocols.progress import Progress
 
 @dataclass(frozen=True)
 class PlannedFigure:
-    """A figure of the plan with its data, or with the reason why there is none."""
+    """A figure of the plan with its data, or with the reason why there are none."""
 
     settings: FigureSettings
     data: FigureData | None
@@ -26,7 +26,7 @@ class PlannedFigure:
 
 
 def figure_data(selector: Selector, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[PlannedFigure, ...]:
-    """Return the data of every figure of the plan; a figure that has nothing to show says why."""
+    """Return the data of every figure of the plan, or the reason why a figure has none."""
     return tuple(_planned(selector, answers, settings) for settings in selector.plan.figures)
 
 
@@ -50,7 +50,7 @@ def _planned(
 def draw_all(
     figures: Sequence[PlannedFigure], folder: Path | None, progress: Progress = lambda *_: None
 ) -> Iterator[DrawnFigure | None]:
-    """Draw each figure (None where there is none), and write NAME.svg and NAME.png where a folder is given."""
+    """Draw each figure (None if it has no data), and write NAME.svg and NAME.png if a folder is given."""
     for done, figure in enumerate(figures):
         progress(done, len(figures), f"drawing {figure.settings.name}")
         settings, data = figure.settings, figure.data

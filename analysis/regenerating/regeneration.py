@@ -1,7 +1,7 @@
-"""A study regenerated: from its raw ledgers to every answer and figure that its analysis plan asks for.
+"""Regeneration of a study: from its raw ledgers to every answer and figure of its analysis plan.
 
 Each answer has its inputs' hash, what was missing, and the seconds it took. Missing cells of a question are counted,
-and handled as the plan declares, never averaged away.
+and treated as the plan declares, never ignored.
 """
 
 from __future__ import annotations
@@ -53,28 +53,28 @@ from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.session_files import ledgers_in
 
 MOST_LETTERS = 300
-"""Of what qualifies the data, beside a refusal."""
+"""The most letters of notes on the data beside a refusal."""
 OUTCOME = "attribute"
 IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
 ALL = ""
-"""The outcome of a question that is asked once for all outcomes."""
+"""The outcome of a question about all outcomes together."""
 ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
 WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
 FORBIDDEN: tuple[ProblemKind, ...] = ("duplicate", "undeclared")
-"""What no policy allows: a cell filled more often than planned, or one that the design does not have."""
+"""Faults that no policy allows: a cell filled more often than planned, or not in the design."""
 
 
 class NoModel(ValueError):
-    """Cells are missing and the plan asks for a model that this kind of test does not have."""
+    """Cells are missing and the plan requests a model that this kind of test does not have."""
 
 
 @dataclass(frozen=True)
 class RegeneratedStudy:
-    """Everything that a plan's outputs are written from.
+    """The data that a plan's outputs are written from.
 
-    `material` is what was left after the plan's exclusions; `exclusions` are their lines, after those of reading.
-    `inputs` are the session files, the plan and its own tables. `checks` are the second opinions of other packages,
-    None where none were asked for. `notes` qualify every number.
+    `material` is what remains after the plan's exclusions; `exclusions` are their lines, after those of reading.
+    `inputs` are the session files, the plan and its own tables. `checks` are the cross-checks with other packages, None
+    if not requested. `notes` qualify every number.
     """
 
     plan: Plan
@@ -90,7 +90,7 @@ class RegeneratedStudy:
 
     @property
     def sample(self) -> dict[str, Any]:
-        """What the study planned of its sample and what came of it, before the plan's exclusions."""
+        """The planned and the achieved sample of the study, before the plan's exclusions."""
         study = self.material.study
         return {} if study is None else collected_sample(study, self.material.sessions)
 
@@ -103,9 +103,9 @@ class RegeneratedStudy:
 def regenerate(
     request: DataRequest, plan_file: Path | None = None, progress: Progress = lambda *_: None
 ) -> RegeneratedStudy:
-    """Read the plan, gather the sessions, leave out what the plan leaves out, and answer all its questions.
+    """Read the plan, gather the sessions, apply the plan's exclusions, and answer all its questions.
 
-    Raises PlanError (or YamlError) on a plan that cannot be used, DataRefused on data that cannot be read.
+    Raises PlanError (or YamlError) on an unusable plan, DataRefused on unreadable data.
     """
     return regenerate_by(request, *find_plan(request, plan_file), progress)
 
@@ -113,9 +113,9 @@ def regenerate(
 def regenerate_by(
     request: DataRequest, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
 ) -> RegeneratedStudy:
-    """Do as `regenerate`, by a plan that is read already; with `crosscheck` answers are compared with other packages.
+    """Regenerate by a plan that was read already; with `crosscheck` answers are compared with other packages.
 
-    Each refusal has with it what qualifies the data, which may be its reason.
+    Each refusal has the notes on the data, which may contain its reason.
     """
     whole = whole_material(request, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
@@ -150,10 +150,10 @@ def regenerate_by(
 
 
 def find_plan(request: DataRequest, plan_file: Path | None) -> tuple[str, Plan]:
-    """Return the study's name and plan: the file given, else the lab's own for it, else the one in its folder.
+    """Return the study's name and plan: the given file, else the lab's own plan for it, else the one in its folder.
 
-    The lab's own lies in LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set.
-    Raises PlanError where there is none, and where the plan is that of another study.
+    The lab's own is LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set. Raises PlanError
+    if there is none, and if the plan is that of another study.
     """
     given, known = Path(request.name), names(request.lab)
     if (given / STUDY_FILE).is_file():
@@ -207,7 +207,7 @@ def whole_material(
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Return a table of the plan's own: text stays text ("None", "NA" too), a column of numbers is one of numbers."""
+    """Return a plan's own table: text stays text (also "None", "NA"), a column of numbers becomes numbers."""
     try:
         table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype=str, encoding="utf-8-sig")
     except (ValueError, OSError) as error:
@@ -221,7 +221,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Question:
-    """One test of the plan for one outcome (ALL: for all of them together), and the rows it is asked about."""
+    """One test of the plan for one outcome (ALL: for all of them together), and its rows."""
 
     settings: StatisticSettings
     kind: Kind
@@ -233,7 +233,7 @@ class Question:
 def run_tests(
     selector: Selector, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[QuestionResult, ...]:
-    """Return every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
+    """Return every test of the plan for every outcome, in the plan's order, or the reason why it has no answer."""
     tests, results, digests = selector.plan.tests, [], _Digests()
     with one_thread():
         for done, settings in enumerate(tests):
@@ -262,7 +262,7 @@ def _questions(selector: Selector, settings: StatisticSettings) -> Iterator[Ques
 
 @dataclass
 class _Digests:
-    """Digests of tables, each made once: many tests ask about the same one."""
+    """Digests of tables, each computed once, since many tests use the same table."""
 
     known: dict[int, tuple[pd.DataFrame, str]] = field(default_factory=dict)
 
@@ -305,10 +305,10 @@ def _answer(selector: Selector, question: Question, clock: Clock, digests: _Dige
 
 
 def digest(table: pd.DataFrame, own: bool = False) -> str:
-    """Return the SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
+    """Return the SHA-256 of a table's rows as CSV, with sorted columns and rows, so that order does not matter.
 
-    Of a study's answers it takes who answered what to which stimulus; the stimulus' other columns stand in the study,
-    whose digest is among the inputs. Of a table of the plan's `own` it takes every column.
+    Of a study's answers it covers participant, answer and stimulus; the stimulus' other columns are in the study, whose
+    digest is among the inputs. Of a plan's `own` table it covers every column.
     """
     columns = sorted(map(str, table.columns))
     if "session" in columns and not own:
@@ -318,7 +318,7 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
 
 
 def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answer]]:
-    """Return the answers of each test by outcome, as figures look for them."""
+    """Return the answers of each test by outcome, for figures."""
     answers: dict[str, dict[str, Answer]] = {}
     for result in results:
         if result.answer is not None:
@@ -329,11 +329,11 @@ def by_name(results: Sequence[QuestionResult]) -> Mapping[str, Mapping[str, Answ
 def handle_missing(
     selected: Selected, faults: CellFaults, where: Where, policy: Missing, trials: pd.DataFrame
 ) -> tuple[Selected, MissingSummary]:
-    """Return the selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
+    """Return the selection without incomplete participants (listwise) or unchanged (mixed model), and what was missing.
 
-    A cell counts where it lies in the test's `where`, also for somebody who has none of them; `trials` are those of
-    the whole study, so that nobody is overlooked. Raises CellsRefused under `refuse`, on cells that are filled
-    more often than planned or are not of the design, and where nobody is left.
+    A cell counts if it is in the test's `where`, also for somebody who has none of them; `trials` are those of the
+    whole study, so that nobody is overlooked. Raises CellsRefused under `refuse`, on cells that are filled more often
+    than planned or are not in the design, and if nobody is left.
     """
     # The test is about those whom `where` keeps by what is the same in all of their trials.
     chosen = pd.Series(True, index=trials.index)
@@ -364,13 +364,13 @@ def handle_missing(
 
 
 def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: Iterable[str]) -> dict[str, int]:
-    """Return the cells that `where` takes from somebody and leaves to others of the same group, as a range of trials.
+    """Return the cells that `where` removes for somebody and keeps for others of the same group, by a range of trials.
 
-    Columns of the stimulus and of the participant cut nothing: they keep or leave a cell for everyone.
+    Columns of the stimulus and of the participant do not do this: they keep or remove a cell for everyone.
     """
 
     def is_of_a_trial(column: str) -> bool:
-        """Return whether it varies within a participant and within a stimulus, as trial, block and revised do."""
+        """Return whether a column varies within a participant and within a stimulus, such as trial and block."""
         if column not in trials.columns:
             return column != "attribute"
         return all(trials.groupby(by)[column].nunique().max() > 1 for by in ("participant", "stimulus"))
@@ -389,7 +389,7 @@ def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: I
 def _places(
     outcome: str, people: Iterable[str], faults: CellFaults, where: Where, kind: ProblemKind
 ) -> dict[str, list[Place]]:
-    """Return the cells at fault in one way for this outcome, by participant, that lie in the test's `where`."""
+    """Return the cells of this outcome with one kind of fault, by participant, that are in the test's `where`."""
 
     def is_inside(place: Place) -> bool:
         levels = {column: place.cell.get(column) for column in where} | {"participant": place.participant}

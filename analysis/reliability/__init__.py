@@ -1,1 +1,1 @@
-"""Reliability: how far raters, items and repetitions agree."""
+"""Reliability: the agreement of raters, items and repetitions."""

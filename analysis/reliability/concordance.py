@@ -1,4 +1,4 @@
-"""Kendall's W: how far raters put targets in the same order, and how probable so large a W is by chance."""
+"""Kendall's W: how much raters agree on the order of targets, and how probable such a W is by chance."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
 
 
 def _p(ranks: Ints, spread: int, asymptotic: float, kind: PKind, draws: int, seed: int) -> tuple[float, str, str]:
-    """Return p, its kind, and why it is not of the kind requested."""
+    """Return p, its kind, and the reason if it is not of the requested kind."""
     why = ""
     if kind in ("auto", "exact"):
         exact = exact_tail(ranks)
@@ -113,9 +113,9 @@ def chi2_tail(statistic: float, df: int) -> float:
 
 
 def permutation_p(ranks: Ints, spread: int, draws: int, seed: int) -> float:
-    """Return the share of shuffled tables that spread at least as much: (1 + hits) / (1 + draws).
+    """Return the share of shuffled tables with at least as much spread: (1 + hits) / (1 + draws).
 
-    Phipson & Smyth 2010: so counted, p is valid and never 0.
+    Counted in this way, p is valid and never 0 (Phipson & Smyth 2010).
     """
     rng = generator(seed, "kendall_w")
     m, n = ranks.shape

@@ -1,4 +1,4 @@
-"""Cronbach's alpha: how consistently the items of a scale measure one thing."""
+"""Cronbach's alpha: the consistency of the items of a scale."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GAPS = {"raise": "raise", "drop_cases": "drop_rows"}
 
 
 class Item(NamedTuple):
-    """One item: its mean and SD, its correlation with the sum of all and of the other items, alpha without it."""
+    """One item: mean and SD, correlations with the sum of all items and of the others, alpha without it."""
 
     item: Hashable
     mean: float
@@ -35,7 +35,7 @@ class Item(NamedTuple):
 
 @dataclass(frozen=True)
 class Alpha:
-    """Cronbach's alpha of `cases` by `items` with Feldt's interval; NaN where undefined, and `note` says why.
+    """Cronbach's alpha of `cases` by `items` with Feldt's interval; NaN if undefined, and `note` says why.
 
     `standardised` is alpha of the items' z scores, from their mean correlation `average_r`.
     """
@@ -64,11 +64,11 @@ def cronbach_alpha(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Alpha:
-    """Return Cronbach's alpha of a long table: `items` names the items, `cases` who or what they rate.
+    """Return Cronbach's alpha of a long table: `items` are the items, `cases` the rated persons or things.
 
-    The items named in `reverse` are keyed the other way round. `missing="drop_cases"` leaves out cases with gaps,
-    `aggregate="mean"` averages repetitions. Interval: Feldt 1965. The result's `items` has one row per item.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    The items in `reverse` are reverse-keyed. `missing="drop_cases"` leaves out cases with gaps, `aggregate="mean"`
+    averages repetitions. Interval: Feldt 1965. The result's `items` has one row per item. Raises a StatisticsError (a
+    ValueError) that names what is wrong with the table.
     """
     demand_confidence(confidence)
     if not isinstance(missing, str) or missing not in GAPS:
@@ -105,7 +105,7 @@ def _mean_correlation(values: Floats) -> float:
 
 
 def _notes(alpha: float, standardised: float, per_item: pd.DataFrame) -> list[str]:
-    """Say why alpha, its interval or its standardised form is undefined, and what a negative alpha means."""
+    """Return why alpha, its interval or its standardised form is undefined, and what a negative alpha means."""
     notes = []
     if math.isnan(alpha):
         notes.append("alpha is undefined: the sums of the items do not vary")

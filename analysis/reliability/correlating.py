@@ -1,4 +1,4 @@
-"""Pearson correlations that keep their digits at any offset and scale, and quantiles of F and the normal."""
+"""Pearson correlations without loss of digits at any offset and scale, and quantiles of F and the normal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.analysis.statistics.f_and_t import t_two_sided
 
 
 class Correlation(NamedTuple):
-    """Pearson's r with Fisher's interval and its two-sided p; NaN where undefined, and `note` says why."""
+    """Pearson's r with Fisher's interval and its two-sided p; NaN if undefined, and `note` says why."""
 
     r: float
     p: float
@@ -24,7 +24,7 @@ class Correlation(NamedTuple):
 
 
 def deviations(values: Floats) -> Floats:
-    """Return a sample's deviations from its mean times its size, scaled by a power of two; 0 for rounding alone."""
+    """Return a sample's deviations from its mean times its size, scaled by a power of two; 0 if only rounding."""
     x, _ = scaled(values)
     high, low = differences((x, None), 0)
     scaled_deviations = centred(high if low is None else high + low, 0)
@@ -34,7 +34,7 @@ def deviations(values: Floats) -> Floats:
 
 
 def deviations_of_sum(columns: Floats) -> Floats:
-    """Return the same for the sums of the rows of a matrix, as if added without rounding."""
+    """Return the deviations of the sums of a matrix' rows, as if added without rounding."""
     x, _ = scaled(columns)
     sums = row_sums(differences((x, None), 0))
     scaled_deviations = centred(sums, 0)
@@ -44,7 +44,7 @@ def deviations_of_sum(columns: Floats) -> Floats:
 
 
 def product_moment(x: Floats, y: Floats) -> float:
-    """Return r of two samples' deviations, NaN where one of them does not vary."""
+    """Return r from two samples' deviations, NaN if one of them does not vary."""
     xx, yy = sum_of_squares(x), sum_of_squares(y)
     if xx == 0 or yy == 0:
         return math.nan
@@ -79,7 +79,7 @@ def pearson(first: Floats, second: Floats, confidence: float = 0.95) -> Correlat
 def f_upper(tail: float, df1: float, df2: float) -> float:
     """Return the value that F exceeds with this probability, from the beta distribution (Abramowitz & Stegun 26.6.2).
 
-    Both halves of the beta variable are solved for, so that neither is a difference of nearly equal numbers.
+    Both x and 1 - x of the beta variable are solved for, so that neither is a difference of nearly equal numbers.
     """
     if math.isnan(df1) or math.isnan(df2):
         return math.nan

@@ -31,7 +31,7 @@ LARGEST = 50_000_000
 
 @dataclass(frozen=True)
 class Crossed:
-    """One value per row and column, NaN where there is none; labels in natural order, whatever the order of rows.
+    """One value per row and column, NaN if missing; labels are in natural order, independent of the order of rows.
 
     `dropped` are the rows or columns that were left out because of gaps, `values_per_cell` the fewest and most values
     that a cell is the mean of.
@@ -44,7 +44,7 @@ class Crossed:
     values_per_cell: tuple[int, int] = (1, 1)
 
     def attrs(self, rows: str, columns: str) -> dict[str, Any]:
-        """Return the facts about the table that a result rests on."""
+        """Return the facts about the table that qualify a result."""
         facts: dict[str, Any] = {rows: len(self.rows), columns: len(self.columns), "dropped": self.dropped}
         return facts if self.values_per_cell == (1, 1) else facts | {"values_per_cell": self.values_per_cell}
 
@@ -58,7 +58,7 @@ def cross_table(
     gaps: Gaps = "raise",
     aggregate: Aggregate = None,
 ) -> Crossed:
-    """Return the matrix of a long table. Several names of `rows` make one row per combination that occurs.
+    """Return the matrix of a long table. Several names in `rows` give one row per combination that occurs.
 
     Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
     """
@@ -90,7 +90,7 @@ def cross_table(
 
 
 def combine_labels(data: pd.DataFrame, names: Sequence[Hashable]) -> Coded:
-    """Return one code per combination of labels that occurs in these columns; several parts make a tuple."""
+    """Return one code per combination of labels in these columns; several labels become a tuple."""
     parts = [coded(data[name], name) for name in names]
     if len(parts) == 1:
         return parts[0]

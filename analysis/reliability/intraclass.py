@@ -36,7 +36,7 @@ NO_TOTAL = "undefined: the estimated variance of a rating is not above 0"
 
 
 class Icc(NamedTuple):
-    """One intraclass correlation, NaN where it or a part of it is undefined; `note` says why."""
+    """One intraclass correlation, NaN if it or a part of it is undefined; `note` says why."""
 
     type: str
     name: str
@@ -52,7 +52,7 @@ class Icc(NamedTuple):
 
 
 class _F(NamedTuple):
-    """An F ratio with its degrees of freedom, and the F that bound it; a limit is NaN where F has no denominator."""
+    """An F ratio with its degrees of freedom and its bounds; a bound is NaN if F has no denominator."""
 
     value: float
     df1: int
@@ -89,7 +89,7 @@ def icc(
 
 
 def demand_confidence(confidence: object) -> None:
-    """Refuse a confidence that is no probability strictly between 0 and 1."""
+    """Raise BadOption unless the confidence is strictly between 0 and 1."""
     if not isinstance(confidence, int | float) or not 0 < confidence < 1:
         raise BadOption(f"confidence={shown(confidence)}: a number between 0 and 1 is expected, such as 0.95")
 
@@ -116,7 +116,7 @@ def iccs(values: Floats, confidence: float = 0.95) -> list[Icc]:
 
 
 def absolute(ms: MeanSquares) -> float:
-    """Return ICC(A,1), the agreement of single ratings; NaN where the variance of a rating has no positive estimate."""
+    """Return ICC(A,1), the agreement of single ratings; NaN if the variance of a rating has no positive estimate."""
     total = ms.rows + (ms.k - 1) * ms.residual + ms.k * (ms.columns - ms.residual) / ms.n
     return _share(ms.rows - ms.residual, total)
 
@@ -180,10 +180,10 @@ def _row(kind: str, estimate: float, f: _F, low: float, high: float) -> Icc:
 
 @dataclass(frozen=True)
 class MeanSquares:
-    """Of n rows by k columns: between rows, between columns, residual, and within rows, each over its df.
+    """Mean squares of n rows by k columns: between rows, between columns, residual, and within rows.
 
-    In units of a power of two squared, so that no square overflows: ratios are what they are for. A mean square that
-    only the rounding of the data makes is 0.
+    They are in units of a power of two squared, so that no square overflows, since only their ratios matter. A mean
+    square that is only rounding is 0.
     """
 
     rows: float

@@ -1,4 +1,4 @@
-"""Kappa: agreement of raters who put things into categories; Cohen's of two, Fleiss' of several."""
+"""Kappa: agreement of raters on categories; Cohen's for two raters, Fleiss' for several."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.analysis.statistics.refusals import BadValue, TooFew
 
 
 class Kappa(NamedTuple):
-    """Fleiss' kappa, its standard error where nobody agrees but by chance, z and p; NaN where undefined."""
+    """Fleiss' kappa, its standard error under agreement by chance, z and p; NaN if undefined."""
 
     kappa: float
     se_null: float
@@ -28,8 +28,9 @@ class Kappa(NamedTuple):
 def fleiss_kappa(counts: Floats) -> Kappa:
     """Return Fleiss' kappa of an array (units, categories): how many raters put each unit into each category.
 
-    Source: Fleiss 1971; the standard error: Fleiss, Nee & Landis 1979. Raises BadValue for counts that are no whole
-    numbers or whose units differ in raters (Krippendorff's alpha handles those), TooFew for one rater or no unit.
+    Source: Fleiss 1971; the standard error: Fleiss, Nee & Landis 1979. Raises BadValue for counts that are not
+    integers, or units with different numbers of raters (use Krippendorff's alpha for these), TooFew for one rater or no
+    unit.
     """
     counts = np.asarray(counts, dtype=np.float64)
     if counts.ndim != 2 or not len(counts):
@@ -64,7 +65,7 @@ def fleiss_kappa(counts: Floats) -> Kappa:
 
 
 class CohenKappa(NamedTuple):
-    """Cohen's kappa of two raters, its standard error and interval, the share agreed on; NaN where undefined."""
+    """Cohen's kappa of two raters, its standard error and interval, the share agreed on; NaN if undefined."""
 
     kappa: float
     se: float
@@ -79,8 +80,8 @@ def cohen_kappa(counts: Floats, confidence: float = 0.95) -> CohenKappa:
     """Return Cohen's kappa of an array (k, k): units by the first rater's category (row) and the second's.
 
     Source: Cohen 1960; the standard error, for large samples: Fleiss, Cohen & Everitt 1969, equation 13. The interval
-    is kappa +- z se, cut at 1 and -1. Raises BadValue for counts that are no whole numbers or not square, and for a
-    confidence that is no share; TooFew for no unit.
+    is kappa +- z se, cut at 1 and -1. Raises BadValue for counts that are not integers or not square, and for an
+    invalid confidence; TooFew for no unit.
     """
     counts = np.asarray(counts, dtype=np.float64)
     if counts.ndim != 2 or counts.shape[0] != counts.shape[1]:

@@ -26,14 +26,14 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, sh
 
 Level: TypeAlias = Literal["nominal", "ordinal", "interval", "ratio"]
 Weighted: TypeAlias = Callable[[Floats], Floats]
-"""From weights (draws, units) to one alpha for each draw, NaN where no two values differ."""
+"""A function from weights (draws, units) to one alpha per draw, NaN if no two values differ."""
 LEVELS = ("nominal", "ordinal", "interval", "ratio")
 BLOCK = 4_000_000
 
 
 @dataclass(frozen=True)
 class Krippendorff:
-    """Krippendorff's alpha with a bootstrap interval over units; NaN where undefined, and `note` says why.
+    """Krippendorff's alpha with a bootstrap interval over units; NaN if undefined, and `note` says why.
 
     `units` and `values` can be paired: a unit with one value says nothing of agreement and is counted in `unpaired`.
     `values_per_cell` are the fewest and most values that a rater's value of a unit is the mean of.
@@ -67,7 +67,7 @@ def krippendorff_alpha(
     confidence: float = 0.95,
     aggregate: Aggregate = None,
 ) -> Krippendorff:
-    """Return Krippendorff's alpha of a long table; a missing value is a row without one, or no row.
+    """Return Krippendorff's alpha of a long table; a missing value is NaN or a missing row.
 
     At level "nominal" the values may be any labels; "ratio" needs values from 0 up. `aggregate="mean"` averages
     repetitions at level "interval" or "ratio". The percentile interval draws units with replacement; `draws=0` leaves
@@ -95,7 +95,7 @@ def krippendorff_alpha(
 def krippendorff(
     values: Floats, level: Level, *, draws: int = 0, seed: int = 0, confidence: float = 0.95
 ) -> Krippendorff:
-    """Return Krippendorff's alpha of an array (units, raters), NaN where a rater gave no value."""
+    """Return Krippendorff's alpha of an array (units, raters), with NaN for missing values."""
     demand_confidence(confidence)
     demand_draws(draws)
     if values.ndim != 2 or values.shape[1] < 2:
@@ -131,7 +131,7 @@ def krippendorff(
 
 
 def disagreement_of(values: Floats, level: str) -> Weighted:
-    """Return alpha of an array (units, raters), each unit with two values or more, as a function of the units' weights.
+    """Return alpha of an array (units, raters), with at least two values per unit, as a function of units' weights.
 
     Raises BadValue for a value below 0 at level "ratio", and beyond 1e300 at any level but "interval".
     """
@@ -168,7 +168,7 @@ def _nominal(counts: Floats) -> Weighted:
 
 
 def _interval(values: Floats) -> Weighted:
-    """Return sums of squares about means: a unit's own before any addition, so that an offset costs no digit."""
+    """Return alpha by sums of squares about means, with a unit's own first, so that an offset costs no digit."""
     x, _ = scaled(np.where(np.isnan(values), np.nanmax(values), values))
     present = ~np.isnan(values)
     x = x - x.flat[0]
@@ -188,7 +188,7 @@ def _interval(values: Floats) -> Weighted:
 
 
 def _ordinal(counts: Floats) -> Weighted:
-    """Return an interval scale of the mean ranks of all values that can be paired, anew for each draw."""
+    """Return alpha on an interval scale of the mean ranks of all pairable values, computed again for each draw."""
     m = counts.sum(axis=1)
 
     def alpha(w: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Each rater against the others: in step with them, shifted from them, wider or narrower than they are."""
+"""Each rater against the others: correlation, shift and relative spread."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from palpate.analysis.statistics.doubles import Floats, deviation_ss, rescaled, 
 
 
 class RaterSign(NamedTuple):
-    """One rater: r with the mean of the others over `shared` targets, the mean difference from them in the data's
-    unit (`shift`), and the SD over targets as a multiple of the others' (`spread`)."""
+    """One rater against the mean of the others over `shared` targets.
+
+    `r` is the correlation, `shift` the mean difference in the data's unit, `spread` the SD over targets as a multiple
+    of the others'.
+    """
 
     rater: Hashable
     values: int
@@ -37,9 +40,9 @@ def rater_signs(
     *,
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
-    """Compare each rater of a long table with the others: one row per rater, NaN with a `note` where undefined.
+    """Compare each rater of a long table with the others: one row per rater, NaN with a `note` if undefined.
 
-    A target counts for a rater who rated it where another one did; gaps are allowed. `spread` is over the root mean
+    A target counts for a rater if the rater and another one rated it; gaps are allowed. `spread` is over the root mean
     square of the other raters' SDs. Raises a StatisticsError that names what is wrong with the table.
     """
     table = cross_table(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
@@ -72,7 +75,7 @@ def rater_signs(
 
 
 def _relative_spread(variances: Sequence[float], at: int) -> tuple[float, str]:
-    """Return a rater's SD over the root mean square of the others' SDs, or NaN and why it is undefined."""
+    """Return a rater's SD over the root mean square of the others' SDs, or NaN and the reason."""
     of_others = [value for j, value in enumerate(variances) if j != at and not math.isnan(value)]
     pooled = math.fsum(of_others) / len(of_others) if of_others else math.nan
     if math.isnan(variances[at]):
@@ -83,7 +86,7 @@ def _relative_spread(variances: Sequence[float], at: int) -> tuple[float, str]:
 
 
 def _without_own(x: Floats) -> Floats:
-    """Return the sum over the other columns, from those before and those after: nothing cancels."""
+    """Return the sum over the other columns, as the sum of those before and after, so that nothing cancels."""
     zero = np.zeros((len(x), 1))
     before = np.cumsum(np.concatenate((zero, x[:, :-1]), axis=1), axis=1)
     after = np.cumsum(np.concatenate((zero, x[:, :0:-1]), axis=1), axis=1)[:, ::-1]

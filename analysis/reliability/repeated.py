@@ -1,4 +1,4 @@
-"""Test-retest: what the same people answer when they meet the same stimuli again."""
+"""Test-retest: agreement of people's answers with their later answers to the same stimuli."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NO_INTERVAL = "no interval is computed for this measure"
 
 
 class Measure(NamedTuple):
-    """One number with its interval; NaN where undefined, and `note` says why."""
+    """One number with its interval; NaN if undefined, and `note` says why."""
 
     measure: str
     value: float
@@ -35,9 +35,9 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True)
 class Retest:
-    """First against second answers: `measures` of all pairs together, `people` and `pairs` behind them.
+    """First against second answers: `measures` of all pairs together, by person in `people`, and the `pairs`.
 
-    `further` counts meetings after the second, which are not used, and `incomplete` the pairs that lack a value.
+    `further` counts presentations after the second, which are not used, and `incomplete` the pairs without a value.
     """
 
     measures: pd.DataFrame
@@ -57,13 +57,13 @@ def retest(
     *,
     confidence: float = 0.95,
 ) -> Retest:
-    """Return how far a participant's second answer to a target agrees with the first; `order` sorts the answers.
+    """Return the agreement of a participant's second answer to a target with the first; `order` sorts the answers.
 
     Measures: Pearson's r, ICC(A,1) and ICC(C,1) of first and second, the bias (second minus first), the SD of the
     differences, the limits of agreement (Bland & Altman 1999), the standard error of measurement and the smallest
     detectable change (Weir 2005; de Vet et al. 2006), each for consistency (from the SD of the differences) and for
     agreement (the bias counts as error). Limits of agreement and detectable changes are those of 95 % whatever the
-    confidence of their intervals. Raises a StatisticsError, TooFew where nobody met a target twice.
+    confidence of their intervals. Raises a StatisticsError, TooFew if nobody had a target twice.
     """
     demand_confidence(confidence)
     names, places = name_list(targets), name_list(order)
@@ -86,9 +86,9 @@ def retest(
 
 
 def _first_and_second(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
-    """Return the rows of each first and second meeting of a participant and a target, and how many came later.
+    """Return the rows of each first and second presentation of a target to a participant, and the number of later ones.
 
-    Raises DuplicatedCells where two meetings have the same place in the order.
+    Raises DuplicatedCells if two presentations have the same place in the order.
     """
     rows = np.lexsort((turn.codes, meetings.codes))
     same = meetings.codes[rows][1:] == meetings.codes[rows][:-1]
@@ -105,7 +105,7 @@ def _first_and_second(meetings: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
 
 
 def _people(pairs: pd.DataFrame, subject: str) -> pd.DataFrame:
-    """Return one row per participant: pairs, r, bias and mean absolute difference of theirs."""
+    """Return one row per participant: number of pairs, r, bias and mean absolute difference."""
     people = []
     for who, own in pairs.groupby(subject, sort=False, observed=True):
         correlation = pearson(own["first"].to_numpy(), own["second"].to_numpy())

@@ -1,4 +1,4 @@
-"""How each session was answered (`palpate.analysis.ratings.diagnostics`), and who is compared with whom."""
+"""Diagnostics of each session's answers (`palpate.analysis.ratings.diagnostics`), and groups of comparable raters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEAD = ("participant", "session", "sign", "value", "unit", "n", "threshold", "fl
 
 
 def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> pd.DataFrame:
-    """Return every sign of every session: columns participant, session, sign, value, unit, n, threshold, flagged, note.
+    """Return all diagnostics by session: participant, session, sign, value, unit, n, threshold, flagged, note.
 
     `ratings` has the columns participant, session, trial, stimulus, attribute, value and, where known,
     response_time_s. Without a scale, a session or a trial there are no signs, and the table is empty.
@@ -40,7 +40,7 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
 
 
 def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.DataFrame]:
-    """Return the tables to compare raters in: each group's, where no two groups share a target."""
+    """Return the tables to compare raters in: one per group if no two groups share a target."""
     if "group" not in table.columns:
         return [table]
     groups = table[["group", *targets]].drop_duplicates()
@@ -52,7 +52,7 @@ def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.Data
 def answered_trials(own: pd.DataFrame) -> list[Answered]:
     """Return the trials of one session's ratings.
 
-    A trial is as long as its slowest answer; a NaN is an answer not given.
+    A trial's time is that of its slowest answer; NaN is a missing answer.
     """
     timed = "response_time_s" in own.columns
     seconds = own["response_time_s"].tolist() if timed else [math.nan] * len(own)

@@ -1,1 +1,1 @@
-"""The report kit: tables, blocks and pages, whatever a report is of."""
+"""The report kit: tables, blocks and pages for any report."""

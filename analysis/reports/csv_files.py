@@ -12,17 +12,17 @@ import pandas as pd
 from palpate.protocols.tables import table_text
 
 ROWS = 5_000
-"""So many rows of a table stand in memory as texts at a time."""
+"""The number of rows of a table in memory as text."""
 FORMULA = "=+-@\t\r"
-"""What a cell begins with that spreadsheets take for a formula."""
+"""The characters at the beginning of a cell that spreadsheets take for a formula."""
 
 
 class NotFinite(ValueError):
-    """A result is infinite: nothing that could be written down as a number."""
+    """A result is infinite, which cannot be written as a number."""
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float.
+    """Return rows as CSV: missing values are empty, a float is the shortest text that reads back as the same float.
 
     Raises NotFinite with the column of a number that is infinite.
     """
@@ -38,7 +38,7 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def table_csv(table: pd.DataFrame) -> str:
-    """Return a table as CSV, the same text as that of its rows, built column by column, some thousand rows a time."""
+    """Return a table as CSV, equal to that of its rows, but built by column, some thousand rows at a time."""
 
     def rows() -> Iterator[tuple[str, ...]]:
         for first in range(0, len(table), ROWS):
@@ -64,16 +64,16 @@ def _cell(name: str, value: Any) -> str:
 
 
 def demand_not_infinite(name: str, value: float) -> float:
-    """Return the number, which may be NaN where it is missing. Raises NotFinite with the column's name."""
+    """Return the number, which may be NaN. Raises NotFinite with the column's name for infinity."""
     if math.isinf(value):
         raise NotFinite(f"column {name}: a number is infinite, so it is not a result; nothing was written")
     return value
 
 
 def without_formula(text: str) -> str:
-    """Return a text that no spreadsheet runs: one that begins like a formula, and is no number, gets an apostrophe.
+    """Return a text that no spreadsheet runs: a text that begins like a formula and is no number gets an apostrophe.
 
-    So does one with apostrophes before such a mark: taking away the first one always gives the text back.
+    So does a text with apostrophes before such a character, so that removing the first one always restores the text.
     """
     begins = text.lstrip("'")[:1]
     if not begins or begins not in FORMULA:

@@ -1,4 +1,4 @@
-"""Figures of reports as they were drawn, and as blocks of a page."""
+"""Drawn figures of reports, and their blocks on a page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DrawnFigure:
-    """A drawn figure: its name, title and caption, its SVG's text, and the marks in it that can be looked at closer."""
+    """A drawn figure: its name, title and caption, the text of its SVG, and its marks with details."""
 
     name: str
     title: str
@@ -34,7 +34,7 @@ def drawn_figure(name: str, title: str, caption: str, figure: Figure, folder: Pa
 
 
 def figure_block(figure: DrawnFigure, numbered: str = "") -> FigureBlock:
-    """Return the figure on a page, its marks to be pointed at; `numbered` stands before its title."""
+    """Return the figure as a block with interactive marks; `numbered` precedes its title."""
     prefix = figure.name.replace("_", "")
     markup = figure_markup(inline_svg(figure.svg, prefix), figure.marks, prefix, figure.title)
     title = f"{numbered}. {figure.title}" if numbered else figure.title
@@ -42,5 +42,5 @@ def figure_block(figure: DrawnFigure, numbered: str = "") -> FigureBlock:
 
 
 def chosen(figures: Sequence[DrawnFigure], *names: str) -> list[DrawnFigure]:
-    """Return the figures whose names begin so, in the order of the names."""
+    """Return the figures whose names begin with one of these, in the order of the names."""
     return [figure for name in names for figure in figures if figure.name.startswith(name)]

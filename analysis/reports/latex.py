@@ -1,4 +1,4 @@
-"""Tables in LaTeX: every letter that TeX reads otherwise escaped, wide tables in small type or on turned pages."""
+"""Tables in LaTeX: special characters are escaped, wide tables are in small type or on rotated pages."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ LETTERS: Mapping[str, str] = {
     **{sign: f"$_{digit}$" for digit, sign in enumerate("₀₁₂₃₄₅₆₇₈₉")},
 }  # fmt: skip
 SIZES = ((88, r"\small", 4), (104, r"\footnotesize", 3))
-"""Up to so many letters a table fits a page as it stands, in this size and with so many points between columns."""
+"""By size of type and space between columns in points: the most letters of a table that fits an upright page."""
 TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny", 1.5))
-"""The same on a page that is turned."""
+"""The same for a rotated page."""
 
 
 def latex_text(title: str, lead: str, tables: Sequence[NumberedTable]) -> str:
-    """Return every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
+    """Return every table as a longtable with caption and label, for inclusion in a document with the encoding T1."""
     head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
     texts = [
         text
@@ -56,7 +56,7 @@ def one_line(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text that TeX sets as it stands."""
+    """Return a text that TeX typesets unchanged."""
     return "".join(LETTERS.get(letter, letter) for letter in one_line(text))
 
 
@@ -81,7 +81,7 @@ def _table(numbered: NumberedTable) -> str:
 
 
 def _head(head: Head) -> str:
-    """Return a column's name, its words below each other."""
+    """Return the head of a column, with its words on separate lines."""
     words = head.name.split()
     side = "r" if head.kind == "number" else "l"
     stacked = r"\\".join(map(escaped, words))

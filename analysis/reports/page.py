@@ -1,6 +1,6 @@
 """A page of a report: its blocks (words, tables, figures, folded parts) in sections, and the page as one HTML text.
 
-Blocks are data only, nothing of HTML. The HTML needs nothing else, every name in it is escaped, no other script runs.
+Blocks are data without HTML. The HTML is self-contained, every name in it is escaped, no other script runs.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ SIMULATED = (
     "nothing about how anything feels."
 )
 MOST_COLUMNS = 40
-"""Columns of numbers beyond this one stand on the left."""
+"""The number of columns above which numbers are aligned left."""
 Row = Mapping[str, Any]
 LONG_TABLE = 12
-"""A table of more rows than this is folded."""
+"""The number of rows above which a table is folded."""
 LONG_ON_PAPER = 60
-"""A folded table of more rows than this is not printed where a file holds it."""
+"""The number of rows above which a folded table is not printed if a file has it."""
 SHORT_CAPTION = 260
-"""A caption of no more letters than this stands as it is."""
+"""The most letters of a caption that is shown as a whole."""
 _SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 
 
@@ -47,7 +47,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading within a section: `about` stands beside it in grey, `link` is the anchor that it leads to."""
+    """A heading within a section: `about` is beside it in grey, `link` is the anchor that it refers to."""
 
     kind: ClassVar[str] = "heading"
     text: str
@@ -58,7 +58,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Points:
-    """Statements, each with its label and one text or several parts; in two columns where they are `brief`."""
+    """Statements, each with its label and one text or several parts; in two columns if they are `brief`."""
 
     kind: ClassVar[str] = "points"
     points: tuple[tuple[str, str | tuple[str, ...]], ...]
@@ -75,7 +75,7 @@ class Sentences:
 
 @dataclass(frozen=True)
 class Preformatted:
-    """A text whose lines stand as they are."""
+    """A text with preserved line breaks."""
 
     kind: ClassVar[str] = "preformatted"
     text: str
@@ -83,7 +83,7 @@ class Preformatted:
 
 @dataclass(frozen=True)
 class TableBlock:
-    """A table; one with a title is set apart with its `note` below, or opened by the title where it is folded."""
+    """A table; with a title it is set apart with its `note` below, or opened by the title if it is folded."""
 
     kind: ClassVar[str] = "table"
     table: Table
@@ -94,7 +94,7 @@ class TableBlock:
 
 @dataclass(frozen=True)
 class Legend:
-    """What the columns of a table are."""
+    """The meanings of a table's columns."""
 
     kind: ClassVar[str] = "legend"
     table: Table
@@ -102,7 +102,7 @@ class Legend:
 
 @dataclass(frozen=True)
 class Folded:
-    """Blocks that a reader opens by their summary; `look` is a class of the style sheet."""
+    """Blocks that open by a click on their summary; `look` is a class of the style sheet."""
 
     kind: ClassVar[str] = "folded"
     summary: str
@@ -112,7 +112,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class Caption:
-    """What stands below a figure at once, and what one opens ("" for nothing)."""
+    """The visible text below a figure, and the text that opens by a click ("" for none)."""
 
     first: str
     rest: str = ""
@@ -120,7 +120,7 @@ class Caption:
 
 @dataclass(frozen=True)
 class FigureBlock:
-    """A figure's drawing with its title and caption; `blocks` stand below, `file` is named beside the caption."""
+    """A figure's drawing with its title and caption; `blocks` are below, `file` is named beside the caption."""
 
     kind: ClassVar[str] = "figure"
     anchor: str
@@ -145,7 +145,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of values: its name in the rows, its heading, how it is written, what it is."""
+    """A column of values: its name in the rows, its heading, its format, its meaning."""
 
     name: str
     heading: str
@@ -159,9 +159,9 @@ def table(
     title: str, rows: Sequence[Row], columns: Sequence[Column], *, note: str = "", folded: bool = False,
     ours: str | None = None, theirs: Sequence[str] = (),
 ) -> TableBlock:  # fmt: skip
-    """Return the rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns.
+    """Return the rows as a table; `ours` is the highlighted method, `theirs` are others' columns.
 
-    A row that is `printed` holds somebody else's numbers: it is drawn as such and is the best of nothing.
+    A `printed` row has somebody else's numbers: it is marked as such and does not count for the best number.
     """
     used = [column for column in columns if any(row.get(column.name) is not None for row in rows)]
     heads = tuple(
@@ -186,7 +186,7 @@ def table(
 
 
 def long_table(content: Table, summary: str, file: str = "") -> tuple[Block, ...]:
-    """Return a table, folded under the summary where it is long; on paper the `file` with its rows stands for it."""
+    """Return a table, folded under the summary if it is long; on paper the `file` with its rows is named instead."""
     rows = len(content.rows)
     if rows <= LONG_TABLE:
         return (TableBlock(content),)
@@ -196,7 +196,7 @@ def long_table(content: Table, summary: str, file: str = "") -> tuple[Block, ...
 
 
 def caption(text: str) -> Caption:
-    """Return a short caption whole; of a long one the sentences that fit, at least one, and the rest."""
+    """Return a short caption as a whole; of a long one the sentences that fit, at least one, and the rest."""
     if len(text) <= SHORT_CAPTION:
         return Caption(text)
     first, *rest = _SENTENCE.split(text)
@@ -228,7 +228,7 @@ def bold(text: str) -> Any:
 
 @dataclass(frozen=True)
 class Page:
-    """What stands on it: the title and the text below, what has to be known first, facts, sections."""
+    """The content of a page: the title and the text below, warnings, facts, sections."""
 
     title: str
     lead: str
@@ -239,7 +239,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Look:
-    """How a kind of page is set: its style sheets, whether its marks answer to the pointer, what its tab says."""
+    """The style of a kind of page: its style sheets, whether its marks are interactive, the text of its tab."""
 
     sheets: tuple[str, ...]
     interactive: bool = True
@@ -271,7 +271,7 @@ def page_html(page: Page, look: Look) -> str:
 
 
 def style(sheets: Iterable[str], *own: Path) -> Any:
-    """Return style sheets of the kit and a page's own as one text, which is markup."""
+    """Return style sheets of the kit and a page's own as one text of markup."""
     from markupsafe import Markup
 
     paths = (*(TEMPLATES / name for name in sheets), *own)
@@ -281,7 +281,7 @@ def style(sheets: Iterable[str], *own: Path) -> Any:
 def environment(
     *folders: Path, helpers: Mapping[str, Any] | None = None, filters: Mapping[str, Callable[..., str]] | None = None
 ) -> Environment:
-    """Return Jinja over the folders, the first one first: all that is filled in is escaped, nothing may be missing."""
+    """Return Jinja over the folders in order of priority: all values are escaped, and none may be missing."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     jinja = Environment(

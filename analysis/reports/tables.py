@@ -1,8 +1,8 @@
-"""Tables of texts for a reader, whatever shows them: a page, a Word file, LaTeX or a terminal.
+"""Tables of texts for readers of a page, a Word file, LaTeX or a terminal.
 
-Values become texts by their columns: the digits of a column stand below each other, an undefined number is a dash with
-its reason below the table, each column says what it is, under the name that a reader knows it by. Numbers have a true
-minus, no leading zero below one, and no p is zero.
+Values become texts by column: digits are aligned, an undefined number is a dash with its reason below the table, and
+each column has a readable name and a description. Numbers have a true minus, no leading zero below one, and no p is
+zero.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NO_NUMBER = "There is no such number for this row."
 LONG_TEXT = 40
 MOST_DECIMALS = 8
 MOST_LETTERS = 30
-"""A cell of more letters wraps on paper."""
+"""The number of letters above which a cell wraps on paper."""
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NO_TEXTS: Mapping[str, str] = MappingProxyType({})
 _NO_GROUPS: Mapping[int, str] = MappingProxyType({})
@@ -73,7 +73,7 @@ _NUMBERED = {"pc": "component", "dim": "dimension", "direction_": "direction"}
 
 @dataclass(frozen=True)
 class Head:
-    """A column's head: its name in words, how its cells are set, its name in files, and what it is.
+    """A column's head: its name as text, the alignment of its cells, its name in files, and its meaning.
 
     `kind` is text, number (right), words (may wrap) or hash.
     """
@@ -86,7 +86,7 @@ class Head:
 
 @dataclass(frozen=True)
 class Emphasis:
-    """What stands out in a table: rows (the default method), cells (the best of a column), others' columns and rows."""
+    """The emphasis in a table: rows (the default method), cells (the best of a column), others' columns and rows."""
 
     rows: frozenset[int] = frozenset()
     cells: frozenset[tuple[int, int]] = frozenset()
@@ -96,7 +96,7 @@ class Emphasis:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of texts under heads, and notes below.
+    """Rows of texts with heads, and notes below.
 
     `groups` are headings above the rows at these places, `ruled` the rows with a rule above, `keys` the marks of
     figures that each row belongs to.
@@ -112,18 +112,18 @@ class Table:
 
     @property
     def legend(self) -> tuple[Head, ...]:
-        """The columns about which there is something to say."""
+        """The columns with a description."""
         return tuple(head for head in self.heads if head.meaning)
 
 
 def text_table(heads: Iterable[str | Head], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> Table:
-    """Return a table of texts as they are; a column given by its name alone holds short texts."""
+    """Return a table of texts; a column given by its name has short texts."""
     columns = tuple(Head(head) if isinstance(head, str) else head for head in heads)
     return Table(columns, tuple(tuple(row) for row in rows), tuple(notes))
 
 
 def grouped_table(heads: Iterable[str | Head], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> Table:
-    """Return a table that leaves its first cell empty where it repeats the one above, a rule above each other one."""
+    """Return a table without a first cell where it repeats the one above, and with rules above the others."""
     table = text_table(heads, rows, notes)
     first = [row[0] for row in table.rows]
     repeats = [place > 0 and text == first[place - 1] for place, text in enumerate(first)]
@@ -149,11 +149,11 @@ def value_table(
     without: str = NO_NUMBER,
     headings: Mapping[str, str] = _NO_TEXTS,
 ) -> Table:
-    """Return the rows as texts under their columns' names in words, each row's `note` below at the number it is about.
+    """Return the rows as texts with readable column names, and each row's `note` below at the number that it explains.
 
-    `meanings` say what columns are. `known` are the keys of marks: a row belongs to those that it names. `without` is
-    said of a number that a row lacks without a note; where it is "", such a cell is left empty. `headings` names
-    columns that have no usual heading.
+    `meanings` describe columns. `known` are the keys of marks: a row belongs to those that it names. `without` is the
+    note on a missing number without one; if it is "", such a cell stays empty. `headings` name columns that have no
+    usual heading.
     """
     notes = Footnotes()
     names = filled_columns(rows)
@@ -175,20 +175,20 @@ def value_table(
 
 
 def filled_columns(rows: Sequence[Row]) -> list[str]:
-    """Return the columns that any row fills, "result" where none does; a row's note stands below the table."""
+    """Return the columns that any row fills, "result" if none does; a row's note is below the table."""
     names = dict.fromkeys(name for row in rows for name in row if name != "note")
     return [name for name in names if any(row.get(name) not in (None, "") for row in rows)] or ["result"]
 
 
 def row_keys(row: Row, known: Collection[str]) -> tuple[str, ...]:
-    """Return the marks' keys among a row's texts, each once."""
+    """Return the marks' keys among a row's texts, without duplicates."""
     return tuple(dict.fromkeys(value for value in row.values() if isinstance(value, str) and value in known))
 
 
 def column_texts(name: str, values: Sequence[Value]) -> list[str]:
-    """Return a column's values as a reader sees them, all with the same decimals, so that they stand below each other.
+    """Return a column's values as text, all with the same decimals, so that digits are aligned.
 
-    p is never 0, an undefined number is a dash; a text that is not there is left empty.
+    p is never 0, an undefined number is a dash; a missing text stays empty.
     """
     missing = "" if any(isinstance(value, str) for value in values) else NONE
     numbers = [value for value in values if isinstance(value, float) and math.isfinite(value)]
@@ -213,7 +213,7 @@ def _text(name: str, value: Value, decimals: int, missing: str) -> str:
 
 
 def _number(name: str, value: float, decimals: int) -> str:
-    """Return a number with so many decimals, and no sign before zero."""
+    """Return a number with these decimals, and no sign before zero."""
     if not math.isfinite(value):
         return NONE if math.isnan(value) else "∞" if value > 0 else "−∞"
     if is_p(name) and 0 <= value <= 1:
@@ -226,7 +226,7 @@ def _number(name: str, value: float, decimals: int) -> str:
 
 @dataclass(frozen=True)
 class NumberedTable:
-    """A table of a manuscript: its number, its name in the plan, its title, the table and what stands below."""
+    """A table of a manuscript: its number, its name in the plan, its title, the table and the text below."""
 
     number: int
     name: str
@@ -236,32 +236,32 @@ class NumberedTable:
 
 
 def table_letters(table: Table) -> int:
-    """Return how many letters a table takes side by side, which decides whether its page is turned. Heads may wrap."""
+    """Return how many letters wide a table is, which decides whether its page is rotated. Heads may wrap."""
     cells = zip(*table.rows, strict=True) if table.rows else [() for _ in table.heads]
     widest = (max(map(len, (*head.name.split(), *column))) for head, column in zip(table.heads, cells, strict=True))
     return sum(min(MOST_LETTERS, letters) + 2 for letters in widest)
 
 
 class Footnotes:
-    """Notes of one table, each written once: `marked` gives a text its number and keeps the note."""
+    """The notes of one table, each written once: `marked` adds a number to a text and stores the note."""
 
     def __init__(self) -> None:
         self._numbers: dict[str, str] = {}
 
     def marked(self, text: str, note: str) -> str:
-        """Return the text with the number of its note, or as it is where there is no note."""
+        """Return the text with the number of its note, or unchanged without a note."""
         if not note:
             return text
         number = self._numbers.setdefault(note, str(len(self._numbers) + 1).translate(SUPERSCRIPTS))
         return f"{text} {number}"
 
     def lines(self) -> tuple[str, ...]:
-        """Return the notes as they stand below the table."""
+        """Return the notes below the table."""
         return tuple(f"{number} {note}" for note, number in self._numbers.items())
 
 
 def heading(name: str) -> str:
-    """Return a column's name in words: what is not known by another name is written with spaces."""
+    """Return a column's readable name: its usual one, else its name with spaces."""
     if name in HEADINGS:
         return HEADINGS[name]
     for start, word in _NUMBERED.items():
@@ -276,12 +276,12 @@ def is_p(name: str) -> bool:
 
 
 def counts(name: str) -> bool:
-    """Return whether a column's whole numbers are shown as such: degrees of freedom and counts."""
+    """Return whether a column's integers are shown as such: degrees of freedom and counts."""
     return name in {"n", "W", "family"} or name.startswith(("df", "dof", "ddof", "n_", "count", "F_ddof"))
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
-    """Return a number with so many decimals, in powers of ten where these would not do."""
+    """Return a number with these decimals, in powers of ten if they would not suffice."""
     return NONE if value is None or math.isnan(value) else apa.number(value, decimals)
 
 
@@ -295,12 +295,12 @@ def share(value: float | None) -> str:
 
 
 def p_cell(value: float | None) -> str:
-    """Return a p value to three decimals, as the APA writes it: never 0."""
+    """Return a p value with three decimals in APA style: never 0."""
     return NONE if value is None else apa.p_value(value)
 
 
 def degrees(value: float | None) -> str:
-    """Return degrees of freedom: whole where they are whole, else with two decimals."""
+    """Return degrees of freedom: as an integer if they are one, else with two decimals."""
     if value is None or math.isnan(value):
         return NONE
     return f"{value:.0f}" if value == int(value) else f"{value:.2f}"
@@ -316,7 +316,7 @@ def written(value: Any, form: str) -> str:
 
 
 def in_seconds(value: float) -> str:
-    """Return a time in the unit that keeps it short."""
+    """Return a time in a suitable unit."""
     if value >= 120:
         return f"{value / 60:.0f} min"
     return f"{value:.0f} s" if value >= 10 else f"{value:.1f} s" if value >= 0.1 else f"{value * 1e3:.1f} ms"

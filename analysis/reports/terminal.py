@@ -1,4 +1,4 @@
-"""What an evaluation prints: what has to be known of it, and its methods as a table."""
+"""The printed result of an evaluation: warnings, and the methods as a table."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def print_banners(lines: Sequence[str]) -> None:
-    """Print what has to be known before any number is read."""
+    """Print the warnings that precede all numbers."""
     from rich.console import Console
 
     console = Console(highlight=False)
@@ -19,7 +19,7 @@ def print_banners(lines: Sequence[str]) -> None:
 
 
 def methods_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[tuple[str, str, str]]) -> Table:
-    """Return a line for each method; columns are a row's key, its heading, and its form (`numbers.written`)."""
+    """Return a table with a row per method; columns are a row's key, its heading, and its form (`tables.written`)."""
     from rich.table import Table
 
     from palpate.analysis.reports.tables import written

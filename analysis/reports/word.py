@@ -1,4 +1,4 @@
-"""Tables as a Word file, set as the APA asks: rules above, below the head and at the end; the same bytes each time."""
+"""Tables as a Word file in APA style: rules above, below the head and at the end; equal bytes each time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from xml.sax.saxutils import escape
 from palpate.analysis.reports.tables import NumberedTable, Table, table_letters
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The date on every part of the file: a Word file otherwise holds the hour it was saved."""
+"""The date on every part of the file, instead of the time at which it is saved."""
 UPRIGHT, TURNED = 95, 140
-"""Up to so many letters a table fits a page upright, or turned, in nine points; a wider one is set smaller."""
+"""The most letters of a table that fits an upright, or a rotated, page in nine points; a wider one is smaller."""
 _RULE = '<w:{side} w:val="single" w:sz="{size}" w:space="0" w:color="1F2328"/>'
 
 
 def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
-    """Return every table with its number, title and notes; wide ones on turned pages, heads repeated on each page."""
+    """Return every table with number, title and notes; wide ones on rotated pages, with heads on each page."""
     from docx import Document as new_document
     from docx.enum.section import WD_ORIENT, WD_SECTION
     from docx.oxml import parse_xml
@@ -63,7 +63,7 @@ def word_bytes(title: str, lead: str, tables: Sequence[NumberedTable]) -> bytes:
 
 
 def allowed(text: str) -> str:
-    """Return the text without the characters that no XML can hold."""
+    """Return the text without characters that XML cannot represent."""
     return re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]", "", text)
 
 
@@ -77,7 +77,7 @@ def _run(text: str, look: str) -> str:
 
 
 def _grid(table: Table) -> str:
-    """Return the table's XML in one piece: cell by cell through the library a long table takes minutes."""
+    """Return the table's XML as a whole, since adding cells through the library takes minutes for a long table."""
     rules = "".join(_RULE.format(side=side, size=8) for side in ("top", "bottom"))
     margins = '<w:tblCellMar><w:left w:w="40" w:type="dxa"/><w:right w:w="60" w:type="dxa"/></w:tblCellMar>'
     head = f'<w:tblPr><w:tblW w:w="5000" w:type="pct"/><w:tblBorders>{rules}</w:tblBorders>{margins}</w:tblPr>'

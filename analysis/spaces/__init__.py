@@ -1,1 +1,1 @@
-"""Perceptual spaces: components of ratings, maps of distances, maps compared, and adjectives in them."""
+"""Perceptual spaces: components of ratings, maps of distances, comparisons of maps, and adjectives in them."""

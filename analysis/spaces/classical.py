@@ -18,10 +18,10 @@ EQUAL = 1e-8
 
 @dataclass(frozen=True)
 class Classical:
-    """`points` (objects x `Dim1`, ...), every eigenvalue in descending order, and two measures of fit.
+    """The result: `points` (objects x `Dim1`, ...), every eigenvalue in descending order, and two measures of fit.
 
     `fit_absolute` is the sum of the kept eigenvalues over the sum of all sizes, `fit_positive` over the sum of the
-    positive ones; they are one number for distances that fit a Euclidean space.
+    positive ones; they are equal for distances in a Euclidean space.
     """
 
     points: pd.DataFrame
@@ -32,7 +32,7 @@ class Classical:
 
 
 def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
-    """Return a map by Torgerson's scaling: the best inner products in few dimensions, turned to principal axes.
+    """Return a map by Torgerson's scaling: the best inner products in few dimensions, rotated to principal axes.
 
     Raises BadOption for more dimensions than the distances have (positive eigenvalues).
     Sources: Torgerson 1952; Gower 1966; measures of fit: Mardia 1978.

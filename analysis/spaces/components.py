@@ -1,4 +1,4 @@
-"""Principal components of a table of objects by attributes, how many to keep, and how sure their shares are."""
+"""Principal components of a table of objects by attributes, how many to keep, and the precision of their shares."""
 
 from __future__ import annotations
 
@@ -42,10 +42,9 @@ class Components:
 def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
     """Return the principal components of a wide table (objects x attributes), by SVD of centred data.
 
-    Of each component the direction's largest coefficient is positive (of equal ones the first in label order): this
-    makes the result unique wherever the variances differ; a note says where they do not.
-    Raises BadOption, BadValue (no variation; a constant attribute under "correlation"), TooFew, UnknownColumn.
-    Source: Jolliffe 2002, 2nd ed., 3.5 and 2.3.
+    The largest coefficient of each direction is positive (of equal ones the first in label order), which makes the
+    result unique if the variances differ; a note says where they do not. Raises BadOption, BadValue (no variation; a
+    constant attribute under "correlation"), TooFew, UnknownColumn. Source: Jolliffe 2002, 2nd ed., 3.5 and 2.3.
     """
     matrix = matrix_of(table)
     small, exponent = prepare(matrix, kind)
@@ -78,7 +77,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
 
 
 def prepare(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
-    """Return centred columns over a power of two (and its exponent), of unit variance under "correlation"."""
+    """Return centred columns divided by a power of two (and its exponent), with unit variance under "correlation"."""
     if not isinstance(kind, str) or kind not in ("covariance", "correlation"):
         raise BadOption(f"kind={shown(kind)} is unknown: 'covariance' or 'correlation'")
     rows, columns = matrix.values.shape
@@ -102,7 +101,7 @@ def prepare(matrix: Matrix, kind: Kind) -> tuple[Floats, int]:
 
 @dataclass(frozen=True)
 class Parallel:
-    """`table`: component, variance, reference_mean, reference_quantile, p, kept; `kept` counts the leading ones."""
+    """The result: `table` (component, variance, reference_mean, reference_quantile, p, kept), and the number `kept`."""
 
     table: pd.DataFrame
     kept: int
@@ -119,8 +118,8 @@ def parallel_analysis(
     """Return which components' variance exceeds that of unrelated attributes: Horn's parallel analysis.
 
     "normal" draws independent normal attributes with the data's standard deviations, "permuted" shuffles each attribute
-    over the objects. A component is kept while it and all before it exceed the quantile.
-    Raises what `pca` raises. Sources: Horn 1965; Glorfeld 1995 (quantile); Buja & Eyuboglu 1992 (permutation).
+    over the objects. A component is kept while it and all before it exceed the quantile. Raises as `pca` does. Sources:
+    Horn 1965; Glorfeld 1995 (quantile); Buja & Eyuboglu 1992 (permutation).
     """
     check_draws(draws)
     check_share(quantile, "quantile")
@@ -172,10 +171,9 @@ def share_intervals(
 ) -> pd.DataFrame:
     """Return percentile intervals of each component's share of the variance, over participants drawn with replacement.
 
-    Columns: component, share, ci_low, ci_high. Means of few participants are noisier than their truth, so the first
-    share's interval may lie off its estimate: it shows the spread, not a bias.
-    Raises TooFew for one participant, IncompleteCells where resamples leave cells empty.
-    Source: Efron & Tibshirani 1993, 7.2 and 13.3.
+    Columns: component, share, ci_low, ci_high. Means of few participants are noisier than the true ones, so the first
+    share's interval may not contain its estimate: it shows the spread, not a bias. Raises TooFew for one participant,
+    IncompleteCells where resamples leave cells empty. Source: Efron & Tibshirani 1993, 7.2 and 13.3.
     """
     check_draws(draws)
     check_share(confidence, "confidence")

@@ -1,4 +1,4 @@
-"""How unlike each two objects are: distances between profiles of ratings, or ratings of pairs."""
+"""Dissimilarities of objects: distances between profiles of ratings, or ratings of pairs."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ LEAST = 3
 
 @dataclass(frozen=True)
 class Dissimilarities:
-    """A symmetric table without negative values, 0 on the diagonal, in label order; `source` says what it is made of.
+    """A symmetric table without negative values, 0 on the diagonal, in label order; `source` describes its origin.
 
-    `ratings` and `remade` hold what each participant contributed and how a mean of it becomes such a table, for
-    resampling; None where nothing is known of participants.
+    `ratings` has each participant's contribution, `remade` makes such a table from a mean of it, for resampling; None
+    without participants.
     """
 
     values: Floats
@@ -46,7 +46,7 @@ class Dissimilarities:
 
 
 def dissimilarities_of(frame: pd.DataFrame) -> Dissimilarities:
-    """Read a square table of dissimilarities with the same labels in rows and columns.
+    """Return a square table with the same labels in rows and columns as dissimilarities.
 
     Raises BadValue for negative values, a diagonal that is not 0 or a table that is not symmetric (relative 1e-9),
     TooFew for fewer than three objects, UnknownColumn or DuplicatedCells for its labels.
@@ -74,8 +74,8 @@ def dissimilarities_of(frame: pd.DataFrame) -> Dissimilarities:
 def distances(table: pd.DataFrame, scaled: bool = False) -> Dissimilarities:
     """Return Euclidean distances between the rows of a wide table (objects x attributes).
 
-    `scaled` divides each attribute by its standard deviation over the objects first, so that all weigh the same; a
-    constant attribute is then refused (BadValue).
+    `scaled` divides each attribute by its standard deviation over the objects first, so that all have the same weight;
+    a constant attribute is then refused (BadValue).
     """
     return _checked(_from_matrix(matrix_of(table), scaled))
 
@@ -123,11 +123,11 @@ def pair_dissimilarities(
     meaning: Meaning = "dissimilarity",
     top: float | None = None,
 ) -> Dissimilarities:
-    """Average ratings of pairs: over a participant's repetitions (either order), then over participants.
+    """Return the means of ratings of pairs, over a participant's repetitions (either order), then over participants.
 
-    A similarity s becomes `top` - s; `top` is the similarity of identical objects (default: the largest mean, which is
-    said). Rows that pair an object with itself are left out.
-    Raises IncompleteCells for a pair that nobody rated, BadValue for a negative dissimilarity or s above top.
+    A similarity s becomes `top` - s; `top` is the similarity of identical objects (default: the largest mean, with a
+    note). Rows that pair an object with itself are left out. Raises IncompleteCells for a pair that nobody rated,
+    BadValue for a negative dissimilarity or s above top.
     """
     if meaning not in ("dissimilarity", "similarity"):
         raise BadOption(f"meaning={shown(meaning)} is unknown: 'dissimilarity' or 'similarity'")

@@ -1,6 +1,6 @@
-"""Wide tables of numbers (objects x attributes, or objects x objects) in the one order of their labels.
+"""Wide tables of numbers (objects x attributes, or objects x objects) in the order of their labels.
 
-And one orientation out of the many that fit equally well: principal axes, and a rule for their signs.
+The orientation of a map, of which many fit equally well, is that of principal axes with a rule for their signs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from palpate.analysis.statistics.doubles import ROUNDING, Floats
 from palpate.analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
 
 NEAR = 1e-9
-"""Sizes closer than this (relative) count as equal where a sign is chosen, so that rounding never chooses it."""
+"""Relative difference below which sizes count as equal for a sign, so that rounding never decides it."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Matrix:
 
 
 def matrix_of(frame: pd.DataFrame) -> Matrix:
-    """Return a wide table as numbers, sorted by its labels, whatever their order and type.
+    """Return a wide table as numbers, sorted by its labels, independent of their order and type.
 
-    Raises UnknownColumn for anything but a DataFrame, BadValue for a value that is not a finite number,
-    DuplicatedCells for a label that stands twice.
+    Raises UnknownColumn for anything but a DataFrame, BadValue for a value that is not a finite number, DuplicatedCells
+    for a duplicate label.
     """
     if not isinstance(frame, pd.DataFrame):
         raise UnknownColumn(f"got a {type(frame).__name__}; expected a pandas DataFrame, one row per object")
@@ -59,7 +59,7 @@ def _sorted_labels(index: pd.Index[Any], what: str) -> tuple[tuple[Hashable, ...
 
 
 def pivoted(values: Floats) -> Floats:
-    """Return each column minus its smallest value: an offset of 1e9 then costs no digits in what follows."""
+    """Return each column minus its smallest value, so that an offset of 1e9 costs no digits afterwards."""
     result: Floats = values - np.nanmin(values, axis=0)
     return result
 
@@ -71,7 +71,7 @@ def varies(values: Floats) -> Any:
 
 
 def centred(values: Floats) -> Floats:
-    """Return each column minus its mean, by way of its smallest value."""
+    """Return each column minus its mean, computed after subtraction of its smallest value."""
     small = pivoted(values)
     once = small - small.mean(axis=0)
     result: Floats = once - once.mean(axis=0)
@@ -91,12 +91,12 @@ def in_units(squares: Floats, exponent: int) -> Floats:
 
 
 def frame_of(values: Floats, rows: tuple[Hashable, ...], columns: list[str] | tuple[Hashable, ...]) -> pd.DataFrame:
-    """Return an array with its labels."""
+    """Return an array as a table with its labels."""
     return pd.DataFrame(values, index=pd.Index(list(rows)), columns=pd.Index(list(columns)))
 
 
 def signs(columns: Floats) -> Floats:
-    """Return +1 or -1 for each column: its value of largest size becomes positive, of equal ones the first."""
+    """Return +1 or -1 for each column, so that its largest value by size (the first of equal ones) becomes positive."""
     size = np.abs(columns)
     first = np.argmax(size >= size.max(axis=0) * (1 - NEAR), axis=0)
     chosen = columns[first, np.arange(columns.shape[1])]
@@ -104,7 +104,7 @@ def signs(columns: Floats) -> Floats:
 
 
 def principal(points: Floats) -> Floats:
-    """Return the same configuration about its centroid, turned to its principal axes, with the rule's signs."""
+    """Return the configuration about its centroid, rotated to its principal axes, with the rule's signs."""
     about = points - points.mean(axis=0)
     _, _, directions = np.linalg.svd(about, full_matrices=False)
     turned = about @ directions.T

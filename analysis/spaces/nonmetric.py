@@ -1,6 +1,6 @@
 """Non-metric multidimensional scaling: a map whose distances follow the order of the dissimilarities.
 
-Also how low its stress is: by number of dimensions, and against dissimilarities in random order.
+Also its stress by number of dimensions, and against dissimilarities in random order.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ ENOUGH = 40  # steps: the last digits of a stress do not matter beside its sprea
 class NonMetric:
     """`points` (objects x `Dim1`, ...) with a root mean square distance of 1 from their centroid; `stress` formula 1.
 
-    `starts` holds every start's stress, the classical one first, and `reached` how many of them came within 1e-4 of the
-    best. `shepard` has one row per pair: a, b, dissimilarity, distance, disparity. `degenerate` says that the map shows
-    a flaw of the fit rather than of the objects (see the notes).
+    `starts` has every start's stress, the classical one first, and `reached` is how many came within 1e-4 of the best.
+    `shepard` has one row per pair: a, b, dissimilarity, distance, disparity. `degenerate` says that the map shows a
+    flaw of the fit rather than of the objects (see the notes).
     """
 
     points: pd.DataFrame
@@ -64,11 +64,11 @@ class NonMetric:
 def nonmetric_mds(
     between: Dissimilarities, dimensions: int = 2, ties: Ties = "primary", starts: int = 20, seed: int = 0
 ) -> NonMetric:
-    """Return the map of least stress-1 over the classical start, `starts` random ones and 3 x `starts` hops.
+    """Return the map of least stress-1 from the classical start, `starts` random ones and 3 x `starts` hops.
 
-    Each is improved by majorisation (SMACOF) and then by a quasi-Newton descent of stress itself, with the
-    disparities renewed at every step. Ties: "primary" or "secondary" (see `isotone.Order`).
-    Raises BadOption. Sources: Kruskal 1964a, b; de Leeuw 1977 (majorisation); Wales & Doye 1997 (hops).
+    Each is improved by majorisation (SMACOF) and then by a quasi-Newton descent of stress itself, with new disparities
+    at every step. Ties: "primary" or "secondary" (see `isotone.Order`). Raises BadOption. Sources: Kruskal 1964a, b; de
+    Leeuw 1977 (majorisation); Wales & Doye 1997 (hops).
     """
     check_dimensions(dimensions, len(between.labels))
     order = checked_order(between, ties)
@@ -104,7 +104,7 @@ def nonmetric_mds(
 
 
 def _rare(best: Searched) -> list[str]:
-    """Return a word of caution: places that can move, or a best map that only a hop, no start by itself, reached."""
+    """Return warnings: on places that can move, or a best map that only a hop reached."""
     if best.stress < EXACT:
         return ["stress is 0: the order of the pairs is met exactly, so places can move without cost"]
     if not best.hopped or min(best.starts) <= best.stress + ALIKE:
@@ -113,7 +113,7 @@ def _rare(best: Searched) -> list[str]:
 
 
 def checked_order(between: Dissimilarities, ties: Ties) -> Order:
-    """Return the order of the dissimilarities; refuse an unknown treatment of ties and a table that has no order."""
+    """Return the order of the dissimilarities. Raises BadOption for an unknown treatment of ties, or no order."""
     if not isinstance(ties, str) or ties not in ("primary", "secondary"):
         raise BadOption(f"ties={shown(ties)} is unknown: 'primary' or 'secondary'")
     order = order_of(squareform(between.values, checks=False), ties)
@@ -135,7 +135,7 @@ def too_few_points(points: int, dimensions: int) -> list[str]:
 def degeneracies(
     points: Floats, fitted: Floats, order: Order, stress: float, labels: tuple[Hashable, ...]
 ) -> list[str]:
-    """Return what is degenerate about a map of unit size, in words; empty where nothing is."""
+    """Return what is degenerate about a map of unit size, as text; empty if nothing is."""
     messages = []
     # Pairs of coinciding points whose dissimilarity is not the smallest one.
     near = (pdist(points) < COLLAPSED) & (order.rank > 0)
@@ -154,7 +154,7 @@ def degeneracies(
 
 @dataclass(frozen=True)
 class Searched:
-    """The best map, its stress, the stress of every start (the classical one first), and whether a hop bettered it."""
+    """The best map, its stress, the stress of every start (the classical one first), and whether a hop improved it."""
 
     points: Floats
     stress: float
@@ -163,7 +163,7 @@ class Searched:
 
 
 def search_maps(between: Floats, dimensions: int, order: Order, starts: int, hops: int, rng: Generator) -> Searched:
-    """Return the lowest of the classical start, `starts` random ones and `hops` displacements from the best."""
+    """Return the best map from the classical start, `starts` random ones and `hops` displacements of the best."""
     starting = [classical_start(between, dimensions)]
     for _ in range(starts):
         # A random map of one dimension more, led downhill and seen along its smallest axis: objects can pass each
@@ -191,7 +191,7 @@ def search_maps(between: Floats, dimensions: int, order: Order, starts: int, hop
 
 @dataclass(frozen=True)
 class StressReference:
-    """The stress of dissimilarities in random order, from the same single start as `observed`, and the p of it."""
+    """The stress of dissimilarities in random order, from the same single start as `observed`, and its p."""
 
     observed: float
     mean: float
@@ -210,7 +210,7 @@ def stress_scree(
 ) -> pd.DataFrame:
     """Return the least stress-1 in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached.
 
-    `starts` counts each row's starts. A map that is `known` already is not looked for again.
+    `starts` counts each row's starts. A `known` map is not computed again.
     """
     last = max(1, min(most, len(between.labels) - 2))
     held = {} if known is None else {known.points.shape[1]: known}
@@ -230,8 +230,8 @@ def stress_reference(
 ) -> StressReference:
     """Compare stress-1 with that of the same dissimilarities shuffled over the pairs; p: "no structure at all".
 
-    Both the observed and each shuffled table start from Torgerson's map alone, so that neither is looked for harder.
-    Sources: Spence & Ogilvie 1973; Mair, Borg & Rusch 2016 (permutation).
+    Both the observed and each shuffled table start from Torgerson's map alone, so that neither is searched more
+    thoroughly. Sources: Spence & Ogilvie 1973; Mair, Borg & Rusch 2016 (permutation).
     """
     check_draws(draws)
     checked_order(between, ties)

@@ -1,4 +1,4 @@
-"""How alike two configurations of the same objects are, whatever their position, orientation and size."""
+"""The similarity of two configurations of the same objects, regardless of position, orientation and size."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ NEAR = 1e-12
 
 @dataclass(frozen=True)
 class Procrustes:
-    """`fitted` is the second configuration on the first; its points are stretch x other @ turn + shift.
+    """The result: `fitted` is the second configuration on the first, with points stretch x other @ turn + shift.
 
-    `r` and `m2` = 1 - r squared compare the two at unit size, the same in either direction; `squares` is the sum of
-    squared distances between target and fitted points, `residuals` each object's distance. `p` is of the permutation
-    test (NaN if none was requested), `exact` whether it went through every permutation.
+    `r` and `m2` = 1 - r squared compare the two at unit size, symmetrically; `squares` is the sum of squared distances
+    between target and fitted points, `residuals` each object's distance. `p` is of the permutation test (NaN if none
+    was requested), `exact` whether it used every permutation.
     """
 
     fitted: pd.DataFrame
@@ -54,10 +54,9 @@ def procrustes(
 ) -> Procrustes:
     """Fit `other` to `target` (objects x dimensions, matched by label; the one with fewer gets empty dimensions).
 
-    With `draws`, a permutation test of r: the objects of one configuration are shuffled, all ways where there are no
-    more than `draws`. Raises IncompleteCells for objects in one configuration only, TooFew for fewer than three,
-    BadValue for a configuration that is a single point.
-    Sources: Gower 1975; test: Jackson 1995 (PROTEST).
+    With `draws`, a permutation test of r: the objects of one configuration are shuffled, in all ways if there are at
+    most `draws`. Raises IncompleteCells for objects in one configuration only, TooFew for fewer than three, BadValue
+    for a configuration that is a single point. Sources: Gower 1975; test: Jackson 1995 (PROTEST).
     """
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
@@ -128,7 +127,7 @@ def _orders(objects: int, total: int, rng: Generator, every: bool) -> Iterator[F
 
 
 class Aligned(NamedTuple):
-    """`points` (..., objects, dimensions) on the target; `turn` (..., dimensions, dimensions); `scale` (...)."""
+    """Fits: `points` (..., objects, dimensions), `turn` (..., dimensions, dimensions), `scale` (...)."""
 
     points: Floats
     turn: Floats
@@ -171,7 +170,7 @@ def correlations(target: Floats, others: Floats, reflection: bool = True) -> Flo
 
 
 def normed(points: Floats) -> Floats:
-    """Return a configuration about its centroid with a sum of squares of 1."""
+    """Return a configuration about its centroid, with a sum of squares of 1."""
     about = points - points.mean(axis=-2, keepdims=True)
     size = np.sqrt((about * about).sum(axis=(-1, -2), keepdims=True))
     result: Floats = about / size

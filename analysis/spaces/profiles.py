@@ -30,9 +30,9 @@ Gaps: TypeAlias = Literal["raise", "listwise", "available"]
 
 @dataclass(frozen=True)
 class Profiles:
-    """`own` has shape (participants, stimuli, attributes) minus `offset` (attributes), NaN where nobody rated.
+    """The ratings: `own` (participants, stimuli, attributes) minus `offset` (attributes), NaN for missing ones.
 
-    An offset of its own for each attribute changes neither distances nor components, and keeps their digits.
+    An offset per attribute changes neither distances nor components, and preserves their digits.
     """
 
     own: Floats
@@ -44,25 +44,25 @@ class Profiles:
 
     @property
     def ratings(self) -> Ratings:
-        """Return the ratings as (participants, cells)."""
+        """The ratings as (participants, cells)."""
         return Ratings(self.own.reshape(len(self.participants), -1))
 
     @property
     def raters(self) -> tuple[int, int]:
-        """Return the least and the most participants that a mean is over."""
+        """The least and the greatest number of participants of a mean."""
         count = (~np.isnan(self.own)).sum(axis=0)
         return int(count.min()), int(count.max())
 
     def means(self) -> pd.DataFrame:
-        """Return stimuli x attributes, each the mean over those who rated it, in the data's own units."""
+        """Return the means (stimuli x attributes) over those who rated a stimulus, in the data's units."""
         return frame_of(self.small_means() + self.offset, self.stimuli, self.attributes)
 
     def shifted_means(self) -> pd.DataFrame:
-        """Return the same minus each attribute's offset, for what an offset does not change."""
+        """Return the means minus each attribute's offset, for results that offsets do not change."""
         return frame_of(self.small_means(), self.stimuli, self.attributes)
 
     def small_means(self) -> Floats:
-        """Return the means minus `offset`: what components and distances are computed from."""
+        """Return the means minus `offset` as an array, for components and distances."""
         result: Floats = self.ratings.means()[0].reshape(len(self.stimuli), len(self.attributes))
         return result
 
@@ -117,7 +117,7 @@ def _shifted(cells: Cells) -> Profiles:
 
 
 def of_people(profiles: Profiles, chosen: list[int]) -> Profiles:
-    """Return the profiles of some participants, of the stimuli that they rated on every attribute."""
+    """Return the profiles of some participants, for the stimuli that they rated on every attribute."""
     own = profiles.own[chosen]
     rated = np.flatnonzero(np.all(np.any(~np.isnan(own), axis=0), axis=1))
     if not len(rated):

@@ -1,4 +1,4 @@
-"""How sure the places of a map are: maps of resampled participants, turned onto their mean."""
+"""Confidence regions of points in a map, from maps of resampled participants that are fitted to their mean."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def confidence_ellipses(
 ) -> pd.DataFrame:
     """Return an ellipse around each point of a map's first two dimensions, from resampled participants.
 
-    Each draw's map is turned, reflected and stretched onto the mean of all of them (generalized Procrustes), and the
-    mean onto `points`. Columns: `label`, the point's own `x`, `y` (the ellipse's centre), `var_x`, `var_y`, `cov_xy`
-    over the draws, `major` and `minor` half-axes, `angle_deg` of the major axis from x (counter-clockwise, -90 to 90),
-    `shift` (how far the mean of the draws lies from the point), `confidence`, `draws`.
-    Normal theory with the draws' covariance: chi squared with two degrees of freedom.
-    Raises TooFew for one participant or one dimension. Sources: Gower 1975; Weinberg, Carroll & Cohen 1984.
+    Each draw's map is rotated, reflected and scaled onto the mean of all of them (generalized Procrustes), and the mean
+    onto `points`. Columns: `label`, the point's own `x`, `y` (the ellipse's centre), `var_x`, `var_y`, `cov_xy` over
+    the draws, `major` and `minor` half-axes, `angle_deg` of the major axis from x (counter-clockwise, -90 to 90),
+    `shift` (how far the mean of the draws lies from the point), `confidence`, `draws`. Normal theory with the draws'
+    covariance: chi squared with two degrees of freedom. Raises TooFew for one participant or one dimension. Sources:
+    Gower 1975; Weinberg, Carroll & Cohen 1984.
     """
     check_draws(draws)
     check_share(confidence, "confidence")
@@ -77,7 +77,9 @@ def replications(between: Dissimilarities, points: Floats, method: Method, ties:
 
 
 def on_their_mean(maps: Floats, points: Floats) -> Floats:
-    """Return each map on the mean of all (found by turns), and that mean on `points` by one turn, stretch and shift."""
+    """Return each map fitted to the mean of all (iteratively), and that mean to `points` by one similarity
+    transformation.
+    """
     mean = points
     for _ in range(ROUNDS):
         mean = align(points, align(mean, maps).points.mean(axis=0)).points

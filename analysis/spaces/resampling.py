@@ -15,19 +15,19 @@ TRIES = 50
 
 @dataclass(frozen=True)
 class Ratings:
-    """`values` (participants, cells), NaN where a participant gave none."""
+    """Ratings as `values` (participants, cells), NaN for missing ones."""
 
     values: Floats
 
     @property
     def people(self) -> int:
-        """Return how many participants there are."""
+        """The number of participants."""
         return len(self.values)
 
     def means(self, counts: Floats | None = None) -> Floats:
         """Return the mean of each cell over those who filled it, (draws, cells).
 
-        `counts` (draws, participants) weigh them.
+        `counts` (draws, participants) are weights.
         """
         weights = np.ones((1, self.people)) if counts is None else counts
         present = (~np.isnan(self.values)).astype(np.float64)
@@ -38,10 +38,9 @@ class Ratings:
 def resample(ratings: Ratings, draws: int, rng: Generator) -> Floats:
     """Return how often each participant is drawn, (draws, participants).
 
-    Participants are drawn by pattern of filled cells where each pattern has two people.
-    A design's groups (each rating its own stimuli) so keep their sizes. Otherwise all participants are one urn, and a
-    draw that leaves a cell without anyone is drawn again.
-    Raises TooFew for one participant, IncompleteCells where a cell is too rarely filled to be drawn.
+    If each pattern of filled cells has at least two people, participants are drawn within patterns, so that groups with
+    their own stimuli keep their sizes. Otherwise they are drawn from all, and a draw with an empty cell is repeated.
+    Raises TooFew for one participant, IncompleteCells if a cell is too rarely filled.
     """
     if ratings.people < 2:
         raise TooFew("one participant: nothing can be resampled; expected two or more")

@@ -1,9 +1,9 @@
-"""Downhill to a minimum of stress-1: majorisation, then a quasi-Newton descent of stress itself.
+"""Minimisation of stress-1: majorisation, then a quasi-Newton descent of stress itself.
 
 Disparities are the numbers in the order of the dissimilarities that are nearest to the map's distances. The descent is
-limited-memory BFGS in vector operations alone: SciPy's L-BFGS-B hands its small matrices to threads of the linear
-algebra library, and on a machine whose cores are busy a map of 14 objects then took 30 times as long (11 s for
-0.34 s), and differently long each time.
+limited-memory BFGS in vector operations only: SciPy's L-BFGS-B passes its small matrices to threads of the linear
+algebra library, and on a machine whose cores are busy a map of 14 objects then took 30 times as long (11 s for 0.34 s),
+and differently long each time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from palpate.analysis.statistics.doubles import Floats
 MAJORISED, POLISHED = 40, 300
 Ties: TypeAlias = Literal["primary", "secondary"]
 TIED = 1e-12
-"""Dissimilarities closer than this share of the largest are tied: 0.1 + 0.2 and 0.3 are."""
+"""Dissimilarities that differ by less than this share of the largest are tied, such as 0.1 + 0.2 and 0.3."""
 Objective: TypeAlias = Callable[[Floats], tuple[float, Floats]]
 MEMORY = 8
 ENOUGH, SHORTEST = 1e-4, 1e-10
@@ -34,7 +34,7 @@ SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
 def classical_start(between: Floats, dimensions: int) -> Floats:
-    """Return Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
+    """Return Torgerson's map; dimensions that the dissimilarities lack are filled with small alternating steps."""
     points, _, _ = torgerson(between)
     flat = points[:, :dimensions]
     missing = dimensions - flat.shape[1]
@@ -45,7 +45,7 @@ def classical_start(between: Floats, dimensions: int) -> Floats:
 def minimise_stress(
     start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED
 ) -> tuple[Floats, float]:
-    """Lead a start downhill to a minimum of stress-1; return the map and its stress."""
+    """Minimise stress-1 from a start; return the map and its stress."""
     points = unit_size(start - start.mean(axis=0))
     for _ in range(majorised):
         # One step of majorisation: points whose distances come nearer to the disparities.
@@ -63,7 +63,9 @@ def minimise_stress(
 
 
 def refine_map(points: Floats, order: Order, steps: int) -> Floats:
-    """Move a map at a minimum of stress-1 to where the slope vanishes, so that its places have all their digits."""
+    """Move a map at a minimum of stress-1 to where the gradient vanishes, so that all digits of its points are
+    determined.
+    """
     shape = points.shape
     return settle(lambda flat: _squared_stress(flat, order, shape), points.ravel(), steps).reshape(shape)
 
@@ -76,7 +78,7 @@ def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:
 
 
 def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Floats:
-    """Return the sum at each object of the pulls along each pair's difference."""
+    """Return the sum at each object of the forces along each pair's difference."""
     return np.column_stack(
         [
             np.bincount(order.first, force, objects) - np.bincount(order.second, force, objects)
@@ -86,7 +88,9 @@ def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Float
 
 
 def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple[float, Floats]:
-    """Return stress-1 squared and its slope; the disparities are a projection, so they add nothing to the slope."""
+    """Return stress-1 squared and its gradient; disparities are a projection, so they do not contribute to the
+    gradient.
+    """
     apart, distances = _between(flat.reshape(shape), order)
     fitted = disparities(distances, order)
     total = float(distances @ distances)
@@ -98,7 +102,7 @@ def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple
 
 @dataclass(frozen=True)
 class Order:
-    """The rank of each dissimilarity, tied ones alike; `ties` says what they oblige to.
+    """The rank of each dissimilarity, equal for ties; `ties` is their treatment.
 
     Under "primary" tied pairs may get different disparities, under "secondary" they get the same. `sorting` puts the
     pairs in order, `sizes` counts each rank's pairs, `first` and `second` are the objects of each pair.
@@ -113,7 +117,7 @@ class Order:
 
 
 def order_of(dissimilarities: Floats, ties: Ties) -> Order:
-    """Return the order that a map's distances should follow."""
+    """Return the order of the dissimilarities, which a map's distances should follow."""
     sorting = np.argsort(dissimilarities, kind="stable")
     values = dissimilarities[sorting]
     steps = np.concatenate(([0], np.cumsum(np.diff(values) > TIED * values[-1])))
@@ -144,7 +148,7 @@ def stress_1(distances: Floats, fitted: Floats) -> float:
 
 
 def minimise(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:
-    """Return a point where the objective (value and slope) no longer falls, and its value; at most `steps` steps.
+    """Return a point at which the objective (value and gradient) no longer decreases, and its value.
 
     Source: Nocedal & Wright 2006, algorithms 7.4 and 3.1 (Armijo's rule with quadratic interpolation).
     """
@@ -171,10 +175,10 @@ def minimise(objective: Objective, start: Floats, steps: int) -> tuple[Floats, f
 
 
 def settle(objective: Objective, start: Floats, steps: int) -> Floats:
-    """Move a point near a minimum on until its slope is nothing but rounding.
+    """Move a point near a minimum until its gradient is only rounding.
 
-    A value gives its minimum's place to half of the digits, and which half depends on the processor; the slope gives it
-    to all. A step is kept while the slope shrinks; one that is not teaches the memory all the same.
+    Values determine a minimum's place only to half of the digits, and the rest depends on the processor; the gradient
+    determines all. A step is kept if the gradient shrinks; a rejected step still updates the memory.
     """
     place, slope = start, objective(start)[1]
     size, past, patience = float(np.sqrt(slope @ slope)), deque[tuple[Floats, Floats]](maxlen=3 * MEMORY), 4 * PATIENCE
@@ -198,7 +202,7 @@ def settle(objective: Objective, start: Floats, steps: int) -> Floats:
 def _along(
     objective: Objective, place: Floats, value: float, slope: Floats, direction: Floats
 ) -> tuple[Floats, float, Floats] | None:
-    """Return the first point along a direction that is lower by enough; None where there is none."""
+    """Return the first point along a direction that is sufficiently lower; None if there is none."""
     fall = float(slope @ direction)
     length = 1.0
     while fall < 0 and length > SHORTEST:
@@ -212,7 +216,7 @@ def _along(
 
 
 def _turned(slope: Floats, past: deque[tuple[Floats, Floats]]) -> Floats:
-    """Return the slope times the inverse curvature of the past steps (two loops)."""
+    """Return the gradient times the approximate inverse Hessian of the past steps (two loops)."""
     turned, weights = slope.copy(), []
     for step, change in reversed(past):
         weight = float(step @ turned) / float(step @ change)

@@ -1,4 +1,4 @@
-"""Adjectives as directions in a map: where each grows, and how well the map explains it."""
+"""Adjectives as directions in a map: where each increases, and how well the map explains it."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def property_vectors(
     """Regress each property (a column of objects x properties) on the coordinates of the objects' points.
 
     Columns: `property`; the direction cosines of its steepest ascent, one column per dimension; `r2` and `r` (multiple
-    correlation); `F`, `df1`, `df2`, `p_F`; `p` of a permutation test that shuffles the property over the objects (all
-    ways where these are no more than `draws`; NaN without `draws`); `note`. Undefined numbers are NaN, and the note
-    says why. Raises IncompleteCells for objects that one table lacks, TooFew where objects - 1 <= dimensions.
-    Sources: Carroll & Chang 1964 (property fitting); Oksanen et al., vegan::envfit.
+    correlation); `F`, `df1`, `df2`, `p_F`; `p` of a permutation test that shuffles the property over the objects (in
+    all ways if there are at most `draws`; NaN without `draws`); `note`. Undefined numbers are NaN, and the note says
+    why. Raises IncompleteCells for objects in one table only, TooFew if objects - 1 <= dimensions. Sources: Carroll &
+    Chang 1964 (property fitting); Oksanen et al., vegan::envfit.
     """
     if draws is None:
         refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")

@@ -94,7 +94,7 @@ def anova(
 
 
 def sources(factors: Sequence[Hashable]) -> list[str]:
-    """Return the names of the effects, main effects first; refuse two effects of one name ("a:b" and "a" by "b")."""
+    """Return the names of the effects, main effects first. Raises an error for equal names ("a:b" and "a" by "b")."""
     names = [":".join(str(factors[axis - 1]) for axis in axes) for axes in _subsets(len(factors))]
     if len(set(names)) < len(names):
         twice = sorted({repr(name) for name in names if names.count(name) > 1})
@@ -106,7 +106,7 @@ def sources(factors: Sequence[Hashable]) -> list[str]:
 
 
 def refuse_too_few(cells: Cells) -> None:
-    """Refuse a factor with one level and a table with one participant."""
+    """Raise TooFew for a factor with one level and a table with one participant."""
     for name, levels in zip(cells.factors, cells.levels, strict=True):
         if len(levels) < 2:
             raise TooFew(f"factor {name!r} has one level, {levels[0]!r}; a comparison needs two or more")
@@ -161,7 +161,7 @@ def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
 
 
 def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple[Floats, float]:
-    """Return the part of a full factorial array that varies along all of these axes and only along them.
+    """Return the part of a full factorial array that varies along all of these axes and no others.
 
     `pair` is the array, already differenced along axis `done`. Returns that part (times the sizes of its axes and
     summed over the others, so exact on integers) and its sum of squares. Winer, Brown & Michels 1991, ch. 7, in the
@@ -210,7 +210,7 @@ def huynh_feldt(eps: float, n: int, df: int) -> float:
 
 
 def undefined_f(effect_ss: float, error_ss: float, noise: float, reason: str) -> str:
-    """Return why F has no value, or "": a residual of zero, or one that only the rounding of the data makes."""
+    """Return why F is undefined, or "": a residual of zero, or one that is only rounding."""
     if error_ss > noise:
         return ""
     level = "has no variation" if error_ss == 0 else "is at the rounding level of the data"
@@ -220,13 +220,13 @@ def undefined_f(effect_ss: float, error_ss: float, noise: float, reason: str) ->
 
 
 def share(effect_ss: float, rest_ss: float, noise: float) -> float:
-    """Return effect / (effect + rest), NaN where both are nothing but rounding."""
+    """Return effect / (effect + rest), NaN if both are only rounding."""
     total = effect_ss + rest_ss
     return effect_ss / total if total > noise else math.nan
 
 
 def range_notes(sums: Iterable[tuple[float, float]], p_values: Iterable[float]) -> list[str]:
-    """Return notes on values that double precision cannot hold, though the statistics are sound."""
+    """Return notes on values that overflow double precision although the statistics are valid."""
     notes = []
     if any(math.isinf(result) or (result == 0 and exact > 0) for exact, result in sums):
         notes.append("sums of squares exceed the range of double precision")
@@ -236,7 +236,7 @@ def range_notes(sums: Iterable[tuple[float, float]], p_values: Iterable[float]) 
 
 
 class Effect(NamedTuple):
-    """One row of the table; sums of squares in the data's unit squared, NaN where a statistic is undefined."""
+    """One row of the table; sums of squares are in the data's unit squared, NaN if a statistic is undefined."""
 
     source: str
     ss: float
@@ -256,9 +256,9 @@ class Effect(NamedTuple):
 
 
 def effects_table(rows: Sequence[Effect]) -> pd.DataFrame:
-    """Return the table of `rm_anova`, put together block by block: the usual constructor takes longer than the test.
+    """Return the table of `rm_anova`, assembled from blocks: the usual constructor takes longer than the test.
 
-    A block is a 2-D array with a row per column of the table, or a column of text of its own.
+    A block is a 2-D array with a row per column of the table, or a column of text.
     """
     source, ss, df1, df2, *reals, note = zip(*rows, strict=True)
     blocks = [
@@ -277,12 +277,12 @@ def _text(values: tuple[str, ...]) -> Any:
 
 @lru_cache(maxsize=256)
 def _cached_text(values: tuple[str, ...]) -> Any:
-    """Return a column of text; making one takes long, and a report asks for the same ones again and again."""
+    """Return a column of text, cached since creating one takes long and reports need the same ones repeatedly."""
     return pd.array(list(values), dtype="str")
 
 
 def one_way(groups: Sequence[Floats]) -> dict[str, float | int | str]:
-    """Return the statistics of a list of groups, under the names of the table's columns."""
+    """Return the statistics of a list of groups, by the names of the table's columns."""
     sizes = [len(group) for group in groups]
     x, exponent = scaled(np.concatenate(groups))
     parts = np.split(x, np.cumsum(sizes)[:-1])

@@ -1,7 +1,7 @@
 """Statistics as sentences in APA style: exact p, corrected degrees of freedom, effect sizes named by their kind.
 
-Pure text: a row is anything with `get`, such as a dict or a row of a result table.
-Source: Publication Manual of the American Psychological Association, 7th ed., 6.36 and 6.43 to 6.45.
+A row is anything with `get`, such as a dict or a row of a result table. Source: Publication Manual of the American
+Psychological Association, 7th ed., 6.36 and 6.43 to 6.45.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class Row(Protocol):
     """One row of a result table."""
 
     def get(self, key: str, /) -> Any:
-        """Return the value of a column; None where the row has no such column, or where its value is undefined."""
+        """Return the value of a column; None if the row has no such column, or its value is undefined."""
 
 
 class NoSuchOption(ValueError):
-    """A kind of effect size or correction that does not exist, or that the row does not hold."""
+    """A kind of effect size or correction that does not exist, or that the row does not have."""
 
 
 def apa_p(p: float) -> str:
@@ -79,9 +79,9 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
 
 
 def is_corrected(row: Row) -> bool:
-    """Return whether p of an effect is to be corrected: it has more than one contrast within participants.
+    """Return whether an effect's p needs a correction: it has more than one contrast within participants.
 
-    There is no test of sphericity first: it has little power exactly where it is needed.
+    There is no preceding test of sphericity, which has little power exactly where it is needed.
     """
     contrasts = row.get("d")  # of the factors within participants alone: what there is to correct
     return row.get("eps") is not None and float(row.get("ddof1") if contrasts is None else contrasts) > 1
@@ -105,7 +105,7 @@ def apa_t(row: Row) -> str:
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Return a number with a true minus sign, in powers of ten where two decimals would show too much or nothing."""
+    """Return a number with a true minus sign, in powers of ten if two decimals would be too long or show nothing."""
     if value == 0 or 0.5 * 10**-digits <= abs(value) < 1e6:
         return f"{value:.{digits}f}".replace("-", "−")
     if not math.isfinite(value):

@@ -1,7 +1,7 @@
 """Long tables to dense arrays: columns as numbers and as coded labels, one value per participant and cell.
 
-What a double cannot hold is refused by name, never rounded silently; the order of labels depends neither on the order
-of rows nor on the labels' types. Groups of values and of participants are in `groups`.
+Values that a double cannot represent are refused, never rounded silently; the order of labels depends neither on the
+order of rows nor on the labels' types. Groups of values and of participants are in `groups`.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _digits = re.compile(r"(\d+)")
 
 
 def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
-    """Return a column as doubles, NaN where it has no value; a fraction or a long double becomes the nearest double.
+    """Return a column as doubles, NaN for missing values; a fraction or a long double becomes the nearest double.
 
     Raises BadValue for text, infinities, Decimal numbers and integers that a double would round.
     """
@@ -75,7 +75,7 @@ def _one_by_one(values: list[Any], name: Hashable) -> Floats:
 
 
 def _double(value: Any) -> float | str:
-    """Return the nearest double, NaN for no value; or what is wrong with the value."""
+    """Return the nearest double, NaN for a missing value, or what is wrong with the value."""
     if value is None or value is pd.NA:
         return math.nan
     if not isinstance(value, Real):
@@ -91,7 +91,7 @@ def _double(value: Any) -> float | str:
 
 
 def _brief(value: Any) -> str:
-    """Return a value as it is written, cut where it is very long; Python writes no integer of more than 4300 digits."""
+    """Return a value as text, cut if it is very long; Python prints no integer of more than 4300 digits."""
     try:
         text = repr(value)
     except ValueError:
@@ -100,17 +100,18 @@ def _brief(value: Any) -> str:
 
 
 class Coded(NamedTuple):
-    """One code a row, and the label of each code."""
+    """One code per row, and the label of each code."""
 
     codes: Codes
     labels: list[Hashable]
 
 
 def coded(column: pd.Series[Any], name: Hashable) -> Coded:
-    """Code a column of labels: equal labels share a code, codes follow `ordered`, levels without a row do not count.
+    """Return codes of a column of labels: equal labels share a code, codes follow `ordered`, unused levels do not
+    count.
 
-    Raises BadValue where a row has no label (None, NA, NaT, a NaN of any type), where labels cannot be compared, and
-    where different labels read the same: 1 and "1", True and 1.
+    Raises BadValue for a row without a label (None, NA, NaT, a NaN of any type), labels that cannot be compared, and
+    different labels with the same text: 1 and "1", True and 1.
     """
     if len(column) > FEW and (column.dtype != object or infer_dtype(column, skipna=False) in ("string", "integer")):
         codes, uniques = pd.factorize(column)
@@ -127,7 +128,7 @@ def coded(column: pd.Series[Any], name: Hashable) -> Coded:
 
 
 def _distinct(values: list[Any], name: Hashable) -> Collection[Hashable]:
-    """Return the different labels among the values of a column, each a label that reads like no other."""
+    """Return the different labels in a column. Raises BadValue for labels with the same text."""
     if set(map(type, values)) in PLAIN:
         return set(values)
     _refuse_missing([i for i, value in enumerate(values) if _missing(value)], name)
@@ -179,7 +180,7 @@ def _natural(label: Hashable) -> tuple[Any, ...]:
 
 
 def _missing(value: Any) -> bool:
-    """Return whether this stands for no label: None, NA, NaT, and every NaN, which is not equal to itself."""
+    """Return whether a value is no label: None, NA, NaT, or any NaN, which is not equal to itself."""
     if value is None or value is pd.NA:
         return True
     try:
@@ -200,7 +201,7 @@ def _refuse_missing(rows: list[int], name: Hashable) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """One value per participant and cell: `values` has shape (participants, levels of factor 1, ...)."""
+    """One value per participant and cell: `values` has the shape (participants, levels of factor 1, ...)."""
 
     values: Floats
     participants: list[Hashable]
@@ -210,14 +211,14 @@ class Cells:
     ratings_per_cell: tuple[int, int] = (1, 1)
 
     def attrs(self) -> dict[str, Any]:
-        """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
+        """Return the facts about the table that qualify a result: values per group, rows or participants left out."""
         facts = {"participants": len(self.participants), "dropped": self.dropped}
         return facts if self.ratings_per_cell == (1, 1) else facts | {"ratings_per_cell": self.ratings_per_cell}
 
 
 @dataclass(frozen=True)
 class _Grid:
-    """Where each row of the long table belongs."""
+    """The cell of each row of the long table."""
 
     axes: list[Coded]
     names: list[Hashable]
@@ -228,7 +229,7 @@ class _Grid:
         return tuple(len(axis.labels) for axis in self.axes)
 
     def described(self, cell: int, state: str = "") -> str:
-        """Return a cell in words: who, in which state, at which levels."""
+        """Return a description of a cell: participant, state, levels."""
         where = np.unravel_index(cell, self.shape)
         labels = [axis.labels[int(i)] for axis, i in zip(self.axes, where, strict=True)]
         places = ", ".join(f"{n}={v!r}" for n, v in zip(self.names[1:], labels[1:], strict=True))
@@ -243,7 +244,7 @@ def gather(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Cells:
-    """Return the dense array of a long table, sorted by label, whatever the order of the rows.
+    """Return the dense array of a long table, sorted by label, independent of the order of the rows.
 
     `missing="listwise"` leaves out participants without a value in every cell, `aggregate="mean"` averages several
     values of one participant in one cell (so also over factors that `within` leaves out).
@@ -290,7 +291,7 @@ def gather_all(
 
 
 def check_options(missing: object, aggregate: object) -> None:
-    """Refuse unknown values of the two options that every test takes."""
+    """Raise BadOption for unknown values of the two options that every test has."""
     if not isinstance(missing, str) or missing not in ("raise", "listwise"):
         raise BadOption(f"missing={shown(missing)} is unknown: 'raise' or 'listwise'")
     if aggregate is not None and (not isinstance(aggregate, str) or aggregate != "mean"):
@@ -305,7 +306,7 @@ def name_list(names: Hashable | Iterable[Hashable]) -> list[Hashable]:
 
 
 def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
-    """Refuse a table without one of these columns, with two of the same name, or a name that is used twice."""
+    """Raise UnknownColumn for a missing or duplicate column, or a name that is used twice."""
     if not isinstance(data, pd.DataFrame):
         raise UnknownColumn(f"data is a {type(data).__name__}; expected a pandas DataFrame in long form")
     columns: Counter[Hashable] = Counter(data.columns.tolist())
@@ -322,7 +323,7 @@ def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
 
 
 def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:
-    """Return the array of a table with gaps or repetitions, as `missing` and `aggregate` say."""
+    """Return the array of a table with gaps or repetitions, as specified by `missing` and `aggregate`."""
     size = math.prod(grid.shape)
     count = np.bincount(grid.flat, minlength=size)
     if count.max(initial=0) > 1 and aggregate is None:
@@ -356,7 +357,7 @@ def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) ->
 
 
 def cell_means(y: Floats, flat: Counts, count: Counts) -> Floats:
-    """Return the mean of each cell, NaN for a missing value or none; the same for every order of the rows."""
+    """Return the mean of each cell, NaN if a value is missing or there is none, independent of the order of rows."""
     if count.max(initial=0) <= 1:
         values = np.full(len(count), np.nan)
         values[flat] = y

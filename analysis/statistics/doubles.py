@@ -1,4 +1,4 @@
-"""Differences and sums of doubles that keep what rounding would drop: pairs (high, low) with high + low exact.
+"""Differences and sums of doubles with their rounding errors: pairs (high, low) with high + low exact.
 
 Sources: D. Knuth, TAOCP 2, 4.2.2, theorem B (error-free sum); J. Shewchuk 1997 (exact sum, here `math.fsum`);
 Ogita, Rump & Oishi 2005 (sums with carried errors).
@@ -23,7 +23,7 @@ FEW = 4096  # up to here one exact sum after the other beats vector operations
 def scaled(values: Floats) -> tuple[Floats, int]:
     """Return the values divided by the power of two that brings the largest into [0.5, 1), and its exponent.
 
-    Exact, so that no square overflows or underflows and a unit of measurement changes no F.
+    The scaling is exact; it prevents that squares overflow or underflow, and that a unit of measurement changes F.
     """
     _, exponent = math.frexp(float(np.maximum.reduce(np.abs(values), axis=None)))
     return np.ldexp(values, -exponent), exponent
@@ -85,7 +85,7 @@ def sum_of_squares(array: Floats) -> float:
 
 
 def deviation_ss(values: Floats) -> float:
-    """Return the sum of squares about the mean of one sample, from differences to its first value."""
+    """Return the sum of squares about the mean of one sample, from differences from its first value."""
     high, low = differences((values, None), 0)
     deviations = centred(high if low is None else high + low, 0)
     return sum_of_squares(deviations) / len(values) ** 2

@@ -1,7 +1,7 @@
-"""Random draws of participants, units and orders: seeds, numbers of draws, and what follows from the draws.
+"""Random draws of participants, units and orders: seeds, numbers of draws, intervals and p values.
 
-Each purpose has random numbers of its own, so that one more draw for one changes no other, and the order of rows none.
-Source of the percentile interval: Efron & Tibshirani 1993, ch. 13.
+Each purpose has its own random numbers, so that a further draw for one purpose changes no other. Source of the
+percentile interval: Efron & Tibshirani 1993, ch. 13.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 
 
 def generator(seed: int, purpose: str) -> Generator:
-    """Return random numbers that depend on the seed and on their purpose alone, for reliability and words.
+    """Return random numbers that depend only on the seed and their purpose, for reliability and words.
 
     Raises BadOption for a seed that is not a whole number from 0.
     """
@@ -30,9 +30,10 @@ def generator(seed: int, purpose: str) -> Generator:
 
 
 def stream(seed: int, purpose: str) -> Generator:
-    """Return a generator of its own for each purpose, for spaces and choices.
+    """Return the random generator of a purpose, for spaces and choices.
 
-    It is seeded by the whole purpose where `generator` takes its checksum: the numbers of recorded results stay.
+    It is seeded by the whole text of the purpose, while `generator` uses its checksum, so that recorded results do not
+    change.
 
     Raises BadOption for a seed that is not a whole number from 0.
     """
@@ -42,25 +43,25 @@ def stream(seed: int, purpose: str) -> Generator:
 
 
 def demand_draws(draws: object) -> None:
-    """Refuse a number of draws too small for the tails of an interval; 0 means no interval."""
+    """Raise BadOption for a number of draws too small for the tails of an interval; 0 means no interval."""
     if isinstance(draws, bool) or not isinstance(draws, int) or (draws != 0 and draws < 100):
         raise BadOption(f"draws={shown(draws)}: at least 100 are expected, or 0 for no interval")
 
 
 def check_draws(draws: int) -> None:
-    """Refuse a number of draws that no p or interval can rest on."""
+    """Raise BadOption for a number of draws too small for a p value or an interval."""
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < LEAST_DRAWS:
         raise BadOption(f"draws={shown(draws)}: expected a whole number from {LEAST_DRAWS}")
 
 
 def check_share(value: float, name: str) -> None:
-    """Refuse a confidence or quantile outside (0, 1)."""
+    """Raise BadOption for a confidence or quantile outside (0, 1)."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1:
         raise BadOption(f"{name}={shown(value)}: expected a share between 0 and 1, such as 0.95")
 
 
 def refuse_without_draws(draws: int, **options: tuple[object, object]) -> None:
-    """Refuse options of an interval, each given with its default, where there are no draws to make one from."""
+    """Raise BadOption for options of an interval that differ from their defaults if there are no draws."""
     for name, (value, default) in options.items() if not draws else ():
         refuse_idle(name, value, default, "with draws=0: there is no interval")
 

@@ -17,7 +17,7 @@ from palpate.analysis.statistics.refusals import BadOption, shown
 
 @dataclass(frozen=True)
 class Equivalence:
-    """One pair, A minus B: `p_low` tests that the difference lies above the lower bound, `p_high` below the upper."""
+    """One pair, A minus B: `p_low` tests that the difference is above the lower bound, `p_high` below the upper."""
 
     Contrast: str
     A: Hashable
@@ -56,10 +56,10 @@ def equivalence_tests(
     Give `bounds`, a lower and an upper one in the unit of the values, or `bounds_dz`, one number: the bounds are that
     many standard deviations of the differences (between groups: pooled standard deviations) to either side of 0, as
     estimated from the data. `p` is the larger of the two one-sided p, `equivalent` says whether it is below `alpha`,
-    which is whether the interval of 1 - 2 alpha (`ci_low`, `ci_high`) lies within the bounds. t is the one of
-    `pairwise_tests`: paired, pooled for groups of one size, Welch's otherwise. No p is adjusted for a family.
-    A pair whose values do not vary has NaN and None with a `note`.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
+    which is equivalent to whether the interval of 1 - 2 alpha (`ci_low`, `ci_high`) lies within the bounds. t is the
+    one of `pairwise_tests`: paired, pooled for groups of one size, Welch's otherwise. No p is adjusted for a family. A
+    pair whose values do not vary has NaN and None with a `note`. Raises a StatisticsError (a ValueError) that names
+    what is wrong with the table or the request.
     """
     if (bounds is None) == (bounds_dz is None):
         raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")

@@ -1,4 +1,4 @@
-"""Analyses of variance in exact rational arithmetic, and the self-check that holds the doubles against it.
+"""Analyses of variance in exact rational arithmetic, and a self-check of the doubles against it.
 
 Every double is a fraction whose denominator is a power of two, so the data become integers by one common factor,
 and only the last divisions make fractions. Slow (seconds for a million values), never rounded.
@@ -29,7 +29,7 @@ NUMBERS = ("ss", "ss_error", "f", "eps", "np2", "ng2")
 
 @dataclass(frozen=True)
 class ExactEffect:
-    """One effect, exact; None where a statistic is undefined (no residual variation)."""
+    """One exact effect; None for an undefined statistic (no residual variation)."""
 
     source: str
     ss: Fraction
@@ -56,11 +56,11 @@ def self_check(
 ) -> pd.DataFrame:
     """Return how far `mixed_anova` (so `rm_anova` and `anova`) is from exact arithmetic: one row per effect.
 
-    `difference` is the largest relative difference over SS, error SS, F, epsilon and both eta squared, `number` the
-    one that differs most, `exact_F` the exact F rounded once. `checked` is False, with a `note`, for a table of more
-    than `most` values (0.02 s for 40 participants x 45 conditions; the time grows with participants x conditions
-    squared) and for an effect without F. The values are taken as the doubles they are, after any averaging.
-    Raises a StatisticsError as `mixed_anova` does.
+    `difference` is the largest relative difference over SS, error SS, F, epsilon and both eta squared, `number` the one
+    that differs most, `exact_F` the exact F rounded once. `checked` is False, with a `note`, for a table of more than
+    `most` values (0.02 s for 40 participants x 45 conditions; the time grows with participants x conditions squared)
+    and for an effect without F. The doubles are used after any averaging. Raises a StatisticsError as `mixed_anova`
+    does.
     """
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
@@ -138,7 +138,7 @@ def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
 
 
 def summed_part(table: Cells, shape: Sequence[int], axes: Sequence[int]) -> Cells:
-    """Return the table summed over all axes but these and centred along these, times their sizes."""
+    """Return the table summed over all other axes and centred along these, times their sizes."""
     part: Cells = {}
     for where, value in table.items():
         key = tuple(where[axis] for axis in axes)
@@ -170,12 +170,12 @@ def exact_epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
 
 
 def exact_ratio(top: Fraction, bottom: Fraction) -> Fraction | None:
-    """Return top / bottom, None where there is nothing to divide by."""
+    """Return top / bottom, None if bottom is zero."""
     return top / bottom if bottom else None
 
 
 def exact_mixed(design: Design, kind: SumOfSquares) -> list[ExactEffect]:
-    """Return every effect of a design, exact, in the order of `mixed_anova`; the doubles are taken as they are."""
+    """Return every effect of a design in exact arithmetic, in the order of `mixed_anova`."""
     values: Floats = design.cells.values
     flat, unit = integers(values.ravel().tolist())
     whole = np.array(flat, dtype=object).reshape(values.shape)

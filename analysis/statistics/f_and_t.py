@@ -2,8 +2,8 @@
 
 p values come from the incomplete beta function. Intervals (partial and generalized eta squared, dz, Hedges' g) come
 from the limits of the noncentrality of F and t (Steiger & Fouladi 1997; Steiger 2004, Psychological Methods 9). F's
-distribution function is SciPy's where it has a value; its inverse in the noncentrality is found here by bracketing,
-because SciPy's own (`ncfdtrinc`) stops at 1e-3. t's is integrated here, because SciPy's has no value beyond t = 1e4.
+distribution function is SciPy's where it is defined; its inverse in the noncentrality is computed here by bracketing,
+because SciPy's (`ncfdtrinc`) stops at 1e-3. t's is integrated here, because SciPy's is undefined beyond t = 1e4.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ BEYOND = "no interval of eta squared: F is beyond what the noncentral F distribu
 Limits: TypeAlias = tuple[float, float]
 NONE: Limits = (math.nan, math.nan)
 FARTHEST = 1e9
-"""No noncentrality of F beyond it is looked for."""
+"""The greatest noncentrality of F in the search."""
 NODES, REACH = 200, 9.0
-"""Nodes of the integrals, and standard deviations to either side."""
+"""Nodes of the integrals, and their range in standard deviations to either side."""
 SMALLEST = math.ulp(0.0)  # 5e-324
 
 
 def f_tail(statistic: float, df1: float, df2: float) -> float:
     """Return P(F > statistic): NaN for NaN, never 0 (the smallest double stands for everything below it).
 
-    Abramowitz & Stegun 26.6.2, from the side whose argument keeps its digits.
+    Source: Abramowitz & Stegun 26.6.2, from the side whose argument loses no digits.
     """
     if math.isnan(statistic):
         return math.nan
@@ -67,7 +67,7 @@ def t_critical(df: float, confidence: float = 0.95) -> float:
 
 
 def p_note(values: Iterable[float]) -> str:
-    """Return a note on p values at the end of double precision, or "": p is never 0, but may have lost its digits."""
+    """Return a note on p values at the limit of double precision, or "": p is never 0, but may have lost digits."""
     smallest = min((value for value in values if value >= 0), default=1.0)
     if smallest == SMALLEST:
         return "p < 5e-324"
@@ -77,8 +77,8 @@ def p_note(values: Iterable[float]) -> str:
 def adjusted(p: Sequence[float], method: str, family: int | None = None) -> list[float]:
     """Return the p values adjusted for their family by "none", "bonf" or "holm" (Holm 1979).
 
-    The family has as many members as `p`, or `family` (at least as many): an undefined one (NaN) stays NaN, keeps its
-    place, and stands last in Holm's order, which is the cautious choice for the others; so do those not in `p`.
+    The family has as many members as `p`, or `family` (at least as many): an undefined one (NaN) stays NaN and counts
+    as the last in Holm's order, which is conservative for the others; so do those not in `p`.
     """
     size = len(p) if family is None else family
     if method == "none":
@@ -97,12 +97,12 @@ def adjusted(p: Sequence[float], method: str, family: int | None = None) -> list
 def eta_squared_interval(
     f: float, df1: float, df2: float, *, confidence: float = 0.90, added: float = 0.0
 ) -> tuple[float, float]:
-    """Return the interval of partial eta squared that an F with its degrees of freedom gives: nc / (nc + df2 + added).
+    """Return the interval of partial eta squared for an F with its degrees of freedom: nc / (nc + df2 + added).
 
     nc are the limits of F's noncentrality (Steiger 2004). `added` = 0 is the scale on which F df1 / (F df1 + df2) is
     partial eta squared itself (as in R's effectsize); `added` = df1 + 1 divides by the number of participants of a
-    design between groups (Steiger 2004, eq. 51; R's MBESS). 90 % by default: it leaves out 0 where p < .05.
-    NaN where F is NaN. Raises BadOption for a confidence outside 0..1.
+    design between groups (Steiger 2004, eq. 51; R's MBESS). 90 % by default, which excludes 0 if p < .05. NaN if F is
+    NaN. Raises BadOption for a confidence outside 0..1.
     """
     low, high = f_noncentrality(f, df1, df2, checked_confidence(confidence))
     return low / (low + df2 + added), high / (high + df2 + added)
@@ -114,10 +114,10 @@ def eta_squared_intervals(
     """Return intervals for every row of a result of `rm_anova`, `mixed_anova` or `anova`: one row per effect.
 
     `np2_low` and `np2_high` come from the noncentral F with the effect's degrees of freedom, times epsilon where
-    `correction` is "GG" or "HF" and the effect has one. `ng2_low` and `ng2_high` are the same limits carried over to
-    generalized eta squared, holding the ratio of this effect's error to all others at what was observed; a table of
-    `anova` has `eta2_low` and `eta2_high` instead. A row without F has NaN and a `note`.
-    Raises BadOption, and UnknownColumn for a table that none of these calls made.
+    `correction` is "GG" or "HF" and the effect has one. `ng2_low` and `ng2_high` are the same limits converted to
+    generalized eta squared, with the observed ratio of this effect's error to all others; a table of `anova` has
+    `eta2_low` and `eta2_high` instead. A row without F has NaN and a `note`. Raises BadOption, and UnknownColumn for a
+    table that none of these calls made.
     """
     level = checked_confidence(confidence)
     if not isinstance(correction, str) or correction not in ("none", *EPSILONS):
@@ -148,7 +148,7 @@ def eta_squared_intervals(
 
 
 def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
-    """Return the interval of dz, the mean of n differences over their standard deviation; NaN where dz is.
+    """Return the interval of dz, the mean of n differences over their standard deviation; NaN if dz is.
 
     The limits of the noncentrality of t = dz sqrt(n) with n - 1 degrees of freedom, over sqrt(n) (Steiger & Fouladi
     1997; Goulet-Pelletier & Cousineau 2018). Raises BadOption for a confidence outside 0..1.
@@ -159,7 +159,7 @@ def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:
 
 
 def hedges_interval(g: float, n1: int, n2: int, *, confidence: float = 0.95) -> Limits:
-    """Return the interval of Hedges' g of two groups; NaN where g is, and for fewer than 4 participants.
+    """Return the interval of Hedges' g of two groups; NaN if g is, and for fewer than 4 participants.
 
     From t = d sqrt(n1 n2 / (n1 + n2)) with n1 + n2 - 2 degrees of freedom, d = g / J; limits times J, the factor for
     small samples that g has (Hedges 1981). Raises BadOption for a confidence outside 0..1.
@@ -174,7 +174,7 @@ def hedges_interval(g: float, n1: int, n2: int, *, confidence: float = 0.95) -> 
 
 
 def checked_confidence(confidence: object) -> float:
-    """Refuse a confidence that is no number between 0 and 1."""
+    """Return the confidence. Raises BadOption unless it is between 0 and 1."""
     if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
         raise BadOption(f"confidence={shown(confidence)} is unknown: a number between 0 and 1, such as 0.90")
     return float(confidence)
@@ -185,9 +185,9 @@ def _named(name: str, value: float, limits: tuple[float, ...]) -> dict[str, floa
 
 
 def _carried(limit: float, row: Mapping[Hashable, Any]) -> float:
-    """Return a limit of partial eta squared on the scale of the generalized one.
+    """Return a limit of partial eta squared converted to generalized eta squared.
 
-    SS / (SS + r SS_error), r as observed.
+    It is SS / (SS + r SS_error) with the observed r.
     """
     partial, generalized = row["np2"], row.get("ng2", row["np2"])
     if not (limit > 0 and partial > 0):
@@ -198,9 +198,9 @@ def _carried(limit: float, row: Mapping[Hashable, Any]) -> float:
 
 
 def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limits:
-    """Return lower and upper limit of F's noncentrality; the lower is 0 where F is smaller than chance would make it.
+    """Return the limits of F's noncentrality; the lower is 0 if F is smaller than expected by chance.
 
-    NaN where F is, or where a limit lies beyond 1e9.
+    NaN if F is, or if a limit exceeds 1e9.
     """
     if not math.isfinite(f):
         return NONE
@@ -219,7 +219,7 @@ def f_noncentrality(f: float, df1: float, df2: float, confidence: float) -> Limi
 def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
     """Return P(F <= f) of the noncentral F.
 
-    Where SciPy's has no value: the sum over Poisson's chances (A & S 26.6.18).
+    If SciPy's is undefined, it is the sum over Poisson probabilities (A & S 26.6.18).
     """
     chance = float(ncfdtr(df1, df2, nc, f))
     if not math.isnan(chance) or not 0 <= nc <= FARTHEST:
@@ -233,7 +233,7 @@ def f_chance(f: float, df1: float, df2: float, nc: float) -> float:
 
 
 def t_noncentrality(t: float, df: float, confidence: float) -> Limits:
-    """Return lower and upper limit of t's noncentrality; NaN where t is."""
+    """Return the limits of t's noncentrality; NaN if t is."""
     if not math.isfinite(t):
         return NONE
     tail = (1 - confidence) / 2
@@ -245,7 +245,7 @@ def t_noncentrality(t: float, df: float, confidence: float) -> Limits:
 def t_chance(t: float, df: float, nc: float) -> float:
     """Return P(T <= t) of the noncentral t: P(Z + nc <= t s), Z normal, s an independent chi over the root of its df.
 
-    Integrated over whichever of the two makes the smoother integrand; good to about 1e-13.
+    It is integrated over the variable with the smoother integrand, to about 1e-13.
     """
     if t < 0:
         return 1 - t_chance(-t, df, -nc)
@@ -279,7 +279,7 @@ def _legendre() -> tuple[Floats, Floats]:
 
 
 def _crossing(chance: Callable[[float], float], level: float, low: float, high: float) -> float:
-    """Return where a falling probability crosses `level`, from a bracket that is widened until it holds the place."""
+    """Return where a falling probability crosses `level`, by a bracket that is widened until it contains it."""
     from scipy.optimize import brentq
 
     step = high - low

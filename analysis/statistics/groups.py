@@ -1,4 +1,4 @@
-"""Groups of values and groups of participants, from long tables; whatever does not fit is refused by name."""
+"""Groups of values and groups of participants from long tables; unsuitable tables are refused."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from palpate.protocols.wording import count
 
 @dataclass(frozen=True)
 class Groups:
-    """The values of each group, each sorted (so that no result depends on the order of rows)."""
+    """The sorted values of each group, so that no result depends on the order of rows."""
 
     factor: Hashable
     labels: list[Hashable]
@@ -48,7 +48,7 @@ class Groups:
     ratings_per_value: tuple[int, int] = (1, 1)
 
     def attrs(self) -> dict[str, Any]:
-        """Return the facts about the table that a result rests on: values per group, rows or participants left out."""
+        """Return the facts about the table that qualify a result: values per group, rows or participants left out."""
         sizes = [len(values) for values in self.values]
         facts = {"group_sizes": dict(zip(self.labels, sizes, strict=True)), "dropped": self.dropped}
         return facts if self.ratings_per_value == (1, 1) else facts | {"ratings_per_cell": self.ratings_per_value}
@@ -101,7 +101,7 @@ def gather_groups(
 def _values_by_group(y: Floats, group: Coded, factor: Hashable) -> list[Floats]:
     """Return the values of each group, sorted, without the missing ones.
 
-    Raises TooFew where a group has none left, or no group has more than one.
+    Raises TooFew if a group has no values left, or no group has more than one.
     """
     order = np.lexsort((y, group.codes))
     present = order[~np.isnan(y[order])]
@@ -119,7 +119,7 @@ def _values_by_group(y: Floats, group: Coded, factor: Hashable) -> list[Floats]:
 def _per_participant(
     y: Floats, group: Coded, people: Coded, aggregate: Aggregate
 ) -> tuple[Floats, Coded, tuple[int, int]]:
-    """Return one value and one group per participant, and how many ratings a value is the mean of."""
+    """Return one value and one group per participant, and how many ratings a value averages."""
     n = len(people.labels)
     own = np.zeros(n, dtype=np.intp)
     own[people.codes] = group.codes
@@ -139,7 +139,7 @@ def _per_participant(
 
 @dataclass(frozen=True)
 class Membership:
-    """`groups` has each group's participants by place, the last factor running fastest; one group where no factor."""
+    """Participants by group and index, with the last factor varying fastest; one group without factors."""
 
     factors: list[Hashable]
     levels: list[list[Hashable]]
@@ -147,11 +147,11 @@ class Membership:
 
     @property
     def sizes(self) -> list[int]:
-        """How many participants each group has."""
+        """The number of participants of each group."""
         return [len(group) for group in self.groups]
 
     def names(self) -> list[str]:
-        """Return each group in words: its level of every factor."""
+        """Return a description of each group by its level of every factor."""
         return [
             " and ".join(f"{factor!r} = {level!r}" for factor, level in zip(self.factors, levels, strict=True))
             for levels in product(*self.levels)

@@ -31,12 +31,13 @@ SumOfSquares: TypeAlias = Literal["II", "III"]
 Whole: TypeAlias = NDArray[Any]  # of Python integers, which have no end
 Effect: TypeAlias = tuple[int, ...]
 EXACT_GROUPS = 24
-"""Up to here the exact elimination takes some hundredths of a second; its time grows faster than the cube of groups."""
+"""The most groups for exact elimination, which then takes some hundredths of a second and grows faster than cubically.
+"""
 
 
 @dataclass(frozen=True)
 class Form:
-    """t' (top / bottom) t is the sum of squares of an effect, for the sums t of the groups; `df` its rank."""
+    """An effect's sum of squares as a quadratic form t' (top / bottom) t of the groups' sums t; `df` is its rank."""
 
     df: int
     top: Whole
@@ -45,13 +46,13 @@ class Form:
     exact = True
 
     def of(self, sums: Whole) -> Fraction:
-        """Return the form of every column of `sums` (groups, columns), added up."""
+        """Return the sum of the form over the columns of `sums` (groups, columns)."""
         return Fraction(int((sums * (self.top @ sums)).sum()), self.bottom)
 
 
 @dataclass(frozen=True)
 class Projection:
-    """The same in doubles: the squared length of the groups' weighted means along the columns of `basis`."""
+    """The form in doubles: the squared length of the groups' weighted means along the columns of `basis`."""
 
     df: int
     basis: Floats
@@ -60,7 +61,7 @@ class Projection:
     exact = False
 
     def of(self, sums: Whole) -> Fraction:
-        """Return what `Form.of` does, rounded; the mean of all, which no effect here is about, is taken out exactly."""
+        """Return what `Form.of` does, rounded; the overall mean, which no effect here involves, is removed exactly."""
         total = sum(self.sizes)
         sizes = np.array(self.sizes, dtype=object)[:, None]
         deviations = total * sums - sizes * sums.sum(axis=0)
@@ -72,10 +73,10 @@ class Projection:
 
 
 def form(levels: Sequence[int], sizes: Sequence[int], effect: Effect, kind: SumOfSquares) -> Form | Projection:
-    """Return the quadratic form of one effect: a set of factors by place, () for the mean of all.
+    """Return the quadratic form of one effect: a set of factors by index, () for the overall mean.
 
-    `levels` are the factors' numbers of levels, `sizes` how many participants each of their combinations has, the last
-    factor running fastest; all at least 1.
+    `levels` are the factors' numbers of levels, `sizes` how many participants each of their combinations has, with the
+    last factor varying fastest; all at least 1.
     """
     if len(set(sizes)) == 1:
         # Groups of one size: types II and III are one, the projection on the effect divided by that size.
@@ -126,7 +127,7 @@ def _projected(own: Whole, rest: Whole, sizes: Sequence[int]) -> Projection:
 
 
 def subsets(factors: int, first: int = 0) -> Iterator[Effect]:
-    """Yield every set of factors by place, from the empty one to all of them; places begin at `first`."""
+    """Yield every set of factors by index, from the empty one to all of them; indices begin at `first`."""
     for size in range(factors + 1):
         yield from combinations(range(first, first + factors), size)
 
@@ -161,14 +162,16 @@ def _reduced(df: int, top: Whole, bottom: int) -> Form:
 
 @dataclass(frozen=True)
 class GroupSums:
-    """`sums` (groups, levels of within factor 1, ...) in units of 1 / `unit`, and each between effect's form."""
+    """Sums of groups, `sums` (groups, levels of within factor 1, ...) in units of 1 / `unit`, and between effects'
+    forms.
+    """
 
     sums: Whole
     unit: int
     forms: dict[Effect, Form | Projection]
 
     def effect(self, between: Effect, axes: tuple[int, ...]) -> tuple[int, Fraction]:
-        """Return rank between groups and sum of squares of an effect."""
+        """Return the rank between groups and the sum of squares of an effect."""
         form = self.forms[between]
         size = math.prod(self.sums.shape[axis] for axis in axes)
         scale = math.prod(self.sums.shape[1:]) * size * self.unit**2
@@ -188,13 +191,13 @@ def group_sums(x: Floats, groups: Membership, kind: SumOfSquares) -> GroupSums:
 
 
 def forms_of(groups: Membership, kind: SumOfSquares) -> dict[Effect, Form | Projection]:
-    """Return the form of every effect between groups, the mean of all among them."""
+    """Return the form of every effect between groups, including the overall mean."""
     levels = [len(own) for own in groups.levels]
     return {effect: form(levels, groups.sizes, effect, kind) for effect in subsets(len(levels))}
 
 
 def within_part(sums: Whole, axes: tuple[int, ...]) -> Whole:
-    """Return the sums (groups, ...) over all within axes but these, centred along these, times their sizes."""
+    """Return the sums (groups, ...) over all other within axes, centred along these, times their sizes."""
     others = tuple(axis for axis in range(1, sums.ndim) if axis not in axes)
     part = np.asarray(sums.sum(axis=others)) if others else sums
     for axis in range(1, part.ndim):

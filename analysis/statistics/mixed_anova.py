@@ -1,6 +1,6 @@
 """ANOVA with factors within and between participants, types II and III, and Mauchly's test of sphericity.
 
-Within participants every sum of squares is that of differences (`anova.component`), taken in each group by itself;
+Within participants every sum of squares is that of differences (`anova.component`), computed in each group separately;
 between groups it is a quadratic form of the groups' sums in exact integers (`hypotheses`).
 """
 
@@ -58,12 +58,12 @@ def mixed_anova(
 ) -> pd.DataFrame:
     """Return the ANOVA of a long table with factors within participants, between them, or both: one row per effect.
 
-    The columns are those of `rm_anova`, and `d`, the number of contrasts within participants that the effect is about
-    (1 for one between participants: epsilon is 1 there). With groups of different sizes `sum_of_squares` matters:
-    "III" compares unweighted means (sum-to-zero contrasts), "II" adjusts each effect for all that do not contain it,
-    both as R's car and afex do. `eps_HF` has Lecoutre's correction for groups, at most 1, as in car. `ng2` counts every
-    factor as manipulated. `subject` may be left out where there is no within factor: each row is a participant then.
-    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    The columns are those of `rm_anova`, and `d`, the effect's number of contrasts within participants (1 for an effect
+    between participants, whose epsilon is 1). With groups of different sizes `sum_of_squares` matters: "III" compares
+    unweighted means (sum-to-zero contrasts), "II" adjusts each effect for all that do not contain it, both as R's car
+    and afex do. `eps_HF` has Lecoutre's correction for groups, at most 1, as in car. `ng2` counts every factor as
+    manipulated. `subject` may be left out without a within factor; each row is then a participant. Raises a
+    StatisticsError (a ValueError) that names what is wrong with the table.
     """
     refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
@@ -76,9 +76,9 @@ def mixed_anova(
 
 
 def refuse_unknown_type(sum_of_squares: object, within: Names, between: Names) -> None:
-    """Refuse any type of sums of squares but II and III, and II where no effect is adjusted for another.
+    """Raise BadOption for types of sums of squares other than II and III, and for II if it makes no difference.
 
-    The two differ in the effects of groups that other factors divide, too.
+    The two types differ for effects of groups that other factors divide, too.
     """
     if not isinstance(sum_of_squares, str) or sum_of_squares not in ("II", "III"):
         raise BadOption(f"sum_of_squares={shown(sum_of_squares)} is unknown: 'II' or 'III'")
@@ -88,7 +88,7 @@ def refuse_unknown_type(sum_of_squares: object, within: Names, between: Names) -
 
 
 def type_matters(within: int, between: int) -> bool:
-    """Return whether sums of squares of types II and III can differ with so many factors."""
+    """Return whether sums of squares of types II and III can differ with these numbers of factors."""
     return between > 1 or (between == 1 and within > 0)
 
 
@@ -106,7 +106,7 @@ class Design:
 
     @property
     def error_df(self) -> int:
-        """Participants less groups."""
+        """The number of participants minus the number of groups."""
         return len(self.cells.values) - len(self.groups.groups)
 
     def source(self, between: Sequence[int], axes: Sequence[int]) -> str:
@@ -115,7 +115,7 @@ class Design:
         return ":".join(map(str, [*own, *(self.cells.factors[axis - 1] for axis in axes)]))
 
     def terms(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Return every effect as (within axes, between factors by place), in the order of R's afex."""
+        """Return every effect as (within axes, between factors by index), in the order of R's afex."""
         betweens = list(subsets(len(self.groups.factors)))
         axes = list(subsets(len(self.cells.factors), first=1))
         return [(own, other) for own in axes for other in betweens if own or other]
@@ -130,7 +130,7 @@ def gather_design(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Design:
-    """Return the dense values and the groups of a long table; refuse by name what is not a full design."""
+    """Return the dense values and the groups of a long table. Raises an error unless the design is complete."""
     own, others = ([] if names is None else name_list(names) for names in (within, between))
     if not own + others:
         raise BadOption("no factor is named; give `within`, `between` or both")
@@ -163,7 +163,7 @@ def gather_design(
 
 @dataclass(frozen=True)
 class Stratum:
-    """The residuals of one set of within axes: their sum of squares, epsilons and contrasts per participant."""
+    """The residuals of one set of within axes: sum of squares, epsilons and contrasts per participant."""
 
     axes: tuple[int, ...]
     d: int
@@ -217,7 +217,7 @@ def mixed_effects(design: Design, kind: SumOfSquares) -> Iterator[tuple[int, Eff
 
 @dataclass(frozen=True)
 class Sphericity:
-    """One test; `p` has R's second-order term, `p_anderson` the one of the literature."""
+    """A test of sphericity; `p` has R's second-order term, `p_anderson` that of the literature."""
 
     Source: str
     d: int
@@ -244,8 +244,8 @@ def mauchly_tests(
     W and p are those of R's `mauchly.test` and car: p is that of Box's chi-squared series with two terms, in whose
     second R 4.2 writes the number of all within cells where Anderson (2003, 10.7.2) has the number of contrasts;
     `p_anderson` has the latter. With between factors the covariance is pooled over groups. With fewer participants
-    (less groups) than contrasts there is no test: W and p are NaN and the `note` says so.
-    Raises a StatisticsError as `mixed_anova` does.
+    (minus groups) than contrasts there is no test: W and p are NaN and the `note` says so. Raises a StatisticsError as
+    `mixed_anova` does.
     """
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     return pd.DataFrame([asdict(test) for test in sphericities(design)], columns=list(COLUMNS))
@@ -273,7 +273,7 @@ def sphericities(design: Design) -> Iterator[Sphericity]:
 
 
 def _log_w(stratum: Stratum, n: int) -> tuple[str, float]:
-    """Return log W = log det S - d log(tr S / d) of the contrasts' covariance S, or why there is none."""
+    """Return log W = log det S - d log(tr S / d) of the contrasts' covariance S, or the reason why there is none."""
     d = stratum.d
     if n < d:
         return f"fewer than d = {d} participants more than groups: there is no test of sphericity", math.nan
@@ -287,7 +287,7 @@ def _log_w(stratum: Stratum, n: int) -> tuple[str, float]:
 
 
 def _tail(chi2: float, d: int, room: float, size: int) -> float:
-    """Return the tail of Box's chi-squared series with two terms; `size` is the count in the second one."""
+    """Return the tail of Box's chi-squared series with two terms; `size` is the number in the second term."""
     ddof = d * (d + 1) // 2 - 1
     second = (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * size + 2) / (288 * (d * room) ** 2)
     first, later = float(chdtrc(ddof, chi2)), float(chdtrc(ddof + 4, chi2))

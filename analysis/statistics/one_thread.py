@@ -1,4 +1,4 @@
-"""One thread of linear algebra while many small problems are solved."""
+"""Limiting linear algebra to one thread while many small problems are solved."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 
 
 def one_thread() -> AbstractContextManager[Any]:
-    """Limit BLAS to one thread while the context lasts.
+    """Limit BLAS to one thread within the context.
 
-    A fit makes thousands of small factorisations. Several threads gain nothing on them, and on a busy machine they
-    wait for each other: docs/reference/mixed-models.md has the times.
+    A fit makes thousands of small factorisations. Several threads do not speed them up, and on a busy machine they wait
+    for each other (times: docs/reference/mixed-models.md).
     """
     from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 

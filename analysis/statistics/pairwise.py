@@ -1,4 +1,4 @@
-"""Pairwise t tests within participants or between groups, with their family of p values."""
+"""Pairwise t tests within participants or between groups, with adjustment of p values in a family."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def pairwise_tests(
 
 @dataclass(frozen=True)
 class Comparisons:
-    """Every pair of levels of one factor, compared, and what to say of the table they come from."""
+    """The comparisons of all pairs of levels of one factor, and notes on the table."""
 
     factor: Hashable
     pairs: list[Comparison]
@@ -110,7 +110,7 @@ def compare_levels(
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> Comparisons:
-    """Compare every pair of levels of the one factor given: `within` participants or `between` groups of them."""
+    """Compare every pair of levels of the given factor: `within` participants or `between` groups of them."""
     if (within is None) == (between is None):
         raise BadOption("give one factor: either `within` (with `subject`) or `between`")
     if between is not None:
@@ -130,7 +130,7 @@ def compare_levels(
 
 
 def _family(family: object, pairs: int) -> int:
-    """Return how many p values there are to adjust for."""
+    """Return the number of p values to adjust for."""
     if family is None:
         return pairs
     if isinstance(family, bool) or not isinstance(family, Integral):
@@ -166,10 +166,10 @@ def _table(comparisons: Comparisons, method: str, family: int) -> pd.DataFrame:
 
 
 class Comparison(NamedTuple):
-    """Level A minus level B: mean difference and its standard error in the data's unit, t, df, standardised size.
+    """Level A minus level B: mean difference and standard error in the data's unit, t, df, standardised size.
 
-    `spread` is what the size is in units of: the standard deviation of the differences, or the groups' pooled one.
-    Where t is undefined, `t` and `size` are NaN and `note` says why.
+    `spread` is the unit of the size: the standard deviation of the differences, or the groups' pooled one. If t is
+    undefined, `t` and `size` are NaN and `note` says why.
     """
 
     a: Hashable
@@ -260,11 +260,11 @@ def hedges_g(mean: float, ss: float, n: int) -> float:
 def pairs_in_order(
     table: pd.DataFrame, order: Sequence[str], sizes: Sequence[str] = ("dz",), turned: pd.DataFrame | None = None
 ) -> list[dict[str, Any]]:
-    """Return the rows of a table of pairs (columns A and B) with the level first that comes first in `order`.
+    """Return the rows of a table of pairs (columns A and B), with A and B in the order of `order`.
 
-    A level that `order` does not name comes after those that it names. `sizes` are the columns of effect sizes, which
-    change their sign as the differences do. `turned` is the table that the rows to be turned round are taken from, row
-    by row, where turning changes more than signs (bounds that are not symmetric); None takes them from `table`.
+    Levels that `order` does not name come last. `sizes` are the columns of effect sizes, which change sign with the
+    differences. `turned` is a table with the rows of B minus A, for tests where more than signs change (asymmetric
+    bounds); with None they are computed from `table`.
     """
     place = {level: at for at, level in enumerate(order)}
     places = {level: place.get(str(level), len(place)) for level in {*table["A"], *table["B"]}}

@@ -1,4 +1,4 @@
-"""The reference values that tests, benchmarks and the demonstration read: see `reference/NOTICE`."""
+"""The reference values that tests, benchmarks and the demonstration use: see `reference/NOTICE`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class NoSuchReference(StatisticsError):
 
 
 def reference_path(name: str) -> Path:
-    """Return the path of a reference file by its name, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
+    """Return the path of a reference file by name, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
     path = FOLDER / name
     if not path.is_file():
         known = ", ".join(sorted(file.name for file in path.parent.glob("*")) or sorted(folders()))
@@ -30,7 +30,7 @@ def reference_path(name: str) -> Path:
 
 
 def folders() -> list[str]:
-    """Return what the reference folder holds."""
+    """Return the names of the files in the reference folder."""
     return [path.name for path in FOLDER.iterdir()]
 
 

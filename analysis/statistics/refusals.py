@@ -1,4 +1,4 @@
-"""What the statistics refuse, by name: each refusal says where, what was found, what was expected and what to do."""
+"""The errors of the statistics: each message says where, what was found, what was expected and what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ NO_SUBJECT = "without `subject`, because every row counts as an independent valu
 
 
 class StatisticsError(ValueError):
-    """A table or a request that the statistics do not answer."""
+    """A table or a request that the statistics refuse."""
 
 
 class UnknownColumn(StatisticsError):
@@ -37,11 +37,11 @@ class BadOption(StatisticsError):
 
 
 class Separated(StatisticsError):
-    """Answers that the predictors divide without overlap: some estimate would be infinite."""
+    """Answers that the predictors separate without overlap, so that some estimate would be infinite."""
 
 
 class NotConverged(StatisticsError):
-    """A likelihood whose maximum was not reached: no number of such a fit is given away."""
+    """A likelihood whose maximum was not reached, so that no result is returned."""
 
 
 class RankDeficient(StatisticsError):
@@ -53,11 +53,11 @@ class NotIdentified(StatisticsError):
 
 
 class NoResidual(StatisticsError):
-    """Data whose residual is nothing, or nothing but the rounding of the numbers."""
+    """Data whose residual is zero, or only rounding."""
 
 
 class NotComparable(StatisticsError):
-    """Two models that a likelihood ratio does not compare."""
+    """Two models that a likelihood ratio cannot compare."""
 
 
 class NoEstimate(StatisticsError):
@@ -65,16 +65,16 @@ class NoEstimate(StatisticsError):
 
 
 def refuse_idle(name: str, value: object, default: object, where: str) -> None:
-    """Refuse an option that differs from its default where it changes nothing, so that nobody trusts in its effect.
+    """Raise BadOption for an option that differs from its default where it has no effect.
 
-    `where` says in which request: "without `subject`: every row counts as independent".
+    `where` names the condition: "without `subject`: every row counts as independent".
     """
     if value is not default and value != default:
         raise BadOption(f"{name}={shown(value)} has no effect {where}; leave it out")
 
 
 def refuse_idle_levels(levels: Iterable[object], factors: Collection[object], name: str = "levels") -> None:
-    """Refuse an order of the levels of a column that is none of the factors."""
+    """Raise BadOption for an order of levels of a column that is not among the factors."""
     for column in levels:
         if column not in factors:
             known = ", ".join(map(repr, factors)) or "none"
@@ -82,12 +82,12 @@ def refuse_idle_levels(levels: Iterable[object], factors: Collection[object], na
 
 
 def listed(items: Iterable[str], total: int) -> str:
-    """Return the first few of `total` items as one phrase; the rest as a count."""
+    """Return the first few of `total` items as text, and the number of the others."""
     first = [item for item, _ in zip(items, range(SHOWN), strict=False)]
     rest = total - len(first)
     return "; ".join(first) + (f"; and {rest} more" if rest else "")
 
 
 def shown(option: object) -> str:
-    """Return a wrong value of an option as one word: text, numbers and None as they are, anything else by its type."""
+    """Return an invalid value as text: strings, numbers and None as they are, anything else by its type."""
     return repr(option) if option is None or isinstance(option, str | int | float) else f"<{type(option).__name__}>"

@@ -1,1 +1,1 @@
-"""Recorded streams: what a session's ledger holds of them, and their export."""
+"""Recorded streams: their contents in a session's ledger, and their export."""

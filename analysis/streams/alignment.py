@@ -1,4 +1,4 @@
-"""The streams of one act on one grid of session time, their speeds, and the account of how they came there."""
+"""Alignment of the streams of one act on a grid of session time, their speeds, and a description of the methods."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from palpate.signals.arrays import Array
 AXES = ("x", "y", "z")
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 WINDOW, DEGREE = 7, 2
-"""A parabola over seven samples: of all windows about the best for a hand's stroke at 120 Hz (docs/reference)."""
+"""The window of a parabola over seven samples, about the best for a hand's stroke at 120 Hz (docs/reference)."""
 SINES_HZ = (1.5, 5.0, 25.0)
 FOURTH = 70.0
-"""Sum of the squares of 1, 4, 6, 4, 1: the variance of the fourth difference of white noise of variance 1."""
+"""The sum of the squares of 1, 4, 6, 4, 1: the variance of the fourth difference of white noise with variance 1."""
 ANGLE = "angle_deg"
 MANY_HOLES = 200
-"""So many holes are listed one by one; of more, only their number is given."""
+"""The most gaps that are listed individually; of more only the number is given."""
 
 
 @dataclass(frozen=True)
 class SpeedOptions:
-    """Which streams' speed is computed, over how many samples, and whether nothing may be taken from the future."""
+    """Options of speed: the streams, the number of samples, and whether future samples may not be used."""
 
     streams: tuple[str, ...] = ()
     window: int = WINDOW
@@ -44,7 +44,7 @@ NO_SPEEDS = SpeedOptions()
 
 @dataclass(frozen=True)
 class StreamSpeed:
-    """Velocities (m, axes) of a stream on the grid in mm/s, NaN where they are not known, and how they are computed."""
+    """Velocities (m, axes) of a stream on the grid in mm/s, NaN where unknown, and their method."""
 
     stream: Stream
     axes: tuple[str, ...]
@@ -55,12 +55,12 @@ class StreamSpeed:
     noise_mm: float | None
 
     def columns(self) -> dict[str, Array]:
-        """Return STREAM_vx and so on, then STREAM_speed: their length, never below 0."""
+        """Return STREAM_vx and so on, then STREAM_speed, the magnitude."""
         columns = {f"{self.stream.name}_v{axis}": self.velocities[:, place] for place, axis in enumerate(self.axes)}
         return {**columns, f"{self.stream.name}_speed": np.linalg.norm(self.velocities, axis=1)}
 
     def account(self) -> dict[str, Any]:
-        """Return the method, its window, its delay, its noise and its bias, as JSON data."""
+        """Return method, window, delay, noise and bias as JSON data."""
         one, rates = self.estimate, (self.stream.timing.rate_hz, self.grid_hz)
         ahead_s = one.wait_s + self.method.ahead_s(*rates)
         # What the recording's own noise does to the speed; nulls where it is too short to tell.
@@ -97,13 +97,10 @@ class StreamSpeed:
 def speed_of(
     stream: Stream, times_s: Array, grid_s: Array, grid_hz: float, method: Method, options: SpeedOptions
 ) -> StreamSpeed:
-    """Return the stream's velocity at its own sample times by its own measured rate, then aligned; no hole is
-    bridged.
+    """Return the stream's velocity at its own sample times and measured rate, then aligned; no gap is bridged.
 
-    Where nothing may be taken from the future, the last estimate is held until the next.
-
-    Raises:
-        StreamError: no lengths x, y, z in it, a window that cannot be, no stretch that is as long as the window.
+    If no future samples may be used, the last estimate is held until the next one. Raises StreamError without lengths
+    x, y, z, for an impossible window, and if no stretch is as long as the window.
     """
     units = dict(zip(stream.channels, stream.units, strict=True))
     axes = tuple(axis for axis in AXES if axis in units)
@@ -140,9 +137,9 @@ def speed_of(
 
 @dataclass(frozen=True)
 class AlignmentOptions:
-    """How streams are to be aligned: the grid's rate, the method of those that no other is named for, latencies.
+    """Options of alignment: the grid's rate, methods by stream and by default, latencies.
 
-    `latency_s` is how late a stream's earliest arrivals are: its times are moved back by so much.
+    `latency_s` is the delay of a stream's earliest arrivals, which is subtracted from its times.
     """
 
     grid_hz: float
@@ -151,26 +148,26 @@ class AlignmentOptions:
     latency_s: Mapping[str, float]
     longest_gap_s: float = LONGEST_GAP_S
     everything: bool = False
-    """From the first sample of any stream to the last of any, rather than what all streams cover."""
+    """Whether the grid covers the time of any stream, instead of the common time of all."""
     marks: bool = False
-    """Whether a column of each stream says which rows lie in a hole that was bridged."""
+    """Whether a column for each stream marks rows within bridged gaps."""
     speed: SpeedOptions = NO_SPEEDS
 
     def method_of(self, stream: str) -> Method:
-        """Return the method that the stream is aligned by."""
+        """Return the method by which the stream is aligned."""
         return self.methods.get(stream, self.method)
 
 
 @dataclass(frozen=True)
 class DoorAngle:
-    """The angle of a door on the grid, by a stream of positions, and the hinge that was fitted to them."""
+    """The angle of a door on the grid, from a stream of positions and the hinge that was fitted to them."""
 
     stream: str
     hinge: Hinge
     angle_deg: Array
 
     def account(self) -> dict[str, Any]:
-        """Return what was fitted, as JSON data: lengths in the stream's unit."""
+        """Return the fitted hinge as JSON data, with lengths in the stream's unit."""
         return {
             "column": ANGLE, "of": self.stream, "unit": "deg", "radius": self.hinge.radius,
             "misfit_rms": self.hinge.misfit, "centre": self.hinge.centre.tolist(),
@@ -201,7 +198,7 @@ class AlignedStreams:
         return columns if self.hinge is None else columns | {ANGLE: self.hinge.angle_deg}
 
     def account(self) -> dict[str, Any]:
-        """Return everything about the columns that they do not hold themselves, as JSON data."""
+        """Return a full description of the columns as JSON data."""
         pairs = zip(self.streams, self.aligned, strict=True)
         accounts = {stream.name: _stream_account(stream, aligned, self.options) for stream, aligned in pairs}
         for speed in self.speeds:
@@ -210,12 +207,11 @@ class AlignedStreams:
 
 
 def align_streams(streams: Sequence[Stream], options: AlignmentOptions, hinge: str | None = None) -> AlignedStreams:
-    """Bring the streams of one act onto a grid; streams without a rate (things noted) are left out.
+    """Align the streams of one act on a grid, without streams that have no rate (events).
 
     `hinge` names a stream of positions on a door, whose angle is a further column.
 
-    Raises StreamError where nothing is left, or the streams share no time; what a stream is refused for is said
-    with its name.
+    Raises StreamError if nothing is left, or the streams have no common time; the message names a refused stream.
     """
     regular = tuple(stream for stream in streams if not stream.noted)
     if not regular:
@@ -300,7 +296,7 @@ def _stream_account(stream: Stream, aligned: Aligned, options: AlignmentOptions)
 
 
 def describe_stream(stream: Stream) -> dict[str, Any]:
-    """Return what is known of a stream without reading its samples, as JSON data; a noted one has no clock."""
+    """Return a description of a stream as JSON data, without reading samples; a stream of events has no clock."""
     about = {
         "channels": list(stream.channels), "units": list(stream.units), "rate_hz": stream.rate_hz,
         "clock": stream.clock, "calibration": stream.calibration, "samples": stream.count, "lost": stream.lost,

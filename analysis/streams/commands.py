@@ -18,10 +18,10 @@ OUT = click.Path(path_type=Path)
 
 
 class Listing(click.Group):
-    """`palpate streams LEDGER` lists: what is no verb of the group is a ledger."""
+    """A command group in which `palpate streams LEDGER` lists: an argument that is no verb is a ledger."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Put the verb in that is left out."""
+        """Insert the verb `list` if it is left out."""
         if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
             args = ["list", *args]
         return super().parse_args(ctx, args)

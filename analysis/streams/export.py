@@ -1,4 +1,4 @@
-"""Which streams of a ledger are exported, and into which files."""
+"""The selection of streams of a ledger for export, and the files that are written."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from palpate.signals.arrays import Array
 from palpate.studies.sessions.record import Record
 
 DIGITS = 9
-"""A float32 comes back from so many."""
+"""The number of digits that restore a float32."""
 ROWS = 4096
-"""Rows that are turned into text at a time."""
+"""The number of rows that are converted to text at a time."""
 
 
 @dataclass(frozen=True)
 class ExportSelection:
-    """What is exported: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge.
+    """The selection: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge.
 
     Streams in `by_stamps` are timed by their device's stamps instead of by their arrivals.
     """
@@ -47,13 +47,13 @@ class ExportSelection:
 
     @property
     def single(self) -> bool:
-        """Return whether one recording is meant."""
+        """Whether a single recording is selected."""
         return self.trial is not None
 
 
 @dataclass(frozen=True)
 class _Act:
-    """Streams that were recorded together, and the name of their files."""
+    """Streams that were recorded together, and the base name of their files."""
 
     stem: str
     attempt: RecordedAttempt
@@ -67,10 +67,10 @@ class _Act:
 
 
 def export(record: Record, selection: ExportSelection, out: Path, options: AlignmentOptions | None) -> list[Path]:
-    """Write the chosen streams, aligned as `options` or, without it, raw; the files that were written.
+    """Write the selected streams, aligned by `options` or raw without them; return the paths.
 
-    `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN. Recordings of
-    nothing but things noted (a form's marker) are not aligned: they are left out where there are others.
+    `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN. Recordings with
+    only events (a form's marker) are not aligned; they are left out if there are others.
 
     Raises:
         StreamError: nothing to export, several recordings for one file, streams that cannot be aligned.
@@ -153,7 +153,7 @@ def _chosen_acts(record: Record, selection: ExportSelection) -> list[_Act]:
 
 
 def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[str, Any]:
-    """Return which ledger it was, so that an export can be traced to it, and what became of every attempt."""
+    """Return the identity of the ledger, to trace an export to it, and the outcome of every attempt."""
     header = record.header
     return {
         "ledger": record.path.name,
@@ -171,7 +171,7 @@ def ledger_account(record: Record, attempts: Sequence[RecordedAttempt]) -> dict[
 
 
 def write_aligned(path: Path, together: AlignedStreams, about: Mapping[str, Any]) -> list[Path]:
-    """Write the CSV (time_s in seconds of session time, STREAM_CHANNEL columns; empty where unknown) and its JSON."""
+    """Write the CSV (time_s in seconds of session time, STREAM_CHANNEL columns; empty if unknown) and its JSON file."""
     columns = together.columns()
     table = np.column_stack(list(columns.values()))
     grid_hz = together.options.grid_hz
@@ -184,7 +184,7 @@ def write_aligned(path: Path, together: AlignedStreams, about: Mapping[str, Any]
 
 
 def write_raw(folder: Path, stem: str, streams: Sequence[Stream], about: Mapping[str, Any]) -> list[Path]:
-    """Write each stream's samples as they are, numbered, with times by its clock; one JSON for all."""
+    """Write each stream's samples unchanged, numbered, with times by its clock, and one JSON file for all."""
     files, accounts = [], {}
     for stream in streams:
         path = folder / f"{stem}_{stream.name}.csv"
@@ -202,7 +202,7 @@ def _raw_rows(stream: Stream) -> Iterable[Array]:
 
 
 def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: str) -> None:
-    """Write rows of numbers; `leading` formats the first columns. The file stands under its name when it is whole."""
+    """Write rows of numbers atomically; `leading` formats the first columns."""
     columns = len(header) - leading.count("%")
     form = ",".join([leading, *[f"%.{DIGITS}g"] * columns]) + "\n"
     with open_text(path) as file:

@@ -1,4 +1,4 @@
-"""What streams a session holds, as rows and as a table."""
+"""The streams of a session as rows and as a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SILENT = ("-", "host")
 
 
 def list_streams(record: Record, trial: int | None = None) -> Row:
-    """Return the session's streams, of the attempt of each trial that counts, and a line for each that does not.
+    """Return the streams of the attempt of each trial that counts, and a line for each other attempt.
 
     Raises StreamError for a trial that the session does not have.
     """
@@ -55,7 +55,7 @@ def list_streams(record: Record, trial: int | None = None) -> Row:
 
 
 def format_lines(rows: Sequence[Row]) -> list[str]:
-    """Return the rows as lines of text, with a heading; columns that are silent for every stream are left out."""
+    """Return the rows as lines of text with a heading, without columns that are empty for every stream."""
     if not rows:
         return []
     cells = []

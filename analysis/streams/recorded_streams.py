@@ -1,4 +1,4 @@
-"""One stream of one act as it stands in a ledger, and the way from a verified ledger to the streams of a trial."""
+"""One stream of one act in a ledger, and the way from a verified ledger to the streams of a trial."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Numbers = NDArray[np.int64]
 
 
 class StreamError(ValueError):
-    """Streams that are not there, or whose blocks do not fit together; the message says where."""
+    """Streams that do not exist, or whose blocks do not fit together; the message says where."""
 
 
 @dataclass(frozen=True)
 class Gap:
-    """`lost` samples are missing from number `first` on, because of `why`."""
+    """A gap: `lost` samples are missing from number `first` on, because of `why`."""
 
     first: int
     lost: int
@@ -38,10 +38,10 @@ class Gap:
 class Stream:
     """A stream of one trial; its samples stay in the ledger until `values` is called.
 
-    `act` is the how-manieth recording of the attempt it belongs to: streams of one act were recorded together.
-    `arrived` are (n, t_ns): sample n, the last of its block, was there at t_ns of session time. `rate_hz` is nominal;
-    0 where things were noted as they happened. `stamped` are those arrivals that have a stamp of the device: (n, t_ns,
-    the stamp in seconds of `clock`). Times are by the arrivals, unless `by_stamps`.
+    `act` is the number of the recording within the attempt: streams of one act were recorded together. `arrived` are
+    (n, t_ns): sample n, the last of its block, was there at t_ns of session time. `rate_hz` is nominal, 0 for events.
+    `stamped` are those arrivals that have a stamp of the device: (n, t_ns, the stamp in seconds of `clock`). Times are
+    by the arrivals, unless `by_stamps`.
     """
 
     trial: int
@@ -61,31 +61,31 @@ class Stream:
 
     @property
     def where(self) -> str:
-        """Return the stream's place, for messages."""
+        """The stream's place, for messages."""
         again = f", act {self.act}" if self.act > 1 else ""
         return f"trial {self.trial}, attempt {self.attempt}{again}: stream {self.name}"
 
     @property
     def count(self) -> int:
-        """Return how many samples are there."""
+        """The number of recorded samples."""
         return sum(block.count for block in self.blocks)
 
     @property
     def lost(self) -> int:
-        """Return how many samples are missing."""
+        """The number of missing samples."""
         return sum(gap.lost for gap in self.gaps)
 
     @property
     def noted(self) -> bool:
-        """Return whether it has no rate: a channel holds the times."""
+        """Whether it has no rate, since it records events: a channel has the times."""
         return self.rate_hz == 0
 
     @cached_property
     def timing(self) -> Clock:
-        """Return the stream's clock in seconds of session time: from its arrivals, or as declared where it has none.
+        """The stream's clock in seconds of session time: from its arrivals, or as declared without arrivals.
 
-        Raises StreamError for arrivals that no clock can be fitted to, for a stream without a rate, and where it is to
-        be timed by stamps that cannot do it.
+        Raises StreamError for arrivals that no clock fits, for a stream without a rate, and for unusable stamps if it
+        is to be timed by stamps.
         """
         if not self.by_stamps:
             return self._by_arrivals
@@ -97,9 +97,7 @@ class Stream:
 
     @cached_property
     def stamps(self) -> Stamps | None:
-        """Return what its device's own stamps tell of it; None where there are none. Raises StreamError as `timing`
-        does.
-        """
+        """The clock by the device's own stamps; None without stamps. Raises StreamError as `timing` does."""
         if not self.stamped or self.noted:
             return None
         in_seconds = [(n, t_ns / NS, stamp_s) for n, t_ns, stamp_s in self.stamped]
@@ -115,7 +113,7 @@ class Stream:
             raise StreamError(f"{self.where}: {error}") from error
 
     def values(self) -> Array:
-        """Return the samples, shape (count, channels), in the stream's units. Read from the ledger at every call."""
+        """Return the samples, (count, channels), in the stream's units, read from the ledger at every call."""
         samples = np.empty((self.count, len(self.channels)))
         place = 0
         for block in self.blocks:
@@ -124,12 +122,12 @@ class Stream:
         return samples
 
     def pieces(self) -> Iterator[tuple[Numbers, Array]]:
-        """Yield block after block: the samples' numbers, shape (n,), and the samples, shape (n, channels)."""
+        """Yield each block: the samples' numbers, (n,), and the samples, (n, channels)."""
         for block in self.blocks:
             yield np.arange(block.first, block.first + block.count), _rows(block).astype(np.float64)
 
     def numbers(self) -> Numbers:
-        """Return the number of each sample, lost ones counted; shape (count,)."""
+        """Return the number of each sample, (count,), in a numbering that includes lost ones."""
         return np.concatenate([np.arange(block.first, block.first + block.count) for block in self.blocks])
 
 
@@ -139,7 +137,7 @@ def _rows(block: Samples) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class RecordedAttempt:
-    """An attempt at a trial, and the events that hold its samples, request by request, with the stimulus of each."""
+    """An attempt at a trial, and the events with its samples by request, with the stimulus of each."""
 
     attempt: Attempt
     acts: tuple[tuple[Event, ...], ...]
@@ -147,38 +145,38 @@ class RecordedAttempt:
 
     @property
     def trial(self) -> int:
-        """Return the trial's number."""
+        """The trial's number."""
         return self.attempt.trial
 
     @property
     def number(self) -> int:
-        """Return which attempt at the trial it is, from 1."""
+        """The number of the attempt at the trial, from 1."""
         return self.attempt.number
 
     @property
     def stimulus(self) -> str:
-        """Return the stimulus of the trial, of a set the first."""
+        """The stimulus of the trial, of a set the first."""
         return self.attempt.stimulus
 
     def stimulus_of(self, act: int) -> str:
-        """Return the stimulus that was felt in an act, counted from 1."""
+        """Return the stimulus that was presented in an act, counted from 1."""
         return self.felt[act - 1]
 
     @property
     def usable(self) -> bool:
-        """Return whether it ended well, was not withdrawn since, and holds streams."""
+        """Whether the attempt ended well, was not withdrawn since, and has streams."""
         return self.attempt.valid and bool(self.acts)
 
     @property
     def ending(self) -> str:
-        """Return how it ended, in a word or two."""
+        """How the attempt ended, in a word or two."""
         ended_as = self.attempt.ended_as
         again = self.attempt.withdrawn and ended_as in (ANSWERED, CAPTURED)
         return f"{ended_as or 'not ended'}{', then wished again' if again else ''}"
 
 
 def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
-    """Return every attempt of every trial, in the order in which they were made."""
+    """Return every attempt of every trial in order."""
     attempts = []
     for attempt in record.state.attempts:
         stimulus = attempt.stimulus
@@ -196,15 +194,14 @@ def attempts_of(record: Record) -> tuple[RecordedAttempt, ...]:
 
 
 def counting_attempts(attempts: Iterable[RecordedAttempt]) -> dict[int, RecordedAttempt]:
-    """Return of each trial the last attempt that is valid (`protocols.session_state`) and holds streams."""
+    """Return the attempt that counts of each trial, the last usable one, if any."""
     return {attempt.trial: attempt for attempt in attempts if attempt.usable}
 
 
 def streams_of(record: Record, trial: int, attempt: int | None = None) -> tuple[Stream, ...]:
-    """Return the streams of a trial, of the attempt that counts or of the one that is named, whatever became of that
-    one.
+    """Return the streams of a trial's attempt that counts, or of the given attempt, whatever its outcome.
 
-    Raises StreamError where there are none, and where blocks overlap or differ in what they are.
+    Raises StreamError if there are none, and if blocks overlap or differ in kind.
     """
     attempts = [candidate for candidate in attempts_of(record) if candidate.trial == trial]
     chosen = counting_attempts(attempts).get(trial)
@@ -235,7 +232,7 @@ def streams_in(attempt: RecordedAttempt) -> tuple[Stream, ...]:
 
 
 def _join_blocks(attempt: RecordedAttempt, number: int, act: Sequence[Event], name: str) -> Stream:
-    """Return the blocks of one stream as they follow each other. Raises StreamError where they overlap or differ."""
+    """Return the joined blocks of one stream. Raises StreamError if they overlap or differ."""
     where = f"trial {attempt.trial}, attempt {attempt.number}: stream {name}"
     blocks = tuple(block for event in act for block in event.samples if block.stream == name and block.count)
     if not blocks:
@@ -264,16 +261,14 @@ def _join_blocks(attempt: RecordedAttempt, number: int, act: Sequence[Event], na
 
 
 def _stream_metadata(event: Event, name: str) -> Mapping[str, Any]:
-    """Return what the event holds of a stream beside its samples; replies of before chunks hold nothing."""
+    """Return the event's metadata of a stream; replies from before chunks have none."""
     streams = event.value.get("streams", {})
     metadata = streams.get(name) if isinstance(streams, Mapping) else None
     return metadata if isinstance(metadata, Mapping) else {}
 
 
 def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str) -> Iterator[Gap]:
-    """Yield what the numbering of the blocks leaves out, from number 0 on, and what was named as missing after the
-    last.
-    """
+    """Yield the gaps in the numbering of the blocks, from number 0 on, and the losses reported after the last block."""
     named = [  # those of a reply are their number
         Gap(int(first), int(lost), str(why))
         for event in act
