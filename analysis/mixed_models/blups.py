@@ -13,7 +13,7 @@ from palpate.analysis.statistics.doubles import Floats
 def random_effects(model: MixedModel) -> pd.DataFrame:
     """Return the conditional means of all random effects, in the outcome's unit: group, level, effect, value.
 
-    A level's fitted line is the fixed effects plus these (Bates et al. 2015, equation 56). Levels stand in natural
+    A level's fitted line is the fixed effects plus these (Bates et al. 2015, equation 56). Levels are in natural
     order.
     """
     fit = model.fit

@@ -99,7 +99,7 @@ class Selected:
     - forms: `form`, `attribute` (the item's name), `value` (float64, NaN for an answer in words), `text`;
     - table: the columns of the plan's own table.
     `trials` has one row per answered trial (participant, session, trial, group, stimulus and its columns): what a share
-    is a share of. `levels` maps each text column to its levels in the study's order. `outcomes` holds one name for a
+    is a share of. `levels` maps each text column to its levels in the study's order. `outcomes` has one name for a
     kind that is asked for each outcome by itself. `offered` are the words that a participant could tick. `antonyms` and
     `categories` map an attribute to the other end of its scale and to "physical" or "emotional". `scale` are the ends
     of the scale that `value` is on (None where it has none). `tables` are the plan's own tables by name. `seed` and

@@ -115,7 +115,7 @@ class Ratings:
     """One row per rating, with the information that statistics and reports need about the rows.
 
     `table` has at least `participant`, `attribute` (text) and `value` (float64), and one text column for each factor in
-    `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an attribute to the
+    `within` and `between`. `attributes` are in the study's order. `antonyms` and `categories` map an attribute to the
     other end of its scale and to 'physical' or 'emotional', where the study says so. `crossings` are the declared
     cells, empty if only the rows show what was planned; each cell is expected `repeats` times in each of `sessions`
     sessions (None: rows know no sessions). `pooled` and `families` name the factor that all participants share and the

@@ -155,7 +155,7 @@ def _read_or_refuse(path: Path, withdrawn: Collection[str]) -> tuple[FileState |
 
 @dataclass
 class Collector:
-    """Brings ledgers into a database, and reads only those that changed since they were collected.
+    """A collector of ledgers into a database, which reads only those that changed since they were collected.
 
     Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis uses them. With `verify` every ledger is
     read and its chain checked, also where its file is as it was.

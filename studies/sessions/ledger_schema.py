@@ -20,7 +20,10 @@ APPLICATION_ID = 0x50414C50
 SEED = hashlib.sha256(b"palpate ledger").hexdigest()
 
 CHECKPOINTED = "checkpointed"
-"""In the note of a ledger's creation: whoever opens it writes that note into the file itself before the first act."""
+"""A key in the note of a ledger's creation.
+
+Whoever opens the ledger writes a note of that into the file itself, not only its log, before the first act.
+"""
 
 DURABLE = ("synchronous=EXTRA", "fullfsync=ON")
 """A commit is on the disk when it returns. EXTRA syncs as FULL does, and the folder, too, after a rollback journal was
