@@ -59,8 +59,8 @@ def _bound(method: Method, table: Input) -> tuple[Callable[[], Any], Callable[[A
 def worst_error(numbers: Numbers, answer: Answer) -> float | None:
     """Return the largest relative error over the numbers that both give; None for a refusal (no numbers at all).
 
-    Infinite where a method gives a number for something that has none; NaN where it gives none for something that
-    has one, or gives NaN without a reason.
+    Infinite where a method gives a number for something that has none; NaN where it gives NaN for something that has
+    a number, or none of the numbers at all. A number that a method does not report is not counted against it.
     """
     if not numbers:
         return None
