@@ -34,9 +34,12 @@ import resource, sys
 from palpate.command_line import main
 try:
     main(sys.argv[1:])
-except SystemExit as end:
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(peak if sys.platform == "darwin" else 1024 * peak)
+except SystemExit:
+    try:
+        with open("/proc/self/status") as status:  # on Linux ru_maxrss counts the process that started this one, too
+            print(1024 * next(int(line.split()[1]) for line in status if line.startswith("VmHWM")))
+    except OSError:
+        print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     raise
 """
 """A program that runs a palpate command and prints its peak memory in bytes at its end, without that of its workers."""
