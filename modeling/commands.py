@@ -9,17 +9,17 @@ from palpate.modeling.commands_doors import evaluate_doors, train_doors
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 
 
-@click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
+@click.group(
+    commands=[train_doors, train_textures, train_attributes], options_metavar="", subcommand_metavar="WHAT [OPTIONS]"
+)
 def train() -> None:
     """Train the models that predict a feeling and make a profile."""
 
 
-@click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
+@click.group(
+    commands=[evaluate_doors, evaluate_textures, evaluate_attributes],
+    options_metavar="",
+    subcommand_metavar="WHAT [OPTIONS]",
+)
 def evaluate() -> None:
     """Compare every method side by side: error and time."""
-
-
-for _command in (train_doors, train_textures, train_attributes):
-    train.add_command(_command)
-for _command in (evaluate_doors, evaluate_textures, evaluate_attributes):
-    evaluate.add_command(_command)

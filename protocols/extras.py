@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.util import find_spec
 
 EXTRAS = {
@@ -25,8 +26,12 @@ def demand_packages(what: str, *packages: str, hint: str = "") -> None:
         raise ExtraMissing(missing_sentence(what, missing, hint))
 
 
+@cache
 def installed_version(package: str) -> str | None:
-    """Return the version of an installed package, by the name that pip knows, without importing it."""
+    """Return the version of an installed package, by the name that pip knows, without importing it.
+
+    Looked up once per process: it reads the package's metadata.
+    """
     from importlib.metadata import PackageNotFoundError, version
 
     try:

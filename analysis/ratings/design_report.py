@@ -77,7 +77,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class DesignReport:
-    """The result of the check: `problems` prevent a statistic, `notes` are for a person to judge."""
+    """The result of the check: `problems` prevent a statistic, `notes` are for a person to decide on."""
 
     rows: int
     participants: int

@@ -120,7 +120,7 @@ class WindowPresenter(Stage):
         return None
 
     def _rests(self, seen: Scene) -> str | None:
-        """Return "pause" or "go_on" if the participant has just begun or ended a rest, else None."""
+        """Return "pause" or "go_on" if the participant has just started or ended a rest, else None."""
         if self.resting and seen.screen.reply is not None:
             return "go_on"
         begins, seen.screen.wants_rest = seen.screen.wants_rest, False

@@ -6,7 +6,6 @@ The folder may be removed at any time; missing features are computed again.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -25,14 +24,8 @@ def feature_key(decides: Mapping[str, object], code: Sequence[str], packages: Se
     return content_key(
         decides={name: str(value) for name, value in decides.items()},
         code=list(code),
-        packages={name: _version(name) for name in packages},
+        packages={name: installed_version(name) or "" for name in packages},
     )
-
-
-@cache
-def _version(package: str) -> str:
-    """Return the package's version, looked up once: that reads its metadata, and every picture has keys of its own."""
-    return installed_version(package) or ""
 
 
 def load_features(folder: Path | None, key: str) -> Entry | None:
