@@ -30,16 +30,13 @@ from palpate.studies.workers import available_cores
 SIZES = (20, 200, 2000)
 MOST_REGENERATED = 500
 MEASURED = """
-import resource, sys
+import sys
+from benchmarks.memory import peak_bytes
 from palpate.command_line import main
 try:
     main(sys.argv[1:])
 except SystemExit:
-    try:
-        with open("/proc/self/status") as status:  # on Linux ru_maxrss counts the process that started this one, too
-            print(1024 * next(int(line.split()[1]) for line in status if line.startswith("VmHWM")))
-    except OSError:
-        print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    print(peak_bytes())
     raise
 """
 """A program that runs a palpate command and prints its peak memory in bytes at its end, without that of its workers."""

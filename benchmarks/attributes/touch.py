@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import resource
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.memory import peak_bytes
 from palpate.analysis.features.touch import RATE_HZ, TRIM_S, Touch
 from palpate.analysis.features.touch_features import touch_features
 from palpate.modeling.attributes.feature_times import SENSORS_HZ, felt_at, tones
@@ -88,7 +88,7 @@ def _greatest(look: Callable[[TextureCost], float], answer: tuple[list[TextureCo
 
 def _one(texture: _Texture) -> TextureCost:
     percent = _percent_wrong(_compute_features(_tones_once(texture.seconds), remove_hum=True))
-    return TextureCost(percent, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    return TextureCost(percent, peak_bytes() / 2**20)
 
 
 @functools.cache
