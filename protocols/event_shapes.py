@@ -14,7 +14,7 @@ from typing import Any
 
 from palpate.protocols.canonical import encoded, parse
 from palpate.protocols.events import Event, Samples
-from palpate.protocols.forms import table_of
+from palpate.protocols.forms import has_any_answers, table_of
 from palpate.protocols.session_state import SessionState
 
 DEEPEST = 100
@@ -79,6 +79,7 @@ WHOLE = Kind(lambda value: type(value) is int and -(2**63) <= value < 2**63, "a 
 NUMBER = Kind(lambda value: type(value) in (int, float) and -_LARGEST <= value <= _LARGEST, "a number")
 ANY = Kind(lambda _value: True, "a value")
 OBJECT = Kind(lambda value: type(value) is dict, "an object")
+LEVEL = Kind(lambda value: NUMBER.matches(value) or NUMBER.list().matches(value), "a number or a list of numbers")
 
 _QUESTION = fields(
     {"name": TEXT, "text": TEXT, "kind": TEXT},
@@ -136,6 +137,8 @@ _REQUESTS: dict[str, dict[str, Kind]] = {
     "rest": {"done": WHOLE, "total": WHOLE},
     "instruct": {"page": TEXT},
     "confirm": {"what": TEXT},
+    "choose": {"track": TEXT, "past": WHOLE},
+    "show": {"page": TEXT, "seconds": NUMBER},
 }
 _WORDS = TEXT.list().object()
 _ANCHOR = fields(
@@ -157,7 +160,7 @@ class EventShapes:
         body = _demand_canonical(event.body, lambda: event.value)
         demand_fields(body, *_BODIES[event.kind])
         if event.kind == "request":
-            demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object()})
+            demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object(), "context": OBJECT})
             if table_of(body.get("form")) == "anchors":
                 demand_fields(body, {"anchor": _ANCHOR}, {})
         elif event.kind == "reply":
@@ -195,6 +198,8 @@ class EventShapes:
         """
         request = {} if self.state.request is None else self.state.request.value
         if request["do"] != "ask":
+            if request["do"] == "choose":
+                _demand_choice(body)
             if "go" in body:
                 raise ShapeError(f"go: only the reply to a form has this key, and {request['do']!r:.40} was requested")
             return
@@ -206,13 +211,20 @@ class EventShapes:
         if table == "words":
             demand_fields(body, {"answers": _WORDS}, {})
             return
-        kind = ANY if event.trial is None else NUMBER
+        kind = ANY if event.trial is None or has_any_answers(request["form"]) else NUMBER
         kind = WHOLE if table == "anchors" else kind
         demand_fields(body, {"answers": OBJECT}, {})
         try:
             demand_fields(body["answers"], dict.fromkeys(request["items"], kind), {})
         except ShapeError as error:
             raise ShapeError(f"answers: {error}") from None
+
+
+def _demand_choice(body: Mapping[str, Any]) -> None:
+    if "stop" in body:
+        demand_fields(body, {"stop": FLAG, "why": TEXT}, {"estimate": OBJECT})
+    else:
+        demand_fields(body, {"index": WHOLE, "level": LEVEL}, {"estimate": OBJECT})
 
 
 def parse_canonical(text: bytes) -> Any:

@@ -19,8 +19,10 @@ from palpate.protocols.trial import Trial
 NS = 1_000_000_000
 """Nanoseconds in a second."""
 ANSWERED, CAPTURED, LEFT, REPEATED, FAULTED = "answered", "captured", "left", "repeated", "faulted"
+STOPPED = "stopped"
 """How an attempt at a trial ends: with an answer, with a recording, because the participant went back, or in two ways
-after which the trial is repeated: on the experimenter's request, or after a device failed.
+after which the trial is repeated: on the experimenter's request, or after a device failed. `stopped`: its track needs
+no more trials.
 """
 
 
@@ -29,13 +31,39 @@ class ReplyError(ValueError):
 
 
 @dataclass(frozen=True)
+class Part:
+    """An interval of a trial: the number `interval` of `of`, with a stimulus at a `level`, or `blank`.
+
+    It lasts `seconds` if the study says so, at least `gap_s` after the interval before. `sides`: all intervals are
+    presented at once, and these are the stimuli in the order of the sides; the stimulus is at `interval`.
+    """
+
+    interval: int
+    of: int
+    level: float | tuple[float, ...] | None = None
+    blank: bool = False
+    seconds: float | None = None
+    gap_s: float = 0.0
+    sides: tuple[str, ...] = ()
+
+    def body(self) -> dict[str, Any]:
+        """Return the part as it is stored with its request."""
+        level = {} if self.level is None else {"level": self.level}
+        sides = {"sides": self.sides} if self.sides else {}
+        return {"interval": self.interval, **level, **({"blank": True} if self.blank else {}), **sides}
+
+
+@dataclass(frozen=True)
 class Present:
     """A request to let the participant feel the trial's stimulus, or the one generated for `wish` ({attribute:
     value}).
+
+    In trials with intervals `part` is the one to present; the level is in the stimulus' columns.
     """
 
     trial: Trial
     wish: Mapping[str, float] | None = None
+    part: Part | None = None
 
     @property
     def live_form(self) -> Sliders | None:
@@ -48,7 +76,8 @@ class Present:
         wished = {} if self.wish is None else {"wish": dict(self.wish)}
         live = {} if self.live_form is None else {"live": True}
         anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
-        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **live, **anchor}
+        part = {} if self.part is None else self.part.body()
+        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **live, **anchor, **part}
 
 
 @dataclass(frozen=True)
@@ -100,7 +129,54 @@ class Ask:
             "back": self.may_go_back,
             "previous": self.previous,
             **({"anchor": self.form.describe()} if isinstance(self.form, AnchorForm) else {}),
+            **({"context": dict(context)} if (context := getattr(self.form, "context", None)) else {}),
         }
+
+
+@dataclass(frozen=True)
+class Choose:
+    """A request to choose the level of a trial from what was answered in its track.
+
+    The reply holds `index` and `level` of the grid, or `stop`: true and `why`; `estimate` may say what is known so far.
+    """
+
+    trial: Trial
+
+    def demand_answer(self, reply: Reply) -> None:
+        """Raise ReplyError unless the reply is a level of the track's grid, or ends the track."""
+        where, track, value = f"trial {self.trial.number}", self.trial.track, reply.value
+        if track is None:
+            raise ReplyError(f"{where}: a level was chosen, and the trial has no track")
+        if "stop" in value:
+            if value["stop"] is not True or not isinstance(value.get("why"), str) or "index" in value:
+                raise ReplyError(f"{where}: stop: true and why: TEXT are expected, found {dict(value)!r:.200}")
+            return
+        index = value.get("index")
+        if type(index) is not int or not 0 <= index < len(track.levels):
+            last = len(track.levels) - 1
+            raise ReplyError(f"{where}: index {index!r:.60} is not on the grid of {track.name}, which has 0 to {last}")
+        expected = track.levels[index]
+        level = value.get("level")
+        if (tuple(level) if isinstance(level, list) else level) != expected:
+            raise ReplyError(f"{where}: level {level!r:.60} is not that of index {index} of {track.name}, {expected}")
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as it is stored in the ledger."""
+        name = None if self.trial.track is None else self.trial.track.name
+        return {"do": "choose", "track": name, "past": len(self.trial.past)}
+
+
+@dataclass(frozen=True)
+class Show:
+    """A request to show a page for some seconds, by its key in the screens' texts: whether an answer was right."""
+
+    page: str
+    seconds: float
+    trial: Trial
+
+    def body(self) -> dict[str, Any]:
+        """Return the request as it is stored in the ledger."""
+        return {"do": "show", "page": self.page, "seconds": self.seconds}
 
 
 @dataclass(frozen=True)
@@ -154,7 +230,7 @@ class Confirm:
         return {"do": "confirm", "what": self.what} | ({} if self.text is None else {"text": self.text})
 
 
-Request = Present | Ask | Sense | Rest | Instruct | Confirm
+Request = Present | Ask | Sense | Rest | Instruct | Confirm | Choose | Show
 
 
 @dataclass(frozen=True)
@@ -214,8 +290,9 @@ class Reply:
 class Aside:
     """An action of the experimenter while a request is being performed; the request goes on.
 
-    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}. A participant who
-    rests pauses the session too: {do: pause or go_on, by: participant}.
+    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last|block}, {do: abort, text}. A participant
+    who rests pauses the session too: {do: pause or go_on, by: participant}. {do: instructed, page}: a page was shown
+    again before the session went on.
     """
 
     value: Mapping[str, Any]

@@ -301,14 +301,15 @@ class OwnColumn:
 class OwnTable:
     """A collected table of the answers of one form, which are numbers by item.
 
-    `rows` makes the rows of a form answered in a trial, from the form, the answers, and the whole reply. The
-    participant, the trial, and whether the answer counts are added to each row when sessions are collected.
+    `rows` makes the rows of a form answered in a trial, from the form, the answers, the whole reply, and the request
+    as it is stored. The participant, the trial, and whether the answer counts are added to each row when sessions are
+    collected.
     """
 
     name: str
     description: str
     columns: tuple[OwnColumn, ...]
-    rows: Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Iterable[dict[str, Any]]]
+    rows: Callable[[Any, Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Iterable[dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -318,8 +319,9 @@ class FormKind:
     `doing` is what the console says while the form is answered, with {n} for the number of items. `simulate` returns a
     simulated participant's reply and the seconds that it took, from the participant, the request and the form. `table`
     is the collected table of the answers; None: `responses` for numbers by item in a trial, else `answers`, where
-    `answer_kind` is the type of each answer, or refers to its question. `title` names the form in exports; forms
-    without a title are not exported. `timed` screens record samples from the time at which they are shown.
+    `answer_kind` is the type of each answer, or refers to its question. `also` is a further table of a form's own.
+    `title` names the form in exports; forms without a title are not exported. `timed` screens record samples from the
+    time at which they are shown. `any_answers`: in a trial, too, answers need not be numbers.
     """
 
     doing: str
@@ -328,7 +330,23 @@ class FormKind:
     answer_kind: Literal["text", "points", "agreed", "by question"] = "text"
     title: str = ""
     timed: bool = False
+    also: OwnTable | None = None
+    any_answers: bool = False
 
+
+FIELDS_TABLE = OwnTable(
+    "fields",
+    "One row for each question of a composite form that was answered in a trial.",
+    (
+        OwnColumn("question", "The question's name in the study file.", key=True),
+        OwnColumn("kind", "The kind of the question: choice, scale, number or text."),
+        OwnColumn("value", "The answer as a text."),
+        OwnColumn("number", "The answer, if it is a number.", "number"),
+        OwnColumn("response_time_s", "When it was answered, from the form's appearance.", "number", "s"),
+    ),
+    lazy_function("palpate.protocols.fields:rows"),
+)
+"""The collected table of composite forms."""
 
 FORMS: Registry[FormKind] = Registry(
     FORM_PLACES,
@@ -381,6 +399,12 @@ FORMS: Registry[FormKind] = Registry(
         "consent": FormKind(
             "reading the consent form", lazy_function("palpate.protocols.answering:agree"), answer_kind="agreed"
         ),
+        "fields": FormKind(
+            "answering {n} question(s)",
+            lazy_function("palpate.protocols.fields:simulate"),
+            table=FIELDS_TABLE,
+            any_answers=True,
+        ),
         "anchor": FormKind(
             "getting to know a reference", lazy_function("palpate.protocols.answering:feel_reference"), table="anchors"
         ),
@@ -396,11 +420,24 @@ def table_of(name: Any) -> str | None:
     return table.name if isinstance(table, OwnTable) else table
 
 
+def has_any_answers(name: Any) -> bool:
+    """Return whether answers to the form of this name need not be numbers in a trial, either."""
+    kind = FORMS.get(name) if isinstance(name, str) else None
+    return kind is not None and kind.any_answers
+
+
 @cache
 def own_tables() -> Mapping[str, OwnTable]:
     """Return the tables that forms declare, by their names."""
-    tables = (FORMS[name].table for name in FORM_PLACES)
-    return {table.name: table for table in tables if isinstance(table, OwnTable)}
+    tables = (table for name in FORMS for table in own_tables_of(name))
+    return {table.name: table for table in tables}
+
+
+def own_tables_of(form: str) -> tuple[OwnTable, ...]:
+    """Return the tables that the form of this name declares."""
+    kind = FORMS.get(form)
+    tables = () if kind is None else (kind.table, kind.also)
+    return tuple(table for table in tables if isinstance(table, OwnTable))
 
 
 @dataclass(frozen=True)

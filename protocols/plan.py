@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lcm
 from typing import Any
@@ -24,6 +24,7 @@ from palpate.protocols.keyed import Key, shuffled
 from palpate.protocols.orders import Design, latin_row, rows_of, williams_row
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
+from palpate.protocols.tracks import Slot, Track, practice_slots, slots_of, tracks_in, with_level
 from palpate.protocols.trial import ParticipantRow, Recording, Trial
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
@@ -64,6 +65,7 @@ class Plan:
                 "order": [
                     [t.number, t.block, t.practice, t.stimulus.id, t.rest_before]
                     + ([[stimulus.id for stimulus in t.stimuli]] if t.stimuli else [])
+                    + ([[t.track.name, t.catch, t.index]] if t.track is not None else [])
                     for t in self.trials
                 ],
             }
@@ -93,10 +95,29 @@ class Plan:
         """Return all that is felt: the stimuli of the trials, and the references before their blocks."""
         return (*self.felt_in_trials, *(anchor for several in self.anchors.values() for anchor in several))
 
+    @cached_property
+    def possible(self) -> tuple[Stimulus, ...]:
+        """Return every stimulus that may be presented, at every level that a procedure may choose, each once."""
+        trials = [trial for trial in self.presented if trial.track is None]
+        stimuli = {trial.stimulus.id: trial.stimulus for trial in trials}
+        tracks = {trial.track.name: trial.track for trial in self.trials if trial.track is not None}
+        at_levels = [track.stimulus_at(n) for track in tracks.values() for n in range(len(track.levels))]
+        standards = [s for track in tracks.values() if (s := self._standard(track)) is not None]
+        several = [*stimuli.values(), *at_levels, *standards]
+        return tuple({(s.id, *sorted(s.columns.items())): s for s in several}.values())
+
     @property
     def felt_in_trials(self) -> tuple[Trial, ...]:
         """Return the trials, each once for every stimulus that is felt in it."""
         return tuple(part for trial in self.trials for part in trial.each())
+
+    def _standard(self, track: Track) -> Stimulus | None:
+        """Return the standard that the levels of a track are compared with, if there is one."""
+        standard = self.study.intervals.standard
+        by_id = {stimulus.id: stimulus for stimulus in self.study.stimuli}
+        if standard is None or str(standard) in by_id:
+            return None if standard is None else by_id[str(standard)]
+        return with_level(track.stimuli[0], track.procedure.grids, float(standard))
 
     @property
     def opening(self) -> tuple[Form, ...]:
@@ -128,6 +149,11 @@ class Plan:
         return tuple(forms[name] for name in self.study.closing)
 
 
+def block_page(block: str) -> str:
+    """Return the name of the page that is shown before a block."""
+    return f"block {block}"
+
+
 class PlanError(ValueError):
     """A participant's row that does not fit the study."""
 
@@ -153,6 +179,9 @@ def compile_plan(
         raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
     task = TASKS[study.task]
     form = None if task.form is None else task.form(study, who, seed, session)
+    if study.procedure:
+        in_tracks = _of_tracks(study, form, who, seed, session)
+        return Plan(study, who, seed, in_tracks, lab_forms if study.opening else None, session)
     gathered = (
         _in_sets if task.block_form is not None else lambda felt: ((block, (stimulus,)) for block, stimulus in felt)
     )
@@ -165,6 +194,40 @@ def compile_plan(
         for number, (block, stimuli) in enumerate([*practice, *main], start=1)
     ]
     return Plan(study, who, seed, tuple(trials), lab_forms if study.opening else None, session)
+
+
+def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, session: int) -> tuple[Trial, ...]:
+    """Return the trials of a study whose levels are chosen by procedures: those of several tracks, interleaved.
+
+    The study's order is that of the tracks in each round through a block. A track has as many trials as its cap.
+    """
+    occasion: tuple[Key, ...] = () if session == 1 else ("session", session)
+    key = ("track", study.study, seed, who.participant, *occasion)
+    standard = study.intervals.standard
+    by_id = {s.id: s for s in study.stimuli_of(who.group) if standard is None or s.id != str(standard)}
+    first = session - 1 if study.over_sessions == "next_row" else 0
+    label = ("deal", study.study, who.group, study.order.seed)
+    catch = study.intervals.catch
+    absent = None if catch is None or catch.absent is None else catch.absent.every
+    easy = None if catch is None or catch.easy is None else catch.easy.every
+    tracks, main = [], list[Slot]()
+    chance: tuple[Key, ...] = ("order", study.study, seed, who.participant, first)
+    for block, members, row in _blocks(study, by_id, who.row + first, label, chance):
+        within = tracks_in(study, block, [by_id[name] for name in members], key)
+        tracks += within
+        queues = {track.name: slots_of(track, block, absent, easy) for track in within}
+        names = list(queues)
+        for turn in range(max(map(len, queues.values()))):
+            drawn = ordered(study.order.design, names, row + turn, (*label, block), (*chance, block, turn))
+            main += [queues[name][turn] for name in drawn if turn < len(queues[name])]
+    practice = list(practice_slots(study, tracks))
+    return tuple(
+        replace(
+            _trial(study, form, number, slot.block, (slot.stimulus,), number - 1 - len(practice)),
+            track=slot.track, catch=slot.catch, index=slot.index,
+        )
+        for number, slot in enumerate([*practice, *main], start=1)
+    )  # fmt: skip
 
 
 def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[tuple[str, Stimulus]]:
@@ -193,7 +256,18 @@ def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[
 
 
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
-    """Return the number of trials, without practice, in a session with these stimuli."""
+    """Return the number of trials, without practice, in a session with these stimuli; the cap of procedures."""
+    if study.procedure:
+        standard = study.intervals.standard
+        compared = [stimulus for stimulus in stimuli if standard is None or stimulus.id != str(standard)]
+        catch = study.intervals.catch
+        every = [c.every for c in (catch.absent, catch.easy) if c is not None] if catch is not None else []
+        members: dict[str, list[Stimulus]] = {}
+        for stimulus in compared:
+            by = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
+            members.setdefault(by, []).append(stimulus)
+        tracks = [track for name, several in members.items() for track in tracks_in(study, name, several, ())]
+        return sum(track.trials + sum(track.trials // n for n in every) for track in tracks)
     if TASKS[study.task].block_form is None:
         return len(stimuli) * study.order.repeats
     blocks = study.order.blocks

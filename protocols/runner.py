@@ -17,8 +17,10 @@ from palpate.protocols.events import (
     FAULTED,
     LEFT,
     REPEATED,
+    STOPPED,
     Aside,
     Ask,
+    Choose,
     Chunk,
     Confirm,
     Event,
@@ -33,8 +35,8 @@ from palpate.protocols.events import (
     World,
     WorldEvent,
 )
-from palpate.protocols.plan import Plan
-from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
+from palpate.protocols.plan import Plan, block_page
+from palpate.protocols.tasks import TASKS, Answered, Captured, Outcome, Steps, Stopped, WentBack, feel_anchor
 from palpate.protocols.trial import Trial
 
 COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
@@ -75,16 +77,22 @@ def _session(plan: Plan, record: _Recorder, header: Mapping[str, Any]) -> str:
     return COMPLETE
 
 
+_ENDS: Mapping[type, str] = {Answered: ANSWERED, Captured: CAPTURED, WentBack: LEFT, Stopped: STOPPED}
+
+
 class _Aborted(Exception):
     """Raised when the experimenter ends the session for good."""
 
 
 class _Repeat(Exception):
-    """Raised to repeat a trial, by the experimenter (`repeated`, this one or the last) or after a fault (`faulted`)."""
+    """Raised to repeat a trial, by the experimenter (`repeated`) or after a fault (`faulted`).
 
-    def __init__(self, ended_as: str, last: bool = False) -> None:
+    `which` is this trial, the last one before it, or the block under way from its first trial.
+    """
+
+    def __init__(self, ended_as: str, which: str = "this") -> None:
         super().__init__()
-        self.ended_as, self.last = ended_as, last
+        self.ended_as, self.which = ended_as, which
 
 
 @dataclass
@@ -108,7 +116,7 @@ class _Recorder:
         self.note("request", request.body())
         while not isinstance(reply := self.world.perform(request), Reply):
             self.record_event(reply)
-        if isinstance(request, Ask):
+        if isinstance(request, Ask | Choose):
             request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
         if reply.value.get("go") == "try":
@@ -137,58 +145,114 @@ class _Recorder:
     def record_aside(self, aside: Aside) -> None:
         """Record an action of the experimenter."""
         what, which = aside.value.get("do"), aside.value.get("which")
-        repeats = what == "repeat" and which in {"this", "last"} and self.trial is not None
-        if what not in {"note", "pause", "go_on", "abort"} and not repeats:
+        repeats = what == "repeat" and which in {"this", "last", "block"} and self.trial is not None
+        if what not in {"note", "pause", "go_on", "abort", "instructed"} and not repeats:
             raise ReplyError(f"the experimenter's {what!r} is unknown, or not to be done here")
         self.note("experimenter", aside.value)
         if what == "abort":
             raise _Aborted
         if what == "repeat":
-            raise _Repeat(REPEATED, last=which == "last")
+            raise _Repeat(REPEATED, str(which))
 
 
 @dataclass
 class _Progress:
-    """The participant's progress: answers given, attempts made, and the furthest trial reached."""
+    """The participant's progress, by the numbers of trials: answers given, attempts made, the furthest place reached.
+
+    `steps` are the answers that tracks go by, `stopped` the tracks that need no more trials.
+    """
 
     answers: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     attempts: dict[int, int] = field(default_factory=dict)
     furthest: int = -1
+    steps: dict[int, tuple[int, bool]] = field(default_factory=dict)
+    stopped: set[str] = field(default_factory=set)
 
-    def begin(self, trial: Trial) -> Trial:
+    def begin(self, plan: Plan, position: int) -> Trial:
+        """Return the trial at a place of the plan with the attempt's number and what was answered before."""
+        trial = plan.trials[position]
         self.attempts[trial.number] = self.attempts.get(trial.number, 0) + 1
-        return replace(trial, attempt=self.attempts[trial.number], previous=self.answers.get(trial.number))
+        attempted = replace(trial, attempt=self.attempts[trial.number], previous=self.answers.get(trial.number))
+        if trial.track is None:
+            return attempted
+        name, steps = trial.track.name, self.steps
+        before = (t for t in plan.trials[:position] if t.track is not None and t.track.name == name)
+        return replace(attempted, previous=None, past=tuple(steps[t.number] for t in before if t.number in steps))
+
+    def withdraw(self, trial: Trial) -> None:
+        """Forget a trial's answer; its track goes on."""
+        self.answers.pop(trial.number, None)
+        self.steps.pop(trial.number, None)
+        if trial.track is not None:
+            self.stopped.discard(trial.track.name)
+
+    def first_repeated(self, plan: Plan, position: int, which: str) -> int:
+        """Return the place from which on trials are repeated; places that were passed over do not count."""
+        begun = [place for place in range(position) if plan.trials[place].number in self.attempts]
+        if which == "last":
+            return begun[-1] if begun else position
+        first = position
+        for place in reversed(begun if which == "block" else []):
+            if plan.trials[place].block != plan.trials[position].block:
+                break
+            first = place
+        return first
 
 
 def _walk(plan: Plan, record: _Recorder) -> None:
-    progress, position = _Progress(), 0
+    progress, position, rest = _Progress(), 0, False
     while position < len(plan.trials):
         trial = plan.trials[position]
-        if position > progress.furthest:
-            if trial.rest_before:
+        new = position > progress.furthest
+        progress.furthest = max(progress.furthest, position)
+        rest = rest or (new and trial.rest_before)
+        if trial.track is not None and trial.track.name in progress.stopped:
+            position += 1
+            continue
+        if new:
+            if rest:
                 practice = sum(trial.practice for trial in plan.trials)
                 record.perform(Rest(position - practice, len(plan.trials) - practice))
+                rest = False
+            if (page := _page_before(plan, position, progress)) is not None:
+                record.perform(Instruct(page))
             for anchor in plan.anchors.get(position, ()):
                 _feel(anchor, record)
-        progress.furthest = max(progress.furthest, position)
-        position = max(0, position + _one_trial(plan, position, progress, record))
+        position = _one_trial(plan, position, progress, record)
+
+
+def _page_before(plan: Plan, position: int, progress: _Progress) -> str | None:
+    """Return the page that is shown before the first trial of a block; None if its block has none, or goes on."""
+    blocks, name = plan.study.order.blocks, plan.trials[position].block
+    if blocks is None or name not in blocks.instructions:
+        return None
+    begun = [trial.block for trial in plan.trials[:position] if trial.number in progress.attempts]
+    return None if begun and begun[-1] == name else block_page(name)
 
 
 def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder) -> int:
-    """Run one attempt at the trial, and return by how many places of the plan to move on."""
+    """Run one attempt at the trial, and return the place of the plan to go to."""
     trial = plan.trials[position]
     try:
-        outcome = _attempt(plan.study.task, progress.begin(trial), record)
+        outcome = _attempt(plan.study.task, progress.begin(plan, position), record)
     except _Repeat as repeat:
-        step = -1 if repeat.last and position > 0 else 0
-        if repeat.ended_as == REPEATED:
-            progress.answers.pop(plan.trials[position + step].number, None)
-        elif record.tried is not None:
-            progress.answers[trial.number] = record.tried  # a device failed: the form starts from what was set
-        return step
+        if repeat.ended_as == FAULTED:
+            if record.tried is not None:
+                progress.answers[trial.number] = record.tried  # the form starts from what was set
+            return position
+        first = progress.first_repeated(plan, position, repeat.which)
+        for repeated in plan.trials[first : position + 1] if repeat.which == "block" else [plan.trials[first]]:
+            progress.withdraw(repeated)
+        if repeat.which == "block":
+            progress.furthest = first - 1
+        return first
+    if isinstance(outcome, Stopped) and trial.track is not None:
+        progress.stopped.add(trial.track.name)
     if isinstance(outcome, Answered):
         progress.answers[trial.number] = outcome.answers
-    return -1 if isinstance(outcome, WentBack) else 1
+        if outcome.step is not None:
+            progress.steps[trial.number] = outcome.step
+    return max(0, position - 1) if isinstance(outcome, WentBack) else position + 1
 
 
 def _feel(anchor: Trial, record: _Recorder) -> None:
@@ -210,8 +274,7 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
         record.note("trial_ended", {"as": repeat.ended_as})
         record.trial = None
         raise
-    ended_as = LEFT if isinstance(outcome, WentBack) else ANSWERED if isinstance(outcome, Answered) else CAPTURED
-    record.note("trial_ended", {"as": ended_as})
+    record.note("trial_ended", {"as": _ENDS[type(outcome)]})
     record.trial = None
     return outcome
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from palpate.protocols.events import ANSWERED, CAPTURED, LEFT, REPEATED, Event
+from palpate.protocols.events import ANSWERED, CAPTURED, LEFT, REPEATED, STOPPED, Event
 
 
 class Answer(NamedTuple):
@@ -50,6 +50,7 @@ class Attempt:
     ended_ns: int | None = None
     ended_as: str | None = None
     withdrawn: bool = False
+    block: str = ""
 
     @property
     def done_ns(self) -> int | None:
@@ -86,7 +87,9 @@ class TrialState:
 
     @property
     def status(self) -> str:
-        """Return started, answered, captured, left, repeated or faulted; after the last two the trial is repeated."""
+        """Return started, answered, captured, left, stopped, repeated or faulted; after the last two the trial is
+        repeated.
+        """
         last = self.attempts[-1]
         if last.ended_as is None:
             return "started"
@@ -142,6 +145,20 @@ class SessionState:
         """Return whether this answer is the one of its trial that counts; outside trials every answer counts."""
         return answer.trial is None or self.trials[answer.trial].answer is answer
 
+    def repeated_by(self, event: Event) -> list[int]:
+        """Return the trials that the experimenter repeats: the one under way, the last one before it, or the block so
+        far.
+        """
+        number, which = event.trial or 1, event.value.get("which")
+        begun = sorted(trial for trial in self.trials if trial < number)
+        if which == "last":
+            return begun[-1:] or [number]
+        if which != "block" or number not in self.trials:
+            return [number]
+        blocks = {trial: state.attempts[-1].block for trial, state in self.trials.items()}
+        start = next((n for n in reversed(range(len(begun))) if blocks[begun[n]] != blocks[number]), -1)
+        return [*begun[start + 1 :], number]
+
     def apply(self, event: Event) -> None:
         """Apply the next event, one that `palpate.protocols.event_shapes` accepts after those before it."""
         self.t_ns = event.t_ns
@@ -154,7 +171,10 @@ class SessionState:
                 self._reply(event)
             case "trial_started":
                 number = event.trial or 0
-                self.current = Attempt(number, event.attempt or 0, event.value["stimulus"], event.seq, event.t_ns)
+                value = event.value
+                self.current = Attempt(
+                    number, event.attempt or 0, value["stimulus"], event.seq, event.t_ns, block=value["block"]
+                )
                 self.request, self.next_trial = None, number
                 self.attempts.append(self.current)
                 self.trials.setdefault(number, TrialState()).attempts.append(self.current)
@@ -185,7 +205,7 @@ class SessionState:
         if current is None:
             return
         current.last, current.ended_ns, current.ended_as = event.seq, event.t_ns, str(event.value["as"])
-        if current.ended_as in (ANSWERED, CAPTURED):
+        if current.ended_as in (ANSWERED, CAPTURED, STOPPED):
             self.next_trial = current.trial + 1
         elif current.ended_as == LEFT:
             self.next_trial = max(1, current.trial - 1)
@@ -200,9 +220,10 @@ class SessionState:
             case "abort":
                 self.request = None
             case "repeat" if event.trial is not None:
-                self.request, self.next_trial = None, repeated_trial(event)
-                if self.next_trial in self.trials:
-                    for attempt in self.trials[self.next_trial].attempts:
+                repeated = self.repeated_by(event)
+                self.request, self.next_trial = None, repeated[0]
+                for number in repeated:
+                    for attempt in self.trials[number].attempts if number in self.trials else ():
                         attempt.withdrawn = True
 
 
@@ -212,12 +233,6 @@ def fold(events: Iterable[Event]) -> SessionState:
     for event in events:
         state.apply(event)
     return state
-
-
-def repeated_trial(event: Event) -> int:
-    """Return the number of the trial that the experimenter repeats: the one under way, or the one before."""
-    number = event.trial or 1
-    return max(1, number - 1) if event.value.get("which") == "last" else number
 
 
 def active_ns(pauses: Sequence[Pause], t_ns: int) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from palpate.protocols.events import NS, Ask, Confirm, Present, Reply, Request, Rest, Sense
+from palpate.protocols.events import NS, Ask, Confirm, Present, Reply, Request, Rest, Sense, Show
 from palpate.protocols.simulated_participants import SimulatedParticipant
 
 
@@ -59,6 +59,8 @@ class Simulated:
             case Rest():
                 seconds = self.person.rest_s(request)
                 return Done(Reply({"seconds": seconds}), seconds)
+            case Show():
+                return Done(Reply({}), request.seconds)
             case Confirm():
                 return Done(Reply({"confirmed": True}), self.person.reading_s)
             case _:

@@ -11,6 +11,7 @@ from pydantic import (
     AliasChoices,
     BeforeValidator,
     Field,
+    PlainValidator,
     SerializeAsAny,
     ValidationInfo,
     field_validator,
@@ -48,6 +49,15 @@ def _one_of(names: Collection[str]) -> BeforeValidator:
         return value
 
     return BeforeValidator(known)
+
+
+def _loaded(place: str) -> PlainValidator:
+    """Return a validator of a key whose schema, the function at "module:NAME", is imported when a file has the key."""
+
+    def validate(value: Any) -> Any:
+        return load_object(place)(value)
+
+    return PlainValidator(validate)
 
 
 Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
@@ -192,10 +202,14 @@ class Scale(Strict):
 
 
 class Blocks(Strict):
-    """The column that divides the stimuli into blocks, and the design that orders the blocks."""
+    """The column that divides the stimuli into blocks, and the design that orders the blocks.
+
+    `instructions` are texts that are shown before a block, by its level in the column: a glove, a finger, a noise.
+    """
 
     by: Text
     design: Design = "latin"
+    instructions: dict[Level, Text] = Field(default={})
 
 
 class Order(Strict):
@@ -215,10 +229,69 @@ class Order(Strict):
         return self
 
 
+class PracticeGoal(Strict):
+    """Practice ends when `correct` of the last `of` answers were right."""
+
+    correct: Annotated[Whole, Field(ge=1, le=100)]
+    of: Annotated[Whole, Field(ge=1, le=100)]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.correct > self.of:
+            raise ValueError(f"correct ({self.correct}) must not be above of ({self.of})")
+        return self
+
+
 class Practice(Strict):
-    """Stimuli of the practice trials, by id, in the order listed; their answers are stored but do not count."""
+    """Stimuli of the practice trials, by id, in the order listed; their answers are stored but do not count.
+
+    In tasks with right answers practice may go on `until` a goal is met, through the stimuli again and again, for
+    `at_most` trials.
+    """
 
     stimuli: Annotated[tuple[Level, ...], Field(min_length=1)]
+    until: PracticeGoal | None = None
+    at_most: Annotated[Whole, Field(ge=1, le=200)] | None = None
+
+    @model_validator(mode="after")
+    def _both_or_neither(self) -> Self:
+        if (self.until is None) != (self.at_most is None):
+            raise ValueError("until: {correct: N, of: N} and at_most: N go together")
+        if self.until is not None and self.at_most is not None and self.until.of > self.at_most:
+            raise ValueError(f"until: of ({self.until.of}) must not be above at_most ({self.at_most})")
+        return self
+
+
+class Feedback(Strict):
+    """Whether an answer was right, shown for some seconds after each trial, or after practice trials only."""
+
+    after: Literal["all", "practice"] = "all"
+    seconds: Annotated[float, Field(ge=0.1, le=10, allow_inf_nan=False)] = 0.8
+
+
+class Resume(Strict):
+    """What an interrupted session needs before it goes on: not too long a break, and what is repeated.
+
+    `within_h`: after more hours it is refused, unless the experimenter accepts that on record. `repeat`: the
+    instructions are shown again; the block under way begins again, and its answers no longer count.
+    """
+
+    within_h: Annotated[float, Field(gt=0, le=24 * 365, allow_inf_nan=False)] | None = None
+    repeat: tuple[Literal["instructions", "block"], ...] = ()
+
+
+class OnsetBound(Strict):
+    """The longest time from command to onset of a stimulus, in ms, that the rig's certificate may show."""
+
+    p50: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)] | None = None
+    p99: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)] | None = None
+    max: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        if self.p50 is None and self.p99 is None and self.max is None:
+            raise ValueError("p50, p99 or max is expected, in ms")
+        return self
 
 
 class Anchor(Strict):
@@ -357,6 +430,29 @@ class Criterion(Strict):
     answer: Literal["yes", "no"]
 
 
+class Observer(Strict):
+    """The psychometric function of simulated people in tasks with choices: share of hits by level.
+
+    `threshold` is one number or one for each track, by its name; `slope`, `guess`, `lapse`, `shape` and `scale` as in
+    `procedure: {model: ...}`. `threshold_sd` varies between people. `yes` is the share of "yes" without a stimulus.
+    """
+
+    threshold: Number | dict[Text, Number]
+    slope: Annotated[Number, Field(gt=0)] = 3.0
+    guess: Share = 0.5
+    lapse: Share = 0.02
+    shape: Literal["weibull", "logistic", "gaussian"] = "weibull"
+    scale: Literal["linear", "log10", "db"] = "linear"
+    threshold_sd: Spread = 0.0
+    yes: Share = 0.1
+
+    def threshold_of(self, track: str, stimulus: str) -> float:
+        """Return the mean threshold for a track, by its name or that of its stimulus; 0 if neither is known."""
+        if not isinstance(self.threshold, dict):
+            return float(self.threshold)
+        return float(self.threshold.get(track, self.threshold.get(stimulus, 0.0)))
+
+
 class Simulation(Strict):
     """The perception of simulated participants.
 
@@ -367,7 +463,8 @@ class Simulation(Strict):
     share of a person's own gain and bias that an anchor removes, for the attributes that have one.
     """
 
-    latents: dict[Text, dict[Text, Number]]
+    latents: dict[Text, dict[Text, Number]] = Field(default={})
+    observer: Observer | None = None
     gain_sd: Spread = 0.15
     bias_sd: Spread = 1.0
     noise_sd: Spread = 1.5
@@ -443,6 +540,10 @@ class Study(Strict):
     attributes: Annotated[tuple[Attribute, ...], Field(max_length=80)] = ()
     scale: Scale | None = None
     sides: Annotated[tuple[Name, ...], Field(max_length=4)] = ()
+    ask: Annotated[Any, _loaded("palpate.protocols.fields:questions_from")] = ()
+    intervals: Annotated[Any, _loaded("palpate.protocols.tasks.intervals:intervals_from")] = None
+    procedure: Annotated[Any, _loaded("palpate.protocols.procedures:procedures_from")] = ()
+    feedback: Feedback | None = None
     adjectives: Adjectives | None = None
     lexicon: Lexicon | None = None
     capture: Capture | None = None
@@ -455,9 +556,11 @@ class Study(Strict):
     practice: Practice | None = None
     anchors: Anchors | None = None
     rest: Rest | None = None
+    resume: Resume | None = None
     navigation: Literal["forward", "back_and_forward"] = "forward"
     needs: tuple[NeedName, ...] = ()
     noise: Noise | None = None
+    onset_ms: OnsetBound | None = None
     console: Console | None = None
     analysis: Analysis | None = None
     simulation: Simulation | None = None

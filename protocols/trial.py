@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate.protocols.forms import Form
 from palpate.protocols.study import Stimulus
+from palpate.protocols.tracks import NO_CATCH, Past, Track
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ class Trial:
     """A stimulus and its form or recording; `attempt` and `previous` are set for later attempts.
 
     A trial about a set has all its `stimuli`, in the order of the plan; `stimulus` is then the one to be felt, or the
-    first if the trial is meant as a whole.
+    first if the trial is meant as a whole. A trial of a `track` has its level chosen when it comes, unless it is fixed
+    (`index`); `past` are the answers of the track before it. `catch`: none, absent (without a stimulus) or easy.
     """
 
     number: int
@@ -46,6 +48,10 @@ class Trial:
     attempt: int = 1
     previous: Mapping[str, Any] | None = None
     stimuli: tuple[Stimulus, ...] = ()
+    track: Track | None = None
+    catch: str = NO_CATCH
+    index: int | None = None
+    past: Past = ()
 
     def each(self) -> tuple[Trial, ...]:
         """Return the trial once for each stimulus that is felt in it."""

@@ -84,7 +84,11 @@ def read_study(path: Path) -> StudyFiles:
 def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
     named = document.data.get("stimuli") if isinstance(document.data, dict) else None
     if isinstance(named, list):
-        yield from ({"id": name} for name in named)
+        for place, item in enumerate(named):
+            line = document.lines.get(("stimuli", place), 0)
+            yield (
+                _parameters(item, f"{path}: line {line}: stimuli[{place}]") if isinstance(item, dict) else {"id": item}
+            )
     elif isinstance(named, str):
         where = f"{path}: line {document.lines[('stimuli',)]}: stimuli"
         table = _inside(path.parent, named, where)
@@ -99,6 +103,16 @@ def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
             yield stimulus
     elif named is not None:
         raise StudyError(f"{path}: stimuli: found {named!r:.60}, expected the name of a CSV file or a list of ids")
+
+
+def _parameters(item: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return a stimulus that is written as its parameters, {id: f250, frequency_hz: 250}."""
+    if "id" not in item:
+        raise StudyError(f"{where}: id is missing, as in {{id: f250, frequency_hz: 250}}")
+    for name, value in item.items():
+        if type(value) not in (str, int, float):
+            raise StudyError(f"{where}: {name}: found {value!r:.60}, expected a text or a number")
+    return {"id": item["id"], "columns": {str(name): str(value) for name, value in item.items() if name != "id"}}
 
 
 def stimulus_rows(path: Path) -> Iterator[Row]:

@@ -16,7 +16,7 @@ from benchmarks.window.stage import RemoteDesk
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.presenter import Presenter
 from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
-from palpate.protocols.events import Event, Present, Reply, Request, Sense, WorldEvent
+from palpate.protocols.events import Choose, Event, Present, Reply, Request, Sense, Show, WorldEvent
 from palpate.protocols.plan import compile_plan
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.participants.row_assignment import allocate
@@ -39,7 +39,7 @@ class World:
 
     def perform(self, request: Request) -> WorldEvent:
         """Ask in the window, or present at once."""
-        if isinstance(request, Present | Sense):
+        if isinstance(request, Present | Sense | Choose | Show):
             return Reply({"presented": True})
         return self.presenter.perform(request, self.desk, self.now)
 

@@ -9,7 +9,17 @@ from __future__ import annotations
 from palpate.protocols.known_tasks import TASK_PLACES
 from palpate.protocols.registry import Registry
 from palpate.protocols.study import Study
-from palpate.protocols.tasks.steps import Answered, Captured, Outcome, Steps, Task, TaskError, WentBack, feel_anchor
+from palpate.protocols.tasks.steps import (
+    Answered,
+    Captured,
+    Outcome,
+    Steps,
+    Stopped,
+    Task,
+    TaskError,
+    WentBack,
+    feel_anchor,
+)
 
 TASKS: Registry[Task] = Registry(TASK_PLACES)
 
@@ -25,6 +35,7 @@ __all__ = [
     "Captured",
     "Outcome",
     "Steps",
+    "Stopped",
     "Task",
     "TaskError",
     "WentBack",

@@ -130,7 +130,9 @@ def _perceived(person: Any, ask: Ask, form: Ranking, name: str) -> float:
     return float(person.gain(form.attribute) * latent + person.simulation.noise_sd * noise)
 
 
-def _rows(form: Ranking, answers: Mapping[str, Any], _reply: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _rows(
+    form: Ranking, answers: Mapping[str, Any], _reply: Mapping[str, Any], _request: Mapping[str, Any]
+) -> Iterator[dict[str, Any]]:
     for position, stimulus in enumerate(form.stimuli, start=1):
         yield {
             "attribute": form.attribute.name, "rank": answers[stimulus], "stimulus": stimulus,

@@ -16,9 +16,13 @@ from palpate.protocols.trial import ParticipantRow, Trial
 
 @dataclass(frozen=True)
 class Answered:
-    """The answers in the shape of the trial's form: one value per attribute, ticked words, or written words."""
+    """The answers in the shape of the trial's form: one value per attribute, ticked words, or written words.
+
+    In a track, `step` is the index of the level and whether the answer was a hit.
+    """
 
     answers: Mapping[str, Any]
+    step: tuple[int, bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,12 @@ class WentBack:
     """The outcome that the participant left the trial for the one before."""
 
 
-Outcome = Answered | Captured | WentBack
+@dataclass(frozen=True)
+class Stopped:
+    """The outcome that the trial's track needs no more trials."""
+
+
+Outcome = Answered | Captured | WentBack | Stopped
 Steps = Generator[Request, Reply, Outcome]
 
 

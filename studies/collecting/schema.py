@@ -27,7 +27,7 @@ from sqlalchemy.types import TypeEngine
 from palpate.protocols import forms
 from palpate.protocols.forms import OwnTable
 
-VERSION = 4
+VERSION = 5
 NAME = String(200)
 metadata = MetaData()
 
@@ -210,6 +210,7 @@ def _own_table(own: OwnTable) -> Table:
         Column("session", NAME, primary_key=True),  # no foreign key: as for `ledgers`
         Column("seq", Integer, primary_key=True),
         Column("participant", NAME, nullable=False),
+        Column("session_number", Integer, nullable=False),
         Column("trial", Integer, nullable=False),
         Column("attempt", Integer, nullable=False),
         Column("block", NAME, nullable=False),

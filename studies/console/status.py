@@ -10,7 +10,7 @@ from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
 from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import Plan
-from palpate.protocols.session_state import Pause, SessionState, active_ns, repeated_trial
+from palpate.protocols.session_state import Pause, SessionState, active_ns
 from palpate.protocols.trial import Trial
 
 REMEMBERED = 6
@@ -106,12 +106,12 @@ def status_of(plan: Plan, state: SessionState) -> SessionStatus:
         pause=state.pause,
         first_trial_ns=attempts[0].started_ns if attempts else None,
         last_done_ns=done_ns[-1] if done_ns else 0,
-        remarks=tuple(_remark(plan, event) for event in state.asides[-REMEMBERED:]),
+        remarks=tuple(_remark(plan, state, event) for event in state.asides[-REMEMBERED:]),
         ended=state.ended,
     )
 
 
-def _remark(plan: Plan, event: Event) -> Remark:
+def _remark(plan: Plan, state: SessionState, event: Event) -> Remark:
     body = event.value
     if event.kind == "fault":
         device, message = body["device"], hider(plan.study, TELLING)(str(body["message"]))
@@ -123,7 +123,10 @@ def _remark(plan: Plan, event: Event) -> Remark:
         case "abort":
             text = f"aborted: {body['text']}" if body.get("text") else "aborted"
         case "repeat":
-            text = f"trial {repeated_trial(event)} is repeated"
+            first = state.repeated_by(event)[0]
+            text = f"{'the block from ' if body.get('which') == 'block' else ''}trial {first} is repeated"
+        case "instructed":
+            text = "the instructions were shown again"
         case "pause":
             text = "the participant rests" if by_participant else "paused"
         case _:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.desk import Desk
-from palpate.protocols.events import Aside, Present, Reply, Request, Sense, World, WorldEvent
+from palpate.protocols.events import Aside, Choose, Present, Reply, Request, Sense, Show, World, WorldEvent
 from palpate.protocols.plan import Plan
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.console.headless import asks_anything
@@ -66,6 +66,10 @@ class Rehearsed:
         match request:
             case _ if not isinstance(event, Reply):
                 pass
+            case Choose():
+                pass
+            case Show():
+                aside = self.show_page(request.page)
             case Sense():
                 aside = self.show_page("recording")
             case Present():

@@ -14,7 +14,7 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.events import Aside, Ask, Fault, Present, Reply, Request, Sense, WorldEvent
+from palpate.protocols.events import Aside, Ask, Choose, Fault, Present, Reply, Request, Sense, Show, WorldEvent
 from palpate.protocols.simulated_world import Done, Twin
 from palpate.protocols.study import Study
 from palpate.studies.sessions.rig import RigError
@@ -47,6 +47,7 @@ class LiveWorld:
     notes: list[str] = field(default_factory=list)
     _seen_record: bool = False
     _held: WorldEvent | None = None
+    _showing: Act | None = None
 
     def now(self) -> int:
         """Return nanoseconds since the session began, without the time between its runs."""
@@ -81,6 +82,10 @@ class LiveWorld:
     def _act(self, request: Request) -> WorldEvent:
         if isinstance(request, Present | Sense):
             return self.device.perform(request, self.presenter, self.desk, self.clock)
+        if isinstance(request, Show):
+            return self._show(request)
+        if isinstance(request, Choose):
+            raise RigError(f"trial {request.trial.number}: no procedure chooses its level")
         if isinstance(request, Ask) and (instead := self.device.before(request)) is not None:
             return instead
         event = self.presenter.perform(request, self.desk, self.clock)
@@ -89,6 +94,17 @@ class LiveWorld:
         if isinstance(request, Ask) and (isinstance(event, Reply) or _gives_up(event)):
             return self.device.after(event)
         return event
+
+    def _show(self, request: Show) -> WorldEvent:
+        """Show a page for some seconds, without pauses."""
+        self._showing = act = going_on(self._showing, request, self.clock)
+        aside = act.wait(
+            request.page, self.presenter, self.desk, self.clock, lambda: act.seconds(self.clock()) >= request.seconds
+        )
+        if aside is not None:
+            return aside
+        self._showing = None
+        return Reply({})
 
 
 def _gives_up(event: WorldEvent) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.events import NS, Event
 from palpate.protocols.files import file_sha256
-from palpate.protocols.forms import FORMS, OwnTable, own_tables, table_of
+from palpate.protocols.forms import FORMS, OwnTable, own_tables_of, table_of
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Answer, SessionState, fold
 from palpate.protocols.study import conditions_of
@@ -95,8 +95,9 @@ def _answers(plan: Plan, session: str, state: SessionState, events: Sequence[Eve
     for answer in state.answers:
         request, reply = events[answer.request].value, events[answer.seq].value
         table = table_of(answer.form)
-        if (own := own_tables().get(table or "")) is not None and answer.trial is not None:
-            rows.own[own.name] += _own_rows(own, plan, session, answer, reply, state.counts(answer))
+        if (owned := own_tables_of(answer.form)) and answer.trial is not None:
+            for own in owned:
+                rows.own[own.name] += _own_rows(own, plan, session, answer, request, reply, state.counts(answer))
         elif table == "anchors":
             rows.anchors.append(_anchor_row(session, answer, request["anchor"]))
         elif table == "words":
@@ -140,15 +141,16 @@ def _response_rows(
 
 
 def _own_rows(
-    table: OwnTable, plan: Plan, session: str, answer: Answer, reply: Mapping[str, Any], counts: bool
+    table: OwnTable, plan: Plan, session: str, answer: Answer, request: Row, reply: Row, counts: bool
 ) -> Iterator[Row]:
     """Yield the rows of a form with a table of its own, with the session and trial that they belong to."""
     trial = plan.trials[(answer.trial or 1) - 1]
     shared = {
         "session": session, "seq": answer.seq, "participant": plan.who.participant, "trial": trial.number,
+        "session_number": int(session_number(session)),
         "attempt": answer.attempt, "block": trial.block, "practice": trial.practice,
     }  # fmt: skip
-    for row in table.rows(trial.form, answer.values, reply):
+    for row in table.rows(trial.form, answer.values, reply, request):
         yield {**shared, **row, "counts": counts}
 
 

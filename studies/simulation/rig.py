@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from palpate.protocols.events import World
 from palpate.protocols.needs import recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_participants import simulated_participant
@@ -29,7 +30,11 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
 
     def opened(plan: Plan, t_ns: int) -> Rig:
         device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
-        world = Simulated(simulated_participant(plan, device.feels), device, VirtualClock(t_ns))
+        world: World = Simulated(simulated_participant(plan, device.feels), device, VirtualClock(t_ns))
+        if study.procedure:
+            from palpate.studies.procedures.advised import advised
+
+            world = advised(plan, world)
         if not (needs := recorded_beside(study.needs)):
             return Rig(world)
         from palpate.studies.sessions.rig import RecordedBeside

@@ -81,7 +81,7 @@ FORM = FormKind(
     "naming the largest", simulate,
     table=OwnTable(
         "largest_ones", "One row for each set.", (OwnColumn("stimulus", "The largest of its set.", key=True),),
-        lambda form, answers, reply: [{"stimulus": form.stimuli[answers["place"]]}],
+        lambda form, answers, reply, request: [{"stimulus": form.stimuli[answers["place"]]}],
     ),
 )
 '''

@@ -8,7 +8,7 @@ from palpate.protocols.canonical import canonical
 from palpate.protocols.event_shapes import EventShapes
 from palpate.protocols.events import NS, Aside, Ask, Event, Fault, Reply, Sense
 from palpate.protocols.runner import BROKEN_OFF, Recorded, run
-from palpate.protocols.session_state import Pause, SessionState, active_ns, fold, repeated_trial
+from palpate.protocols.session_state import Pause, SessionState, active_ns, fold
 from palpate.studies.console.status import status_of
 from palpate.studies.sessions.tables import answers_of
 from tests.protocols.every_task import PARTS
@@ -253,6 +253,21 @@ def test_a_pause_takes_no_time_and_ends_with_the_session():
     assert state.pause is None and state.ended == "aborted"
 
 
-@pytest.mark.parametrize(("trial", "which", "number"), [(3, "this", 3), (3, "last", 2), (1, "last", 1)])
-def test_the_trial_that_is_to_be_repeated(trial, which, number):
-    assert repeated_trial(happened(aside(0, trial, do="repeat", which=which))[0]) == number
+@pytest.mark.parametrize(
+    ("which", "numbers"), [("this", [5]), ("last", [3]), ("block", [3, 5])], ids=["this", "last", "block"]
+)
+def test_the_trials_that_are_to_be_repeated_are_those_that_were_begun(which, numbers):
+    started = [
+        (number, "trial_started", {"stimulus": "A", "block": block}, number)
+        for number, block in ((1, "x"), (2, "x"), (3, "y"), (5, "y"))  # 4 was passed over: its track had ended
+    ]
+    state = fold(happened(*started))
+    assert state.repeated_by(happened(aside(9, 5, do="repeat", which=which))[0]) == numbers
+    state.apply(happened(aside(9, 5, do="repeat", which=which))[0])
+    assert [number for number, trial in state.trials.items() if trial.attempts[-1].withdrawn] == numbers
+    assert state.next_trial == numbers[0]
+
+
+def test_the_first_trial_is_its_own_last():
+    state = fold(happened((1, "trial_started", {"stimulus": "A", "block": "x"}, 1)))
+    assert state.repeated_by(happened(aside(2, 1, do="repeat", which="last"))[0]) == [1]

@@ -71,9 +71,9 @@ def test_each_stimulus_is_placed_before_the_next_and_any_can_be_felt_again():
     [row, *_] = rows = answers_of(plan, "toy/P001/1", events).own["rankings"]
     assert [(row["stimulus"], row["rank"]) for row in rows] == [("A", 4), ("B", 1), ("C", 2), ("D", 3)]
     assert row == {
-        "session": "toy/P001/1", "seq": events[-3].seq, "participant": "P001", "trial": 1, "attempt": 1,
-        "block": "main", "practice": False, "attribute": "Soft", "rank": 4, "stimulus": "A", "set_size": 4,
-        "position": 1, "counts": True,
+        "session": "toy/P001/1", "seq": events[-3].seq, "participant": "P001", "session_number": 1,
+        "trial": 1, "attempt": 1, "block": "main", "practice": False, "attribute": "Soft", "rank": 4, "stimulus": "A",
+        "set_size": 4, "position": 1, "counts": True,
     }  # fmt: skip
 
 

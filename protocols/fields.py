@@ -1,0 +1,262 @@
+"""The composite form: questions of several kinds on one screen, each with a scale and an answer time of its own.
+
+`ask:` of a study declares it. The kinds are choice, scale, number, text and confidence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from palpate.protocols.complaints import Problem
+from palpate.protocols.events import Ask, Reply
+from palpate.protocols.forms import LONGEST_WORD, Question
+from palpate.protocols.keyed import normal, uniform
+from palpate.protocols.strict import KnownKeys, by_kind
+from palpate.protocols.study import Name, Number, Scale, Text, Whole
+from palpate.protocols.wording import count
+
+MOST_FIELDS, MOST_OPTIONS, LONGEST_TEXT = 12, 12, 2000
+
+
+class Asked(KnownKeys):
+    """What all questions have: a name for the answer, a text for the screen, and whether it may stay unanswered."""
+
+    kind: str
+    name: Name
+    text: Text | None = None
+    optional: bool = False
+
+    def problem(self, answer: Any) -> str | None:
+        """Return why the answer is not valid, or None; null is valid where the question is optional."""
+        if answer is None:
+            return None if self.optional else f"{self.name} is not answered"
+        return self.invalid(answer)
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        raise NotImplementedError
+
+    def simulated(self, share: float) -> Any:
+        """Return an answer for a share from 0 to 1 of all that could be answered."""
+        raise NotImplementedError
+
+
+class Choice(Asked):
+    """One of some options, by a press or the number keys; `of: intervals` are those of the task intervals."""
+
+    kind: Literal["choice"]
+    options: Annotated[tuple[Text, ...], Field(max_length=MOST_OPTIONS)] = ()
+    of: Literal["intervals"] | None = None
+
+    @model_validator(mode="after")
+    def _options_or_intervals(self) -> Self:
+        if bool(self.options) == (self.of is not None):
+            raise ValueError("options: [TEXT, ...] or of: intervals is expected")
+        if self.options and len(set(self.options)) < 2:
+            raise ValueError("options: two different ones or more are expected")
+        if len(set(self.options)) < len(self.options):
+            raise ValueError("options: an option appears twice")
+        return self
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        return Question(self.name, "", "choice", tuple((option, option) for option in self.options)).problem(answer)
+
+    def simulated(self, share: float) -> str:
+        """Return an option."""
+        return self.options[min(len(self.options) - 1, math.floor(share * len(self.options)))]
+
+
+class ScaleQuestion(Asked):
+    """A mark on a scale of its own, as in `scale:` of a study; `ends` are the words at its two ends."""
+
+    kind: Literal["scale"]
+    scale: Scale
+    ends: tuple[Text, Text] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _flat(cls, data: Any) -> Any:
+        """Let the keys of the scale stand beside the others: {name, kind: scale, from: 1, to: 5, step: 1}."""
+        if not isinstance(data, Mapping) or "scale" in data:
+            return data
+        own = {"kind", "name", "text", "optional", "ends"}
+        return {
+            **{key: data[key] for key in data if key in own},
+            "scale": {k: v for k, v in data.items() if k not in own},
+        }
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        return None if self.scale.holds(answer) else f"{self.name} = {answer!r:.60} is not on its scale"
+
+    def simulated(self, share: float) -> float:
+        """Return a value of the scale."""
+        return self.scale.nearest(self.scale.low + share * (self.scale.high - self.scale.low))
+
+
+class NumberQuestion(Asked):
+    """A number that is typed, within bounds; `above: 0` allows every positive number, as in a free modulus."""
+
+    kind: Literal["number"]
+    low: Number | None = Field(default=None, validation_alias="from")
+    high: Number | None = Field(default=None, validation_alias="to")
+    above: Number | None = None
+    unit: Text | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_name(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        return {{"low": "from", "high": "to"}.get(str(key), key): value for key, value in data.items()}
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise ValueError(f"from ({self.low}) must be below to ({self.high})")
+        return self
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        if type(answer) in (int, float) and answer - answer != 0:
+            return f"{self.name} = {answer!r}: a finite number is expected"
+        low, high = (None if bound is None else float(bound) for bound in (self.low, self.high))
+        if (problem := Question(self.name, "", "number", low=low, high=high).problem(answer)) is not None:
+            return problem
+        too_low = self.above is not None and answer <= self.above
+        return f"{self.name} = {answer!r}: a number above {self.above:g} is expected" if too_low else None
+
+    def simulated(self, share: float) -> float:
+        """Return a number within the bounds; from 1 to 100 where there are none."""
+        low = self.low if self.low is not None else 1.0 + (self.above or 0.0)
+        high = self.high if self.high is not None else low + 99.0
+        return round(float(low + share * (high - low)), 1)
+
+
+class TextQuestion(Asked):
+    """Free text, of at most `longest` characters."""
+
+    kind: Literal["text"]
+    longest: Annotated[Whole, Field(ge=1, le=LONGEST_TEXT)] = LONGEST_WORD
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        good = isinstance(answer, str) and len(answer.strip()) > 0 and len(answer) <= self.longest
+        return None if good else f"{self.name} = {answer!r:.80}: a text of 1 to {self.longest} characters is expected"
+
+    def simulated(self, share: float) -> str | None:
+        """Return nothing where that is allowed, else a word."""
+        return (
+            None if self.optional else ("smooth", "rough", "even", "uneven")[math.floor(share * 3.999)][: self.longest]
+        )
+
+
+class Confidence(Asked):
+    """How sure a participant is, from 1 to `points`; `ends` are the words at its two ends."""
+
+    kind: Literal["confidence"]
+    points: Annotated[Whole, Field(ge=2, le=11)] = 4
+    ends: tuple[Text, Text] | None = None
+
+    def invalid(self, answer: Any) -> str | None:
+        """Return why an answer that was given is not valid, or None."""
+        good = type(answer) is int and 1 <= answer <= self.points
+        return None if good else f"{self.name} = {answer!r:.60}: a whole number from 1 to {self.points} is expected"
+
+    def simulated(self, share: float) -> int:
+        """Return a number of points."""
+        return min(self.points, 1 + math.floor(share * self.points))
+
+
+KINDS: Mapping[str, type[Asked]] = {
+    "choice": Choice,
+    "scale": ScaleQuestion,
+    "number": NumberQuestion,
+    "text": TextQuestion,
+    "confidence": Confidence,
+}
+
+
+def questions_from(value: Any, _info: ValidationInfo | None = None) -> tuple[Asked, ...]:
+    """Return the questions in a study file, each by the schema of its kind. Raises ValueError."""
+    if not isinstance(value, list | tuple) or not 1 <= len(value) <= MOST_FIELDS:
+        raise ValueError(f"a list of 1 to {count(MOST_FIELDS, 'question')} is expected, as [{{name, kind, ...}}]")
+    questions = tuple(by_kind(KINDS, item) for item in value)
+    names = [question.name for question in questions]
+    if twice := next((name for n, name in enumerate(names) if name in names[:n]), None):
+        raise ValueError(f"the question {twice!r} appears twice")
+    return questions
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Questions of several kinds: {question: answer, or null where it is optional}.
+
+    `context` says what the form is about as JSON data; the ledger stores it with the request.
+    """
+
+    questions: tuple[Asked, ...]
+    context: Mapping[str, Any] = field(default_factory=dict)
+    name: str = "fields"
+
+    def items(self) -> list[str]:
+        """Return the questions' names."""
+        return [question.name for question in self.questions]
+
+    def problem(self, answers: Any) -> str | None:
+        """Return why the answers are not valid, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
+            return f"answers to {self.items()} expected, found {answers!r:.200}"
+        return next(filter(None, (question.problem(answers[question.name]) for question in self.questions)), None)
+
+
+def simulate(person: Any, ask: Ask, form: Fields) -> tuple[Reply, float]:
+    """Answer every question; `person` is a simulated participant of the kind `perceiver`.
+
+    A question that has the name of an attribute in the study's simulation is answered by its percept, others by chance.
+    """
+    return answered(person, ask, {question.name: _answer(person, ask, question) for question in form.questions})
+
+
+def answered(person: Any, ask: Ask, answers: Mapping[str, Any]) -> tuple[Reply, float]:
+    """Return the reply with these answers, one answer time after the other, and its seconds."""
+    at_s, clock = {}, 0.0
+    for name in answers:
+        clock = round(clock + person.seconds(ask, name), 3)
+        at_s[name] = clock
+    return Reply({"answers": dict(answers), "at_s": at_s, "seconds": clock}), clock
+
+
+def _answer(person: Any, ask: Ask, question: Asked) -> Any:
+    latents = person.simulation.latents
+    if ask.trial is None or question.name not in latents:
+        return question.simulated(uniform(*person.moment("field", ask, question.name)))
+    felt = person.latent(question.name, ask.trial.stimulus) + normal(*person.moment("noise", ask, question.name))
+    return question.simulated(0.5 * (1.0 + math.erf(felt / math.sqrt(2.0))))
+
+
+def rows(form: Fields, answers: Mapping[str, Any], reply: Mapping[str, Any], _request: Any) -> Iterator[dict[str, Any]]:
+    """Yield a row for each answered question, without those that `choices` has."""
+    times = reply.get("at_s", {})
+    for question in form.questions:
+        answer = answers[question.name]
+        if answer is None or question.kind == "confidence" or getattr(question, "of", None) is not None:
+            continue
+        numeric = type(answer) in (int, float)
+        yield {
+            "question": question.name, "kind": question.kind, "value": str(answer),
+            "number": float(answer) if numeric else None, "response_time_s": times.get(question.name),
+        }  # fmt: skip
+
+
+def problems_of(questions: tuple[Asked, ...]) -> Iterator[Problem]:
+    """Yield a problem for each question that refers to intervals, for tasks without any."""
+    for index, question in enumerate(questions):
+        if getattr(question, "of", None) is not None:
+            yield Problem(("ask", index), "of: intervals belongs to task intervals; give options: [TEXT, ...]")

@@ -1,0 +1,127 @@
+"""Tracks: runs of trials with one procedure over a declared grid of levels, interleaved before the session begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from palpate.protocols.keyed import Key, shuffled
+from palpate.protocols.study import Stimulus, Study
+
+if TYPE_CHECKING:
+    from palpate.protocols.procedures import Grid, Level, Procedure
+
+ABSENT, EASY, NO_CATCH = "absent", "easy", "none"
+PRACTICE = "practice"
+Past = tuple[tuple[int, bool], ...]
+"""The trials of a track so far, as (index of the level, hit)."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """A run of trials of a session: `levels` are all that may be presented, from the lowest to the highest.
+
+    `stimuli` is one stimulus, whose columns are replaced by the level, or the row of the table for each level. `chance`
+    is the key of random draws for this track in this session.
+    """
+
+    name: str
+    procedure: Procedure
+    levels: tuple[Level, ...]
+    stimuli: tuple[Stimulus, ...]
+    chance: tuple[Key, ...]
+
+    @property
+    def trials(self) -> int:
+        """Return the greatest number of trials."""
+        repeats: int | None = getattr(self.procedure, "repeats", None)
+        return self.procedure.trials if repeats is None else repeats * len(self.levels)
+
+    @property
+    def easiest(self) -> int:
+        """Return the index of the easiest level."""
+        return len(self.levels) - 1 if self.procedure.easier == "higher" else 0
+
+    def stimulus_at(self, index: int) -> Stimulus:
+        """Return the stimulus at a level of the grid."""
+        if len(self.stimuli) > 1:
+            return self.stimuli[index]
+        return with_level(self.stimuli[0], self.procedure.grids, self.levels[index])
+
+
+def with_level(stimulus: Stimulus, grids: Sequence[Grid], level: Level) -> Stimulus:
+    """Return the stimulus with a level in place of what its columns hold."""
+    several = level if isinstance(level, tuple) else (level,)
+    put_in = {grid.column: level_text(value) for grid, value in zip(grids, several, strict=True)}
+    return stimulus.model_copy(update={"columns": {**stimulus.columns, **put_in}})
+
+
+def level_text(value: float) -> str:
+    """Return a level as a text that gives the same number again, short where that is possible."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A place of the plan for a trial of a track; `index` is set where the level is fixed ahead."""
+
+    block: str
+    track: Track
+    catch: str = NO_CATCH
+    index: int | None = None
+
+    @property
+    def stimulus(self) -> Stimulus:
+        """Return the stimulus that stands for the trial in the plan."""
+        return self.track.stimuli[0 if self.index is None or len(self.track.stimuli) == 1 else self.index]
+
+
+def tracks_in(study: Study, block: str, stimuli: Sequence[Stimulus], chance: tuple[Key, ...]) -> list[Track]:
+    """Return the tracks of a block: one for each stimulus and procedure, or one a procedure if levels are rows."""
+    several = len(study.procedure) > 1
+    tracks = []
+    for procedure in study.procedure:
+        suffix = f" {procedure.name}" if several else ""
+        grids = procedure.grids
+        if grids[0].of is not None:
+            column = grids[0].column
+            rows = sorted(stimuli, key=lambda s: float(s.columns[column]))
+            levels: tuple[Any, ...] = tuple(float(s.columns[column]) for s in rows)
+            tracks.append(Track(f"{block}{suffix}", procedure, levels, tuple(rows), (*chance, f"{block}{suffix}")))
+            continue
+        levels = grids[0].levels if len(grids) == 1 else tuple(product(*(grid.levels for grid in grids)))
+        for stimulus in stimuli:
+            name = f"{stimulus.id}{suffix}"
+            tracks.append(Track(name, procedure, levels, (stimulus,), (*chance, name)))
+    return tracks
+
+
+def slots_of(track: Track, block: str, absent_every: int | None, easy_every: int | None) -> list[Slot]:
+    """Return a track's slots in order: its trials, with a catch trial at a random place in every so many of them."""
+    slots: list[Slot] = []
+    for n in range(track.trials):
+        slots.append(Slot(block, track))
+        for catch, every, index in ((ABSENT, absent_every, None), (EASY, easy_every, track.easiest)):
+            if every is not None and (n + 1) % every == 0:
+                places = [str(place) for place in range(every + 1)]
+                back = int(shuffled(places, "catch", catch, *track.chance, n)[0])
+                slots.insert(len(slots) - min(back, len(slots)), Slot(block, track, catch, index))
+    return slots
+
+
+def practice_slots(study: Study, tracks: Sequence[Track]) -> Iterator[Slot]:
+    """Yield the practice trials: the study's practice stimuli in turn, at their own level or else at the easiest."""
+    if study.practice is None:
+        return
+    names = study.practice.stimuli
+    for n in range(study.practice.at_most or len(names)):
+        name = names[n % len(names)]
+        for track in tracks:
+            ids = [stimulus.id for stimulus in track.stimuli]
+            if name in ids:
+                index = track.easiest if len(ids) == 1 else ids.index(name)
+                yield Slot(PRACTICE, replace(track, name=PRACTICE), index=index)
+                break
