@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -219,7 +219,7 @@ def _resumed(
     """Return the recorded study with its folder, its rig plan, and what goes on record of changes since then."""
     from palpate.studies.catalogue import StudyFiles, find
     from palpate.studies.launching.changes import demand_same_models, sample_ledgers
-    from palpate.studies.launching.launch import changed_since
+    from palpate.studies.launching.launch import changed_since, demand_soon
     from palpate.studies.live.opening import resumed_live_plan
     from palpate.studies.participants.admission import admit, readmit
     from palpate.studies.sessions.replay import recompiled
@@ -236,6 +236,7 @@ def _resumed(
     accepted |= demand_same_models(declared, lab, ledgers, live.accept_change) or {}
     if not real:
         return study_files, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
+    accepted |= demand_soon(record, live.accept_change, datetime.now(UTC)) or {}
     rig, of_screen = resumed_live_plan(study_files, lab, live, header)
     readmit(lab, declared, plan.who.participant)
     return study_files, rig, {**accepted, **(of_screen or {})} or None

@@ -86,6 +86,7 @@ NEEDS = {
     "flask": package("flask", "monitor"),
     "nidaqmx": package("nidaqmx", "rig"),
     "psychopy": package("psychopy", "lab"),
+    "questplus": package("questplus", "lab"),
     "psycopg": package("psycopg", "postgres"),
     "pyarrow": package("pyarrow", "export"),
     "pylsl": package("pylsl", "rig"),

@@ -20,7 +20,7 @@ from palpate.studies.participants.admission import admit, demand_known_here, dem
 from palpate.studies.participants.allocations import describe_place
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import AllocationError, allocate
-from palpate.studies.sessions.record import LedgerError, read
+from palpate.studies.sessions.record import LedgerError, Record, read
 from palpate.studies.sessions.session_files import fresh_path, ledger_path
 
 
@@ -121,6 +121,25 @@ def demand_in_time(
         f"{fewest} to {count(most, 'day')} are declared: have session {number} {come}"
     )
     return _accepted(message, accept, {"since_session": number - 1, "days": days, "apart_days": [fewest, most]})
+
+
+def demand_soon(record: Record, accept: bool, now: datetime) -> dict[str, Any] | None:
+    """Return what goes on record if an interrupted session is resumed later than its study allows; None if in time.
+
+    The time since its last run counts. Raises WrongTime unless that is accepted.
+    """
+    policy = record.header["study"].get("resume") or {}
+    if (within_h := policy.get("within_h")) is None:
+        return None
+    last = datetime.fromisoformat(record.run_notes[-1].value["at"])
+    hours = (now - last).total_seconds() / 3600
+    if hours <= within_h:
+        return None
+    allowed = f"the study allows at most {within_h:g} h (resume: within_h)"
+    message = f"{record.path}: interrupted {hours:.1f} h ago; {allowed}"
+    if not accept:
+        raise WrongTime(f"{message}; --accept-change resumes it all the same and is recorded")
+    return {"resumed_after_h": round(hours, 2), "within_h": within_h}
 
 
 def _accepted(message: str, accept: bool, timing: dict[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import demand_same_devices, demand_same_screen
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.options import LiveOptions
-from palpate.studies.live.world import LiveWorld, clock_from
+from palpate.studies.live.world import LiveWorld, Resumed, clock_from
 from palpate.studies.sessions.rig import RecordedBeside, Rig, RigError, RigPlan
 
 if TYPE_CHECKING:
@@ -73,7 +73,15 @@ def live_plan(
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
-        world: World = LiveWorld(presenter, desk, station, now_ns, lambda: desk.status.paused, notes=notes)
+        resumed = Resumed(() if plan.study.resume is None else plan.study.resume.repeat)
+        world: World = LiveWorld(
+            presenter, desk, station, now_ns, lambda: desk.status.paused, notes=notes, resumed=resumed,
+            in_trials=lambda: desk.status.first_trial_ns is not None,
+        )  # fmt: skip
+        if plan.study.procedure:
+            from palpate.studies.procedures.advised import advised
+
+            world = advised(plan, world, hardware.safe)
         if (recorder := station.recorder) is not None:
             world = RecordedBeside(world, lambda: recorder.ready(presenter, desk, now_ns), recorder.take)
         return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, last_page(desk)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,7 +14,20 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, Records
 from palpate.devices.samples import HandMounted
 from palpate.devices.suspend import SuspendWatch
-from palpate.protocols.events import Aside, Ask, Choose, Fault, Present, Reply, Request, Sense, Show, WorldEvent
+from palpate.protocols.events import (
+    Aside,
+    Ask,
+    Choose,
+    Fault,
+    Instruct,
+    Present,
+    Reply,
+    Request,
+    Sense,
+    Show,
+    WorldEvent,
+)
+from palpate.protocols.runner import BROKEN_OFF
 from palpate.protocols.simulated_world import Done, Twin
 from palpate.protocols.study import Study
 from palpate.studies.sessions.rig import RigError
@@ -31,11 +44,45 @@ def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) ->
 
 
 @dataclass
+class Resumed:
+    """What is done before a session that was interrupted in its trials goes on.
+
+    `repeat` are the parts that the study repeats: the page of instructions, and the block under way from its first
+    trial.
+    """
+
+    repeat: Collection[str] = ()
+    pages: list[Instruct] = field(init=False)
+    block: bool = field(init=False)
+    between_intervals: bool = True
+
+    def __post_init__(self) -> None:
+        self.pages = [Instruct("instructions")] if "instructions" in self.repeat else []
+        self.block = "block" in self.repeat
+
+    def before(self, request: Request) -> WorldEvent | None:
+        """Return what comes before the first request of a trial, once its pages were shown; None if nothing does.
+
+        What was felt in an interval before the interruption cannot be compared: the trial is repeated.
+        """
+        if getattr(request, "trial", None) is None:
+            return None
+        if self.block:
+            self.block = self.between_intervals = False
+            return Aside({"do": "repeat", "which": "block"})
+        first, self.between_intervals = self.between_intervals, False
+        later = isinstance(request, Present) and request.part is not None and request.part.interval > 1
+        asked = isinstance(request, Ask) and request.form.name == "intervals"
+        return BROKEN_OFF if first and (later or asked) else None
+
+
+@dataclass
 class LiveWorld:
     """A world that hands requests to the window or to a device, and returns what the experimenter does as asides.
 
     `left_paused` returns, once all recorded events have been seen, whether the last run ended in a pause: resuming the
-    session ends the pause. `notes` are recorded before anything else is done.
+    session ends the pause. `notes` are recorded before anything else is done. `in_trials` returns then whether the
+    session had come to its trials, and `resumed` says what is repeated in that case.
     """
 
     presenter: Presenter
@@ -45,6 +92,8 @@ class LiveWorld:
     left_paused: Callable[[], bool] = lambda: False
     suspend: SuspendWatch = field(default_factory=SuspendWatch)
     notes: list[str] = field(default_factory=list)
+    in_trials: Callable[[], bool] = lambda: False
+    resumed: Resumed | None = None
     _seen_record: bool = False
     _held: WorldEvent | None = None
     _showing: Act | None = None
@@ -65,10 +114,14 @@ class LiveWorld:
         if not self._seen_record:
             self._seen_record = True
             self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
+            if not self.in_trials():
+                self.resumed = None
             if self.left_paused():
                 return Aside({"do": "go_on"})
         if self.notes:
             return Aside({"do": "note", "text": self.notes.pop(0)})
+        if self.resumed is not None and (before := self._once_more(self.resumed, request)) is not None:
+            return before
         event = self._act(request)
         if _gives_up(event):
             self.desk.demand(None)
@@ -78,6 +131,17 @@ class LiveWorld:
             self._held = event
             return Aside({"do": "note", "text": f"{message[:1].upper()}{message[1:]}."})
         return event
+
+    def _once_more(self, resumed: Resumed, request: Request) -> WorldEvent | None:
+        """Show the pages that are repeated, then return what comes before the request."""
+        if resumed.pages:
+            page = resumed.pages[0]
+            event = self.presenter.perform(page, self.desk, self.clock)
+            if not isinstance(event, Reply):
+                return event
+            resumed.pages.pop(0)
+            return Aside({"do": "instructed", "page": page.page})
+        return resumed.before(request)
 
     def _act(self, request: Request) -> WorldEvent:
         if isinstance(request, Present | Sense):

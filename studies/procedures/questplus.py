@@ -21,15 +21,14 @@ TIES = 9
 
 @dataclass(frozen=True)
 class Table:
-    """The model over its grid: `share[level, combination]` of hits, and `values[parameter][combination]`.
+    """The model over its grid: `share[level, combination]` of hits, and the values of each parameter.
 
-    `entropy` is that of an answer, in nats, where the combination is known. `shape` has the number of values of each
-    parameter, in the order of PARAMETERS.
+    `share_and_entropy` has a second half of rows: the entropy of an answer, in nats, where the combination is known.
+    `shape` has the number of values of each parameter, in the order of PARAMETERS.
     """
 
     share: Floats
-    entropy: Floats
-    values: dict[str, Floats]
+    share_and_entropy: Floats
     axes: dict[str, Floats]
     shape: tuple[int, ...]
 
@@ -87,10 +86,10 @@ class QuestPlusAdviser:
     def information(self, weights: Floats) -> Floats:
         """Return the expected information of an answer at each level about the parameters of interest, in nats."""
         table, interest = self.table, set(self.rules.interest)
-        expected: Floats = table.share @ weights
         nuisance = [n for n, name in enumerate(PARAMETERS) if name not in interest and table.shape[n] > 1]
         if not nuisance:
-            plain: Floats = _entropy(expected) - table.entropy @ weights
+            expected, known_entropy = np.split(table.share_and_entropy @ weights, 2)
+            plain: Floats = _entropy(expected) - known_entropy
             return plain
         kept = [n for n in range(len(PARAMETERS)) if n not in nuisance]
         order = (*kept, *nuisance)
@@ -100,7 +99,7 @@ class QuestPlusAdviser:
         marginal = known.sum(axis=1)
         hit = np.einsum("lpm,pm->lp", share, known)
         ratio = np.divide(hit, marginal, out=np.zeros_like(hit), where=marginal > 0)
-        measured: Floats = _entropy(expected) - _entropy(ratio) @ marginal
+        measured: Floats = _entropy(hit.sum(axis=1)) - _entropy(ratio) @ marginal
         return measured
 
     def marginal(self, past: Past, parameter: str = "threshold") -> tuple[Floats, Floats]:
@@ -136,7 +135,7 @@ def tabulate(model: Model, levels: tuple[Any, ...], falling: bool = False) -> Ta
     threshold = values["threshold"] + values["gradient"] * pairs[:, 1:]
     felt = rise(model.shape, model.scale, pairs[:, :1], threshold, values["slope"], falling)
     share = values["guess"] + (1 - values["guess"] - values["lapse"]) * felt
-    return Table(share, _entropy(share), values, axes, shape)
+    return Table(share, np.vstack([share, _entropy(share)]), axes, shape)
 
 
 def rise(shape: str, scale: str, level: Floats, threshold: Floats, slope: Floats, falling: bool = False) -> Floats:
@@ -176,4 +175,11 @@ def _entropy(share: Floats) -> Floats:
     return result
 
 
-KIND = ProcedureKind(QuestPlusAdviser)
+def make(track: Track) -> QuestPlusAdviser:
+    """Return the adviser of a track, with its table computed: the first choice is then as quick as the others."""
+    adviser = QuestPlusAdviser(track)
+    adviser.advise(())
+    return adviser
+
+
+KIND = ProcedureKind(make)

@@ -21,8 +21,20 @@ PARTS = {
         "order": {"design": "williams", "within": "block", "blocks": {"by": "kind"}, "repeats": 2},
         "settings": {"again": True},
     },
+    "intervals": {
+        "intervals": {"design": "forced_choice"},
+        "ask": [{"name": "chosen", "kind": "choice", "of": "intervals"}, {"name": "sure", "kind": "confidence"}],
+        "procedure": {
+            "kind": "staircase",
+            "level": {"column": "size", "from": 0, "to": 9, "points": 10},
+            "start": 5,
+            "last": 2,
+            "stop": {"trials": 1},
+        },
+        "navigation": "forward",
+    },
 }
-UNRATED = ("adjective_selection", "free_lexicon", "capture")
+UNRATED = ("adjective_selection", "free_lexicon", "capture", "intervals")
 ITEMS = [{"name": "Realism", "text": "It felt real."}, {"name": "Ease", "text": "It was easy."}]
 LAB = LabForms(
     "Do you agree?",

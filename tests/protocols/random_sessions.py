@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import random
 
-from palpate.protocols.events import Aside, Ask, Chunk, Fault, Present, Reply, Samples, Sense
+from palpate.protocols.events import Aside, Ask, Choose, Chunk, Fault, Present, Reply, Samples, Sense
 from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.studies.procedures.advised import advised
 from tests.protocols.every_task import plan_of
 from tests.protocols.worlds_for_tests import MemoryLog
 
 HEADER = {"calibration": {"px_per_mm": 3.6}}
-ONE_WAY = ("authoring", "capture")
+ONE_WAY = ("authoring", "capture", "intervals")
 ASIDES = ({"do": "note", "text": "sneezed"}, {"do": "pause"}, {"do": "go_on"})
-REPEATS = ({"do": "repeat", "which": "this"}, {"do": "repeat", "which": "last"})
+REPEATS = tuple({"do": "repeat", "which": which} for which in (*("this", "last") * 4, "block"))
+ENDING = {
+    "kind": "limits",
+    "level": {"column": "size", "from": 0, "to": 9, "points": 10},
+    "step": 4,
+    "stop": {"trials": 5, "series": 1},
+}
+IN_BLOCKS = {"design": "random", "within": "block", "blocks": {"by": "kind", "instructions": {"x": "Wear a glove."}}}
 ABORT = {"do": "abort", "text": "felt unwell"}
 FAULT = Fault({"device": "door", "what": "overrun", "message": "samples came too late"})
 
@@ -27,6 +35,7 @@ class Chance:
 
     def __init__(self, plan, log, seed, rough=False):
         self.person, self.log, self.seed, self.rough = Perceiver(plan), log, seed, rough
+        self.advised = advised(plan, self)
 
     def now(self):
         return 1_000 * len(self.log.events)
@@ -44,6 +53,8 @@ class Chance:
 
     def plain(self, request):
         """Answer the request and do nothing else."""
+        if isinstance(request, Choose):
+            return self.advised.perform(request)
         if isinstance(request, Ask):
             return self.person.answer(request)[0]
         return Reply({}, self.samples()) if isinstance(request, Present | Sense) else Reply({})
@@ -66,6 +77,8 @@ class Chance:
 def plan_for(task, seed, **changes):
     """A plan of four trials and, unless the changes say otherwise, one of practice, with rests, back and forward."""
     both_ways = {} if task in ONE_WAY else {"navigation": "back_and_forward"}
+    if task == "intervals":  # tracks of different lengths, with catch trials, in two blocks
+        both_ways = {"procedure": ENDING, "order": IN_BLOCKS, "intervals": {"catch": {"easy": {"every": 2}}}}
     return plan_of(task, seed=seed, **{"practice": {"stimuli": ["D"]}, "rest": {"every": 2}, **both_ways, **changes})
 
 

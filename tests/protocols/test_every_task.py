@@ -12,6 +12,7 @@ from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.procedures.advised import advised
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
 from tests.protocols.worlds_for_tests import MemoryLog
 
@@ -23,7 +24,7 @@ def device(request, t_ns):
 
 
 def simulated(plan, t_ns=0):
-    return Simulated(Perceiver(plan), device, VirtualClock(t_ns))
+    return advised(plan, Simulated(Perceiver(plan), device, VirtualClock(t_ns)))
 
 
 def ran(plan):

@@ -11,6 +11,7 @@ from palpate.protocols.runner import Recorded, run
 from palpate.protocols.simulated_participants import KINDS, SHIPPED_KIND, simulated_participant
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
+from palpate.studies.procedures.advised import advised
 from tests.protocols.every_task import PARTS, plan_of
 from tests.protocols.worlds_for_tests import MemoryLog
 
@@ -44,7 +45,8 @@ KIND = ParticipantKind(lambda plan, feels: Constant())
 
 def session(plan, kind):
     log, person = MemoryLog(), simulated_participant(plan, kind=kind)
-    run(plan, Simulated(person, lambda request, t_ns: Done(Reply({}), 1.0), VirtualClock()), log, {})
+    world = Simulated(person, lambda request, t_ns: Done(Reply({}), 1.0), VirtualClock())
+    run(plan, advised(plan, world), log, {})
     return log.events
 
 
