@@ -73,6 +73,7 @@ KINDS: Registry[DeviceKind] = Registry(
         "tracker": "palpate.devices.tracker.device:KIND",
         "tablet": "palpate.devices.tablet.device:KIND",
         "voice_coil": "palpate.devices.actuator.device:KIND",
+        "vibrator": "palpate.devices.vibrator.device:KIND",
         "masking_noise": "palpate.devices.sound.device:KIND",
         "camera": "palpate.devices.camera.device:KIND",
         "stage": "palpate.devices.stage.device:KIND",

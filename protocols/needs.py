@@ -58,6 +58,7 @@ NEEDS: Registry[Need] = Registry(
         ),
         "texture_renderer": Need("presents", {"tablet": Taken(), "voice_coil": Taken()}, plays_models=True),
         "door_generator": Need("presents", {"door": Taken()}, makes=True, plays_models=True),
+        "vibration": Need("presents", {"vibrator": Taken()}),
         "camera": Need("records", {"camera": Taken()}),
         "masking_noise": Need("beside", {"masking_noise": Taken()}),
         "skin_temperature": Need("beside", {"thermometer": Taken("skin_temperature", 1.0)}),

@@ -66,6 +66,15 @@ class AnalogOut:
         """Return how long a sample waits in the card, in seconds."""
         return self.ahead / self.rate_hz
 
+    def wait_s(self) -> float:
+        """Return how long the samples last that are in the card, in seconds; before it has begun, its latency."""
+        task = self._task
+        try:
+            played = int(task.out_stream.total_samp_per_chan_generated)
+        except Exception:
+            return self.latency_s
+        return max(0.0, (self._written - played) / self.rate_hz)
+
     def open(self) -> None:
         """Reserve the output and release it again, to detect problems now. Raises DeviceError."""
         task = self._reserved()

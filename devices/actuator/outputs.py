@@ -85,10 +85,13 @@ class Coil:
     damping: float = 0.15
     delay: int = 3
     noise_m_s2: float = 0.02
+    rate_hz: float = RATE_HZ
 
     def weights(self) -> tuple[Array, Array]:
-        """Return the filter g s^2 / (s^2 + 2 d w s + w^2) at 1 kHz (bilinear, exact at resonance), then the delay."""
-        k = 1 / np.tan(np.pi * self.resonance_Hz / RATE_HZ)
+        """Return the filter g s^2 / (s^2 + 2 d w s + w^2) at the rate (bilinear, exact at resonance), then the delay
+        in samples.
+        """
+        k = 1 / np.tan(np.pi * self.resonance_Hz / self.rate_hz)
         over = k * k + 2 * self.damping * k + 1
         b = self.gain_m_s2_V * k * k * np.array([1.0, -2.0, 1.0]) / over
         a = np.array([1.0, (2 - 2 * k * k) / over, (k * k - 2 * self.damping * k + 1) / over])
@@ -154,7 +157,7 @@ class Felt(Tape):
         self.played.append(volts)
         self.felt.append(self.shaken.felt(volts))
         self.kept += len(volts)
-        while self.kept > KEPT_S * RATE_HZ:
+        while self.kept > KEPT_S * self.rate_hz:
             self.kept -= len(self.played.popleft())
             self.felt.popleft()
 

@@ -50,6 +50,10 @@ class Card:
     _ending: bool = False
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
+    def wait_s(self) -> float:
+        """Return the card's latency, in seconds."""
+        return self.latency_s
+
     def open(self) -> None:
         """Find the output and check that it supports the rate. Raises DeviceError that lists the available ones."""
         sound = self.library()

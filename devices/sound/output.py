@@ -31,6 +31,9 @@ class Output(Protocol):
     def latency_s(self) -> float:
         """Return the latency in seconds."""
 
+    def wait_s(self) -> float:
+        """Return how long from now the next sample sounds that is filled; below 0 where it was due before."""
+
     def open(self) -> None:
         """Check that the output is available. Raises DeviceError."""
 
@@ -69,6 +72,10 @@ class Tape:
     _fill: Fill | None = None
     _started_s: float = 0.0
     _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def wait_s(self) -> float:
+        """Return when the next sample is due by the clock, in seconds from now."""
+        return self._started_s + self.taken / self.rate_hz - self.elapsed_s() + self.latency_s
 
     def open(self) -> None:
         """Start the clock: a twin is always available."""

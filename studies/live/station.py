@@ -19,6 +19,7 @@ from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
+from palpate.studies.stimuli.possible import possible_stimuli
 from palpate.studies.stimuli.profiles import Profiles
 from palpate.studies.stimuli.scenes import pictures_of, scenes_for
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from palpate.devices.scene import Scene
     from palpate.devices.sound.device import MaskingNoise
     from palpate.devices.streams.beside import BesideRecorder
+    from palpate.devices.vibrator.device import Vibrator
     from palpate.studies.live.renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
@@ -50,7 +52,7 @@ def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, ta
         from palpate.studies.live.renderer import rig_renderer
 
         renderer = rig_renderer(rig, plan, study_files.folder, lab, tablet)
-    presents = _door(rig, study_files, plan, lab) if renderer is None else renderer
+    presents = renderer or _vibrator(rig, study_files, plan) or _door(rig, study_files, plan, lab)
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
     recorder: BesideRecorder | None = None
     if needs := recorded_beside(plan.study.needs):
@@ -88,11 +90,20 @@ def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Prese
     return None
 
 
+def _vibrator(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> Presents | None:
+    """Return the vibrator, which reads recorded vibrations in the study's folder; None if the study needs none."""
+    if "vibration" not in plan.study.needs:
+        return None
+    vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
+    vibrator.folder = study_files.folder
+    return vibrator
+
+
 def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> None:
     """Raise DeviceError unless the devices can present every stimulus of the plan within their limits.
 
-    The door must play every stimulus and every possible wish, the renderer's devices must be fit for textures, and the
-    noise must be bearable.
+    The door must play every stimulus and every possible wish, the vibrator every stimulus at every level of its grid;
+    the renderer's devices must be fit for textures, and the noise must be bearable.
     """
     if plan.study.noise is not None:
         noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
@@ -106,6 +117,11 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
 
         door = cast("DoorSimulator", rig.of("door_generator")["door"])
         door.check(hardest(), "the hardest door that may be wished for")
+    if "vibration" in plan.study.needs:
+        vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
+        vibrator.folder = study_files.folder
+        for stimulus in possible_stimuli(plan):
+            vibrator.check(stimulus)
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(study_files.folder)

@@ -93,6 +93,7 @@ def twin_for(
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
         "tool": lambda: ToolTwin(plan, Strokes(plan, WHOLE)),
         "camera": lambda: _camera(lab, pictures),
+        "vibration": lambda: _vibrator(plan, folder),
         "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
     twins = {need: makers[need]() for need in study.needs if need in makers}
@@ -113,6 +114,12 @@ def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
     from palpate.studies.simulation.photographs import KeptCameraTwin
 
     return KeptCameraTwin(lab, pictures)
+
+
+def _vibrator(plan: Plan, folder: Path) -> DeviceTwin:
+    from palpate.studies.simulation.vibrations import VibratorTwin
+
+    return VibratorTwin(plan, folder)
 
 
 def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:

@@ -1,0 +1,1 @@
+"""Vibration stimuli at the skin: an actuator with a calibration in dB, hard limits, and a watchdog."""

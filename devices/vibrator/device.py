@@ -1,0 +1,316 @@
+"""The kind `vibrator`: an actuator at the skin that plays vibrations to the sample, at the card's rate."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.devices.acts import Act, UnconfirmedFault, going_on
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.kinds import CalibrationMethod, DeviceKind
+from palpate.devices.vibrator.settings import MEANINGS, Settings
+from palpate.protocols.events import Present, Reply, WorldEvent
+
+if TYPE_CHECKING:
+    from palpate.devices.sound.output import Output
+    from palpate.devices.vibrator.calibration import Inverse, VibratorCalibration
+    from palpate.devices.vibrator.exposure import Exposure
+    from palpate.devices.vibrator.player import Player
+    from palpate.protocols.study import Stimulus
+    from palpate.signals.arrays import Array
+    from palpate.signals.vibration import Vibration
+
+MOST_CACHED = 256
+"""Number of prepared vibrations that are remembered."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A vibration ready to be played: acceleration in m/s^2, and its volts."""
+
+    vibration: Vibration
+    acceleration: Array
+    volts: Array
+    sha256: str
+
+    def record(self, rate_hz: float) -> dict[str, Any]:
+        """Return what the ledger keeps of it, beside its onset."""
+        level = {} if self.vibration.level_db is None else {"level_db": self.vibration.level_db}
+        return {
+            "waveform": self.vibration.waveform, "reference": self.vibration.reference, **level,
+            "seconds": round(len(self.acceleration) / rate_hz, 9), "rate_hz": rate_hz, "sha256": self.sha256,
+        }  # fmt: skip
+
+
+@dataclass
+class Vibrator:
+    """An actuator that presents the vibrations of a stimulus table. After `safe` it is silent until the next `play`.
+
+    `folder` is the study's, for stimuli with a file. The limits hold in `play` and in the output's callback.
+    """
+
+    name: str
+    settings: Settings
+    output: Output
+    player: Player
+    exposure: Exposure
+    calibration_file: Path | None = None
+    calibration: VibratorCalibration | None = None
+    folder: Path | None = None
+    act: Act | None = None
+    unconfirmed: UnconfirmedFault = field(default_factory=UnconfirmedFault)
+    _inverse: Inverse | None = None
+    _prepared: dict[tuple[Any, ...], Prepared] = field(default_factory=dict)
+    _played: Mapping[str, Any] = field(default_factory=dict)
+    _stopped: bool = False
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """Return an empty sequence: it records nothing."""
+        return ()
+
+    def open(self) -> None:
+        """Read the calibration and begin with silence. Raises DeviceError."""
+        from palpate.devices.vibrator.calibration import Inverse, load
+        from palpate.devices.vibrator.outputs import twin_calibration
+
+        if self.calibration_file is not None:
+            self.calibration = load(self.calibration_file)
+        elif self.settings.driver == "twin":
+            self.calibration = twin_calibration(self.settings)
+        if self.calibration is not None:
+            self._inverse = Inverse(self.calibration, self.settings.rate_hz)
+        self.output.open()
+        self.output.start(self.player.fill)
+
+    def prepare(self, stimulus: Stimulus) -> Prepared:
+        """Return the vibration of a stimulus with its volts.
+
+        Raises VibrationError for a bad parameter, DeviceError where the calibration or a limit does not allow it.
+        """
+        from palpate.signals.vibration import read_vibration, waveform, waveform_sha256
+
+        key = (stimulus.id, *sorted(stimulus.columns.items()))
+        if key not in self._prepared:
+            vibration = read_vibration(stimulus.id, stimulus.columns, self.folder, stimulus.sha256)
+            self._demand_frequencies(vibration)
+            acceleration = waveform(vibration, self.settings.rate_hz)
+            if (problem := self.exposure.refuse(acceleration)) is not None:
+                level = f"{vibration.spoken_level}, {vibration.waveform}"
+                raise DeviceError(f"{self.name}: stimulus {stimulus.id!r} ({level}): {problem}")
+            volts = self._volts(acceleration)
+            self._demand_level(vibration, volts)
+            if len(self._prepared) >= MOST_CACHED:
+                self._prepared.clear()
+            self._prepared[key] = Prepared(vibration, acceleration, volts, waveform_sha256(acceleration))
+        return self._prepared[key]
+
+    def check(self, stimulus: Stimulus) -> None:
+        """Raise VibrationError or DeviceError, naming stimulus, level and what is covered, unless it can be played."""
+        self.prepare(stimulus)
+
+    def _volts(self, acceleration: Array) -> Array:
+        if self._inverse is None:
+            advice = f"palpate rig calibrate {self.name} --sensor NAME --write"
+            raise DeviceError(f"{self.name}: it is not calibrated, so no level can be played: {advice}")
+        return self._inverse.volts(acceleration)
+
+    def _demand_frequencies(self, vibration: Vibration) -> None:
+        if self.calibration is None:
+            self._volts_missing()
+            return
+        (low, high), (from_hz, to_hz) = self.calibration.band_Hz, vibration.band_hz
+        if not low <= from_hz <= to_hz <= high:
+            found = f"{from_hz:g} Hz" if from_hz == to_hz else f"{from_hz:g} to {to_hz:g} Hz"
+            raise DeviceError(
+                f"{self.name}: stimulus {vibration.stimulus!r}: {found}; its calibration covers {low:g} to {high:g} Hz"
+            )
+
+    def _volts_missing(self) -> None:
+        import numpy as np
+
+        self._volts(np.zeros(1))
+
+    def _demand_level(self, vibration: Vibration, volts: Array) -> None:
+        """Raise DeviceError unless the peak voltage lies in the calibrated range, and within the limits."""
+        import numpy as np
+
+        from palpate.devices.vibrator.exposure import VoltGuard
+
+        if self.calibration is None:
+            return
+        peak = float(np.abs(volts).max())
+        low, high = self.calibration.least_V, min(self.calibration.most_V, self.settings.limits.peak_V)
+        if low <= peak <= high:
+            _, problem = VoltGuard(self.settings.limits, self.settings.rate_hz).first_beyond(volts)
+            if problem:
+                raise DeviceError(f"{self.name}: stimulus {vibration.stimulus!r}: {vibration.spoken_level}: {problem}")
+            return
+        if vibration.level_db is None or not peak > 0:
+            covered = f"{low:.3g} to {high:.3g} V, and this peaks at {peak:.3g} V"
+        else:
+            ends = [vibration.level_db + 20 * math.log10(end / peak) for end in (low, high)]
+            unit = vibration.spoken_level.split(" ", 1)[1]
+            covered = f"{math.ceil(10 * ends[0]) / 10:g} to {math.floor(10 * ends[1]) / 10:g} {unit} for it"
+        where = "" if vibration.waveform not in ("sine", "burst") else f" at {vibration.frequency_hz:g} Hz"
+        raise DeviceError(
+            f"{self.name}: stimulus {vibration.stimulus!r}: {vibration.spoken_level}{where}; its calibration covers "
+            f"{covered}. Change the level, or calibrate with another --level"
+        )
+
+    def play(self, acceleration: Array, gap_s: float = 0.0, now_ns: NowNs = time.monotonic_ns) -> None:
+        """Play an acceleration in m/s^2 at the output's rate, at least `gap_s` after the one before.
+
+        Whoever plays calls `feed` until it is over, or it is switched off. Raises DeviceFault (`limit`,
+        `not_a_number`, `refused`) where a limit does not allow it, DeviceError where it is not calibrated.
+        """
+        self.exposure.demand(acceleration)
+        self._play(self._volts(acceleration), acceleration, gap_s, now_ns)
+
+    def _play(self, volts: Array, acceleration: Array, gap_s: float, now_ns: NowNs) -> None:
+        self.check_output()
+        count = lambda: self.exposure.take(acceleration, self.player.taken / self.player.rate_hz)  # noqa: E731
+        self.player.play(volts, gap_s, now_ns, count, len(volts) - len(acceleration))
+
+    def drive(self, volts: Array, now_ns: NowNs = time.monotonic_ns) -> None:
+        """Play volts without calibration, to measure one: nobody may touch the actuator. Raises DeviceFault."""
+        self.check_output()
+        self.player.play(volts, 0.0, now_ns)
+
+    def feed(self) -> None:
+        """Say that whoever plays is alive. Raises DeviceFault if the output failed or was switched off."""
+        self.player.feed()
+        self.check_output()
+        if (fault := self.player.fault()) is not None:
+            raise fault
+
+    def check_output(self) -> None:
+        """Raise DeviceFault if the output has failed."""
+        if fault := self.output.fault():
+            self.safe()
+            raise fault
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
+        """Play the stimulus once, or be silent in an interval without one; after a pause it is played again.
+
+        The reply has the onset (session ns), the seconds, the level and the digest of the waveform.
+        """
+        if aside := self.unconfirmed.demand_confirmation("changing_sample", window, desk):
+            return aside
+        fresh = self.act is None or self.act.request is not request
+        self.act = act = going_on(self.act, request, now_ns)
+        try:
+            if fresh or (act.paused_at_ns is None and not self._played):
+                self._begin(request, now_ns)
+            aside = act.wait("feel_now", window, desk, now_ns, lambda: act.paused_at_ns is None and self._is_over())
+        except DeviceFault as fault:
+            self.safe()
+            self.act, self._played = None, {}
+            return self.unconfirmed.record(fault)
+        if aside is None:
+            self.act = None
+            return self._reply(request)
+        if aside.value.get("do") in ("pause", "repeat", "abort"):
+            self.safe()
+            self._played = {}
+        if aside.value.get("do") in ("repeat", "abort"):
+            self.act = None
+        return aside
+
+    def _begin(self, request: Present, now_ns: NowNs) -> None:
+        import numpy as np
+
+        part: Any = getattr(request, "part", None)
+        gap_s = 0.0 if part is None or part.interval == 1 else float(part.gap_s)
+        self.safe()
+        self._reopen()
+        if part is not None and part.blank:
+            count = max(1, round(float(part.seconds) * self.settings.rate_hz))
+            self.player.play(np.zeros(count), gap_s, now_ns)
+            self._played = {"blank": True, "seconds": round(count / self.settings.rate_hz, 9)}
+            return
+        try:
+            prepared = self.prepare(request.trial.stimulus)
+        except ValueError as error:
+            raise DeviceFault(self.name, "refused", str(error)) from None
+        self._play(prepared.volts, prepared.acceleration, gap_s, now_ns)
+        self._played = prepared.record(self.settings.rate_hz)
+
+    def _reopen(self) -> None:
+        """Begin again with an output that failed and was repaired. Raises DeviceFault if it still does not play."""
+        if self._stopped or self.output.fault() is not None:
+            self.output.stop()
+            self._stopped = True
+            try:
+                self.output.start(self.player.fill)
+            except DeviceError as error:
+                raise DeviceFault(self.name, "link_lost", str(error)) from None
+            self._stopped = False
+
+    def _is_over(self) -> bool:
+        self.feed()
+        return not self.player.busy
+
+    def _reply(self, request: Present) -> Reply:  # noqa: ARG002 - the request says nothing that the record does not
+        played, self._played = self._played, {}
+        twin = {"by": "twin"} if self.settings.driver == "twin" else {}
+        vibration = {"onset_ns": self.player.onset_ns, **played}
+        return Reply({"presented": True, "seconds": round(played["seconds"], 3), **twin, "vibration": vibration})
+
+    def safe(self) -> None:
+        """Drop what plays, and be silent after a ramp of 4 ms (and what the output has already taken)."""
+        self.player.halt()
+
+    def close(self) -> None:
+        """Go silent, then release the output."""
+        self.act = None
+        self.player.halt()
+        self.output.drain(self.player.silent)
+        self.output.stop()
+
+    def describe(self) -> Mapping[str, Any]:
+        """Return the settings with limits and certificate, the calibration in one line, and the exposure so far."""
+        settings = self.settings.model_dump(mode="json", exclude_none=True)
+        return {**settings, **({"response": self.calibration.summary} if self.calibration else {})}
+
+    def health(self, seconds: float) -> Health:
+        """Play silence for some seconds, and return the output's state; nothing is felt."""
+        time.sleep(0.0 if self.settings.driver == "twin" else seconds)
+        fault = self.output.fault()
+        certificate = self.settings.certificate
+        facts = {**self.output.facts(), "onset": "never certified"}
+        if certificate is not None:
+            held = "" if certificate.settings == self.settings.certified_digest() else ", of other settings"
+            facts["onset"] = f"{certificate.p50_ms:.2f} ms (median), {certificate.p99_ms:.2f} ms (p99){held}"
+        summary = str(fault) if fault else self.calibration.summary if self.calibration else "not calibrated"
+        dated = self.settings.calibrated if self.calibration is None else self.calibration.date
+        return Health(fault is None and self.calibration is not None, summary, calibrated=dated, facts=facts)
+
+
+def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> Vibrator:
+    """Return the vibrator of that name without opening it; a calibration names a file in `folder`."""
+    from palpate.devices.vibrator.exposure import Exposure, VoltGuard
+    from palpate.devices.vibrator.outputs import output_of
+    from palpate.devices.vibrator.player import Player
+
+    output = output_of(name, settings, elapsed_s)
+    guard = VoltGuard(settings.limits, settings.rate_hz)
+    player = Player(name, settings.rate_hz, guard, settings.feed_s, output.wait_s)
+    file = None if settings.calibration is None else folder / settings.calibration
+    return Vibrator(name, settings, output, player, Exposure(name, settings.limits, settings.rate_hz), file)
+
+
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    calibration=CalibrationMethod(
+        "palpate.devices.rig.vibrator_calibration:calibrate_vibrator",
+        ("sensor", "level_V", "seconds", "yes", "force"),
+    ),
+)
