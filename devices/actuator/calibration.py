@@ -58,6 +58,11 @@ class Calibration(Strict):
 
 def save(calibration: Calibration, path: Path) -> None:
     """Write the calibration completely or not at all. Raises DeviceError if the path cannot be written."""
+    write_calibration(calibration, path)
+
+
+def write_calibration(calibration: Strict, path: Path) -> None:
+    """Write the calibration of any actuator, completely or not at all. Raises DeviceError."""
     try:
         write_text(path, json_text(calibration.model_dump(mode="json"), indent=1))
     except OSError as error:

@@ -107,7 +107,7 @@ def through(coil: VoiceCoil, sensor: Sensor, now_ns: NowNs) -> PlayAndRecord:
         if after["underruns"] > before["underruns"]:
             count = after["missing"] - before["missing"]
             raise ResponseError(f"{count} samples came too late to be played: raise `ahead_ms` and identify it again")
-        return _along_the_motion(rows[:needed]), rate_hz
+        return along_the_motion(rows[:needed]), rate_hz
 
     return play_and_record
 
@@ -135,7 +135,7 @@ def _recorded(coil: VoiceCoil, sensor: Sensor, volts: Array, due: int, now_ns: N
     return np.concatenate(parts)
 
 
-def _along_the_motion(rows: Array) -> Array:
+def along_the_motion(rows: Array) -> Array:
     """Return the three axes as one, along the direction of the largest motion, with the sign of its largest part."""
     loudest = int(np.nanstd(rows, axis=0).argmax()) if len(rows) else 0
     demand_signal(rows[:, loudest])
@@ -194,7 +194,7 @@ def invert(response: Response, wish: Wish) -> Inverse:
     taps = taps * min(1.0, most / float(np.abs(np.fft.rfft(taps, GRID)).max()))
     limited = tuple(float(f) for f in hz[target > most])
     reached = flat * gain_at(taps, hz)
-    own, whole = _delay_ms(hz, flat), _delay_ms(hz, reached)
+    own, whole = envelope_delay_ms(hz, flat), envelope_delay_ms(hz, reached)
     ripple, before = _ripple_dB(reached), _ripple_dB(flat)
     return Inverse(taps / gain, gain, ripple, before, whole, whole - own, limited)
 
@@ -223,7 +223,7 @@ def _ripple_dB(response: Complex) -> float:
     return float(np.abs(20 * np.log10(np.maximum(np.abs(response), 1e-12))).max())
 
 
-def _delay_ms(hz: Array, response: Complex) -> float:
+def envelope_delay_ms(hz: Array, response: Complex) -> float:
     """Return where the envelope of the band's impulse response is largest, to a tenth of a millisecond."""
     times_s = np.arange(0, GRID) / (10 * RATE_HZ)
     envelope = np.abs(np.exp(2j * np.pi * np.outer(times_s, hz)) @ response)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.device import DeviceError
-from palpate.signals.arrays import Array, Complex
+from palpate.signals.arrays import Array, Complex, Indices
 
 FEWEST = 4
 """Fewest periods for coherence to be meaningful: unrelated noise alone has 1 over their number."""
@@ -19,8 +19,6 @@ CLIPPED_SHARE = 0.002
 """Share of the samples that may have the largest or smallest value: one in 500. A clipped recording has far more."""
 COHERENT, INCOHERENT_SHARE = 0.8, 0.1
 Kind = Literal["multisine", "sweep"]
-PERIOD = RATE_HZ
-"""Samples of one period: lines are 1 Hz apart."""
 LOWEST_HZ, HIGHEST_HZ = 5, 490
 
 
@@ -67,19 +65,21 @@ def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Res
     The recording may have another integer rate: periods of one second have the same lines in both, so nothing is
     resampled. Raises ResponseError for different lengths, fewer than four periods, or no signal.
     """
-    if len(recorded) != len(played) * rate_hz // RATE_HZ:
+    if len(recorded) != len(played) * rate_hz // played.rate_hz:
+        whole_s = len(played) / played.rate_hz
         raise ResponseError(
-            f"{len(recorded) / rate_hz:.3f} s were recorded at {rate_hz} Hz, {len(played) / RATE_HZ:.3f} s were played"
+            f"{len(recorded) / rate_hz:.3f} s were recorded at {rate_hz} Hz, {whole_s:.3f} s were played"
         )
     if len(played.begins) < FEWEST:
         raise ResponseError(f"{len(played.begins)} periods were measured, at least {FEWEST} are needed")
     demand_signal(recorded)
-    x = _spectra(played.samples, played.begins, RATE_HZ)
-    y = _spectra(recorded - recorded.mean(), played.begins, rate_hz)
+    begins_s = [first / played.rate_hz for first in played.begins]
+    x = _spectra(played.samples, begins_s, played.rate_hz, played.highest_Hz)
+    y = _spectra(recorded - recorded.mean(), begins_s, rate_hz, played.highest_Hz)
     s_xx, s_yy = np.mean(np.abs(x) ** 2, axis=0), np.mean(np.abs(y) ** 2, axis=0)
     s_xy = np.mean(np.conj(x) * y, axis=0)
-    lines = slice(LOWEST_HZ, HIGHEST_HZ + 1)
-    hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1, dtype=np.float64)
+    lines = slice(LOWEST_HZ, played.highest_Hz + 1)
+    hz = np.arange(LOWEST_HZ, played.highest_Hz + 1, dtype=np.float64)
     return _response(hz, s_xx[lines], s_yy[lines], s_xy[lines], len(played.begins))
 
 
@@ -97,11 +97,11 @@ def _response(hz: Array, s_xx: Array, s_yy: Array, s_xy: Complex, count: int) ->
     return Response(hz, h1, coherence, np.abs(h1) * spread, apart)
 
 
-def _spectra(samples: Array, begins: tuple[int, ...], rate_hz: int) -> Complex:
-    """Return the lines from 0 to 500 Hz of each measured second."""
-    firsts = [first * rate_hz // RATE_HZ for first in begins]
+def _spectra(samples: Array, begins_s: list[float], rate_hz: int, highest_Hz: int) -> Complex:
+    """Return the lines from 0 Hz to the highest one of each measured second."""
+    firsts = [round(first_s * rate_hz) for first_s in begins_s]
     periods = [np.fft.rfft(samples[first : first + rate_hz]) / rate_hz for first in firsts]
-    return np.array(periods)[:, : PERIOD // 2 + 1]
+    return np.array(periods)[:, : highest_Hz + 1]
 
 
 def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
@@ -120,41 +120,51 @@ def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
 
 @dataclass(frozen=True)
 class Excitation:
-    """Samples at 1 kHz in volts, and where the measured periods begin, by which time the response has settled."""
+    """Samples in volts, and where the measured periods begin, by which time the response has settled."""
 
     samples: Array
     begins: tuple[int, ...]
+    rate_hz: int = RATE_HZ
+    highest_Hz: int = HIGHEST_HZ
 
     def __len__(self) -> int:
         return len(self.samples)
 
 
-def excitation(kind: Kind, level_V: float, seed: int, measured: int = 8) -> Excitation:
-    """Return `measured` periods of 1 s that peak at `level_V`, each of lines from 5 to 490 Hz.
+def excitation(
+    kind: Kind, level_V: float, seed: int, measured: int = 8, rate_hz: int = RATE_HZ, highest_Hz: int = HIGHEST_HZ,
+    lifted_Hz: float = 0.0,
+) -> Excitation:  # fmt: skip
+    """Return `measured` periods of 1 s that peak at `level_V`, each of lines from 5 Hz to the highest.
 
     A multisine has random phases, new ones in every pair of periods, so that distortion shows as a loss of coherence; a
-    sweep is the same logarithmic sweep throughout. An extra period that is not measured comes first.
+    sweep is the same logarithmic sweep throughout. An extra period that is not measured comes first. The lines of a
+    multisine below `lifted_Hz` grow with 1 / f, up to ten times: an actuator moves little there.
     """
-    pairs = [_multisine(seed, n) if kind == "multisine" else _sweep() for n in range((measured + 1) // 2)]
+    hz = np.arange(LOWEST_HZ, highest_Hz + 1)
+    pairs = [
+        _multisine(hz, seed, n, rate_hz, lifted_Hz) if kind == "multisine" else _sweep(hz, rate_hz)
+        for n in range((measured + 1) // 2)
+    ]
     parts = [np.tile(period * (level_V / np.abs(period).max()), 3) for period in pairs]
-    begins = [3 * PERIOD * n + PERIOD * k for n in range(len(pairs)) for k in (1, 2)]
-    return Excitation(np.concatenate([*parts, np.zeros(PERIOD // 4)]), tuple(begins[:measured]))
+    begins = [3 * rate_hz * n + rate_hz * k for n in range(len(pairs)) for k in (1, 2)]
+    samples = np.concatenate([*parts, np.zeros(rate_hz // 4)])
+    return Excitation(samples, tuple(begins[:measured]), rate_hz, highest_Hz)
 
 
-def _multisine(seed: int, number: int) -> Array:
-    count = HIGHEST_HZ - LOWEST_HZ + 1
-    return _signal_of(np.random.PCG64([seed, number]).random_raw(count) / 2.0**64, np.ones(count))
+def _multisine(hz: Indices, seed: int, number: int, rate_hz: int, lifted_Hz: float) -> Array:
+    turns = np.random.PCG64([seed, number]).random_raw(len(hz)) / 2.0**64
+    return _signal_of(hz, turns, np.clip(lifted_Hz / hz, 1.0, 10.0), rate_hz)
 
 
-def _sweep() -> Array:
+def _sweep(hz: Indices, rate_hz: int) -> Array:
     """Return a logarithmic sweep, synthesised from its lines, so that none is missing and it loops without a seam."""
-    hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1)
-    sounds_at_s = np.log(hz / LOWEST_HZ) / np.log(HIGHEST_HZ / LOWEST_HZ)
-    return _signal_of(-np.cumsum(sounds_at_s), 1 / np.sqrt(hz))
+    sounds_at_s = np.log(hz / hz[0]) / np.log(hz[-1] / hz[0])
+    return _signal_of(hz, -np.cumsum(sounds_at_s), 1 / np.sqrt(hz), rate_hz)
 
 
-def _signal_of(turns: Array, sizes: Array) -> Array:
-    lines = np.zeros(PERIOD // 2 + 1, dtype=np.complex128)
-    lines[LOWEST_HZ : HIGHEST_HZ + 1] = sizes * np.exp(2j * np.pi * turns)
-    made: Array = np.fft.irfft(lines, PERIOD)
+def _signal_of(hz: Indices, turns: Array, sizes: Array, rate_hz: int) -> Array:
+    lines = np.zeros(rate_hz // 2 + 1, dtype=np.complex128)
+    lines[hz] = sizes * np.exp(2j * np.pi * turns)
+    made: Array = np.fft.irfft(lines, rate_hz)
     return made

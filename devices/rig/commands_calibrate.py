@@ -25,11 +25,13 @@ SPELLED = {"sensor": "--with", "level_V": "--level"}
 @click.argument("device")
 @LAB
 @RIG
-@click.option("--seconds", type=click.FloatRange(0.2, 60), show_default="2; of a voice coil 8",
-              help="How long each position is read, or a voice coil measured.")  # fmt: skip
-@click.option("--with", "sensor", metavar="NAME", help="The accelerometer on the voice coil; the rig's only one.")
+@click.option("--seconds", type=click.FloatRange(0.2, 60), show_default="2; of an actuator 8",
+              help="How long each position is read, or an actuator measured.")  # fmt: skip
+@click.option("--with", "--sensor", "sensor", metavar="NAME",
+              help="The accelerometer on the voice coil or vibrator; the rig's only one.")  # fmt: skip
 @click.option("--level", "level_V", type=click.FloatRange(0.001, 10), metavar="V",
-              show_default="half of peak_V, at most 0.5", help="Peak of what shakes the voice coil, V.")  # fmt: skip
+              show_default="half of peak_V, at most 0.5; of a vibrator what the sensor bears",
+              help="Peak of what shakes the actuator, V.")  # fmt: skip
 @click.option("--pairs", type=click.Path(exists=True, dir_okay=False, path_type=Path), metavar="FILE.csv",
               help="Measured pressure,force_N of a tablet.")  # fmt: skip
 @click.option("--figure", type=click.Path(path_type=Path), metavar="FILE",
@@ -37,18 +39,18 @@ SPELLED = {"sensor": "--with", "level_V": "--level"}
 @click.option("--date", "on", type=click.DateTime(["%Y-%m-%d"]), metavar="DATE", show_default="today",
               help="When it was measured.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the settings into the rig file.")
-@click.option("--force", is_flag=True, help="Overwrite a voice coil's file of the same day.")
-@click.option("--yes", is_flag=True, help="Do not ask for an Enter: a voice coil, or a twin.")
+@click.option("--force", is_flag=True, help="Overwrite an actuator's file of the same day.")
+@click.option("--yes", is_flag=True, help="Do not ask for an Enter: an actuator, or a twin.")
 @JSON
 def calibrate(
     device: str, lab: Path, rig_file: Path | None, on: datetime | None, write: bool, as_json: bool, **given: Any
 ) -> None:
-    """Calibrate DEVICE: an accelerometer, a voice coil or a tablet of the rig.
+    """Calibrate DEVICE: an accelerometer, a voice coil, a vibrator or a tablet of the rig.
 
-    An accelerometer is laid in six positions, each axis up and down. A voice coil is shaken with an accelerometer
-    on it; what was found is written beside the rig file. A tablet's pressure becomes newtons by measured pairs. The
-    settings are printed, and put into the rig file with --write: the rest of the file stays as it is. Exit code 1 if
-    what was measured calibrates nothing.
+    An accelerometer is laid in six positions, each axis up and down. A voice coil or a vibrator is shaken with an
+    accelerometer on it; what was found is written beside the rig file. A tablet's pressure becomes newtons by measured
+    pairs. The settings are printed, and put into the rig file with --write: the rest of the file stays as it is. Exit
+    code 1 if what was measured calibrates nothing.
 
     \b
     Example:

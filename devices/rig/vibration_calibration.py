@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import repeat
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from palpate.devices.actuator.calibration import save
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
 from palpate.devices.actuator.outputs import Felt
-from palpate.devices.actuator.queue import RATE_HZ
 from palpate.devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
 from palpate.devices.actuator.settings import Settings
 from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer, Scaling, SixPositions, calibrate
@@ -29,6 +28,7 @@ from palpate.devices.health import WAIT_S, samples
 from palpate.devices.rig.calibration import CalibrationJob, CalibrationResult, UnfitMeasurement
 from palpate.devices.rig.file import RigFile
 from palpate.devices.rig.opened import open_rig, opened_device
+from palpate.devices.sound.output import Output
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import NS
 from palpate.protocols.wording import count
@@ -211,7 +211,7 @@ def calibrate_coil(
     settings = job.file.devices[job.name]
     if not isinstance(settings, Settings):
         raise DeviceError(f"{job.name}: no voice coil")
-    chosen = _sensor(job.file, job.name, sensor)
+    chosen = accelerometer_for(job.file, job.name, sensor)
     if level_V is not None and level_V > settings.peak_V:
         raise DeviceError(f"--level {level_V:g}: {job.name} bears {settings.peak_V:g} V (`peak_V`); give a lower level")
     whole = SECONDS_SHAKEN if seconds is None else round(seconds)
@@ -238,7 +238,7 @@ def calibrate_coil(
     return CalibrationResult({"calibration": path.name, "calibrated": job.date}, tuple(_coil_lines(figures)), figures)
 
 
-def _sensor(file: RigFile, coil: str, sensor: str | None) -> str:
+def accelerometer_for(file: RigFile, coil: str, sensor: str | None) -> str:
     """Return the name of the requested accelerometer, or of the rig's only one. Raises DeviceError."""
     there = [name for name in file.devices if file.kind(name) == "accelerometer"]
     if sensor is None and len(there) == 1:
@@ -256,7 +256,7 @@ def _sensor(file: RigFile, coil: str, sensor: str | None) -> str:
     rate_hz = float(getattr(file.devices[sensor], "rate_hz", 0.0))
     if rate_hz < SLOWEST_HZ or rate_hz != round(rate_hz):
         raise DeviceError(
-            f"{sensor} samples at {rate_hz:g} Hz; to identify a voice coil up to 490 Hz a whole number of Hz,"
+            f"{sensor} samples at {rate_hz:g} Hz; to measure {coil} a whole number of Hz,"
             f" {SLOWEST_HZ} at least, is needed: raise its `rate_hz`"
         )
     return sensor
@@ -372,7 +372,7 @@ class Lying(_Still):
 
 @dataclass(frozen=True)
 class Fastened(_Still):
-    """A scene on a voice coil's twin, which moves along the sensor's x; z is up."""
+    """A scene on the twin of an actuator, which moves along the sensor's x; z is up."""
 
     coil: Felt
     fresh: list[Array] = field(default_factory=list)
@@ -380,19 +380,30 @@ class Fastened(_Still):
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Array]:
         """Yield the coil's acceleration from now on, holding each value until the next and the last one."""
         self.fresh.clear()
-        g, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in millisecond `passed`; before the first, rest.
+        coil_hz = self.coil.rate_hz
+        g, passed, number = np.zeros(1), -1, 0  # felt[0] was felt in the coil's sample `passed`; before, rest.
         while True:
             self.coil.advance()
             g = np.concatenate([g, *self.fresh])
             self.fresh.clear()
-            ready = max(number + 1, int(np.ceil((passed + len(g)) * rate_hz / RATE_HZ)))
-            at = np.minimum(np.arange(number, ready) * RATE_HZ // rate_hz - passed, len(g) - 1).astype(int)
+            ready = max(number + 1, int(np.ceil((passed + len(g)) * rate_hz / coil_hz)))
+            at = np.minimum(np.arange(number, ready) * coil_hz // rate_hz - passed, len(g) - 1).astype(int)
             yield np.stack([g[at], np.zeros(len(at)), np.full(len(at), GRAVITY_M_S2)], axis=1)
             g, passed, number = g[at[-1] :], passed + int(at[-1]), ready
 
 
-def fastened(coil: VoiceCoil, sensor: DaqSensor) -> Hastened:
-    """Return the sensor's twin on the coil's twin, on one clock. Raises DeviceError if only one of them is a twin."""
+class Actuator(Protocol):
+    """What moves a sensor: a voice coil or a vibrator."""
+
+    name: str
+
+    @property
+    def output(self) -> Output:
+        """Return the output that drives it."""
+
+
+def fastened(coil: Actuator, sensor: DaqSensor) -> Hastened:
+    """Return the sensor's twin on the actuator's twin, on one clock. Raises DeviceError if only one is a twin."""
     output = coil.output
     if not isinstance(output, Felt) or sensor.driver != "twin":
         twin, real = (coil.name, sensor.name) if isinstance(output, Felt) else (sensor.name, coil.name)

@@ -20,7 +20,7 @@ Numbers = Annotated[list[Finite], Field(min_length=2, max_length=100_000)]
 TAIL_S = 0.05
 """How long the inverse filter goes on behind the samples, to stop what moves; its second half fades out."""
 STEPS = 10
-"""The weakest vibration that is covered peaks at this many steps of a 16-bit output."""
+"""The weakest vibration that is covered peaks at this many steps of the output's converter."""
 
 
 class VibratorCalibration(Strict):
@@ -130,6 +130,6 @@ class Inverse:
         return self._filters[size]
 
 
-def least_volts(full_scale_V: float) -> float:
-    """Return the smallest covered peak of a 16-bit output of plus and minus `full_scale_V`."""
-    return STEPS * 2 * full_scale_V / 2**16
+def least_volts(full_scale_V: float, bits: int) -> float:
+    """Return the smallest covered peak of a converter of plus and minus `full_scale_V`."""
+    return STEPS * 2 * full_scale_V / float(2**bits)

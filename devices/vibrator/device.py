@@ -14,7 +14,7 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import CalibrationMethod, DeviceKind
 from palpate.devices.vibrator.settings import MEANINGS, Settings
-from palpate.protocols.events import Present, Reply, WorldEvent
+from palpate.protocols.events import Part, Present, Reply, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.sound.output import Output
@@ -225,12 +225,12 @@ class Vibrator:
     def _begin(self, request: Present, now_ns: NowNs) -> None:
         import numpy as np
 
-        part: Any = getattr(request, "part", None)
+        part = request.part
         gap_s = 0.0 if part is None or part.interval == 1 else float(part.gap_s)
         self.safe()
         self._reopen()
         if part is not None and part.blank:
-            count = max(1, round(float(part.seconds) * self.settings.rate_hz))
+            count = max(1, round(demand_seconds(part) * self.settings.rate_hz))
             self.player.play(np.zeros(count), gap_s, now_ns)
             self._played = {"blank": True, "seconds": round(count / self.settings.rate_hz, 9)}
             return
@@ -290,6 +290,14 @@ class Vibrator:
         summary = str(fault) if fault else self.calibration.summary if self.calibration else "not calibrated"
         dated = self.settings.calibrated if self.calibration is None else self.calibration.date
         return Health(fault is None and self.calibration is not None, summary, calibrated=dated, facts=facts)
+
+
+def demand_seconds(part: Part) -> float:
+    """Return how long a blank interval lasts. Raises DeviceFault where the study does not say so."""
+    if part.seconds is None:
+        message = "a blank interval has to last as long as the others: give `seconds` in `intervals`"
+        raise DeviceFault("vibrator", "refused", message)
+    return part.seconds
 
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> Vibrator:

@@ -19,7 +19,7 @@ from palpate.signals.arrays import Array
 QUIET_S = 0.01
 """A burst of the twin begins after at least so long a silence."""
 TWIN_BAND_HZ = (10.0, 1000.0)
-TWIN_COIL = Coil(gain_m_s2_V=60.0, resonance_Hz=100.0, damping=0.5, delay=0)
+TWIN_COIL = Coil(gain_m_s2_V=400.0, resonance_Hz=100.0, damping=0.5, delay=0)
 
 
 @dataclass
@@ -82,7 +82,8 @@ def twin_calibration(settings: Settings) -> VibratorCalibration:
     _, response = freqz(b, a, worN=hz, fs=settings.rate_hz)
     return VibratorCalibration(
         date="2026-01-01", sensor="its own equation", excitation="none", band_Hz=TWIN_BAND_HZ,
-        least_V=least_volts(RANGE_V), most_V=settings.limits.peak_V, linear_dB=0.0, delay_ms=settings.delay_ms,
+        least_V=least_volts(RANGE_V, settings.bits), most_V=settings.limits.peak_V,
+        linear_dB=0.0, delay_ms=settings.delay_ms,
         hz=hz.tolist(), real=response.real.tolist(), imaginary=response.imag.tolist(), coherence=[1.0] * len(hz),
     )  # fmt: skip
 

@@ -54,6 +54,7 @@ class Settings(Strict):
     channel: Annotated[str, Field(pattern=r"^[^\s,:]+/ao\d+$")] = "Dev1/ao0"
     device: str | Annotated[int, Field(ge=0)] | None = None
     rate_hz: Annotated[int, Field(ge=8000, le=192_000)] = 48_000
+    bits: Annotated[int, Field(ge=8, le=32)] = 16
     full_scale_V: Annotated[float, Field(ge=0.01, le=10)] = 1.0
     ahead_ms: Annotated[int, Field(ge=5, le=50)] = 20
     feed_s: Annotated[float, Field(ge=0.1, le=2)] = 0.5
@@ -85,6 +86,7 @@ MEANINGS: Mapping[str, str] = {
     "channel": "the card's output; of `nidaqmx`",
     "device": "name, part of a name or number of the sound output, none is the machine's default; of `sound`",
     "rate_hz": "samples per second of the output, Hz; waveforms are made at this rate",
+    "bits": "of the output's converter; a vibration that peaks below 10 of its steps is refused",
     "full_scale_V": "what the sound card's amplifier gives at full scale, V",
     "ahead_ms": "how far ahead a DAQ card is filled, ms; of `nidaqmx`",
     "feed_s": "the output ramps to silence by itself if the session has not been heard of for so long, s",

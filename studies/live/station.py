@@ -19,7 +19,6 @@ from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
-from palpate.studies.stimuli.possible import possible_stimuli
 from palpate.studies.stimuli.profiles import Profiles
 from palpate.studies.stimuli.scenes import pictures_of, scenes_for
 
@@ -120,7 +119,7 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
     if "vibration" in plan.study.needs:
         vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
         vibrator.folder = study_files.folder
-        for stimulus in possible_stimuli(plan):
+        for stimulus in plan.possible:
             vibrator.check(stimulus)
     if "door" not in plan.study.needs:
         return

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from palpate.devices.device import DeviceError
-from palpate.devices.vibrator.device import Vibrator, make
+from palpate.devices.vibrator.device import Vibrator, demand_seconds, make
 from palpate.devices.vibrator.settings import Settings
 from palpate.protocols.events import NS, Present, Reply, Request
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.stimuli.possible import possible_stimuli
 
 
 @dataclass
@@ -28,7 +27,7 @@ class VibratorTwin:
     driver: Vibrator = field(init=False)
 
     def __post_init__(self) -> None:
-        self.driver = make("vibrator", Settings(kind="vibrator", driver="twin"), self.folder, lambda: 0.0)
+        self.driver = make("vibrator", Settings(kind="vibrator", driver="twin", bits=24), self.folder, lambda: 0.0)
         self.driver.folder = self.folder
 
     @cached_property
@@ -41,7 +40,7 @@ class VibratorTwin:
         """Raise RigError unless every stimulus that may be presented can be played."""
         if self.checked:
             return
-        for stimulus in possible_stimuli(self.plan):
+        for stimulus in self.plan.possible:
             try:
                 self.opened.check(stimulus)
             except DeviceError as error:
@@ -52,11 +51,11 @@ class VibratorTwin:
         """Play the stimulus; the reply has onset, seconds, level and digest of the waveform as that of a device."""
         if not isinstance(request, Present):
             raise RigError(f"the simulated vibrator cannot do {request.body()['do']!r}")
-        part: Any = getattr(request, "part", None)
+        part = request.part
         gap_s = 0.0 if part is None or part.interval == 1 else float(part.gap_s)
         settings = self.opened.settings
         if part is not None and part.blank:
-            played: dict[str, Any] = {"blank": True, "seconds": float(part.seconds)}
+            played: dict[str, Any] = {"blank": True, "seconds": demand_seconds(part)}
         else:
             played = self.opened.prepare(request.trial.stimulus).record(settings.rate_hz)
         record = {"onset_ns": t_ns + round(gap_s * NS), **played}

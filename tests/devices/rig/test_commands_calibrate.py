@@ -258,7 +258,7 @@ def test_a_tablets_pairs_give_the_curve_and_what_is_left_over(run, rig, tmp_path
 
 def test_every_kind_is_calibrated_here_or_says_where(run):
     measured = {name for name, kind in KINDS.items() if isinstance(kind.calibration, CalibrationMethod)}
-    assert measured == {"accelerometer", "tablet", "voice_coil"}
+    assert measured == {"accelerometer", "tablet", "vibrator", "voice_coil"}
     for name, word in [("force", ".cal"), ("tracker", "Motive"), ("door", "handle_radius_m"), ("noise", "sound level"),
                        ("camera", "focus"), ("stage", "nothing to calibrate")]:  # fmt: skip
         assert word in run(name, status=2)[1]
@@ -269,7 +269,7 @@ def test_every_kind_is_calibrated_here_or_says_where(run):
     [
         (("vibratoin",), "names no device 'vibratoin'; did you mean 'vibration'?"),
         (("vibration", "--pairs", __file__), "--pairs is for tablet; vibration is of kind accelerometer"),
-        (("vibration", "--with", "bare"), "--with is for voice_coil"),
+        (("vibration", "--with", "bare"), "--with is for voice_coil or vibrator"),
         (("bare", "--yes"), "--yes: bare is a real one, somebody has to turn it"),
         (("vibration", "--yes", "--seconds", "0.2", "--rate"), "No such option"),
         (("vibration",), "nobody answered: run this at a terminal, or give --yes"),

@@ -48,7 +48,7 @@ DESK = SimpleNamespace(poll=lambda: None, demand=lambda _p: None, answer=lambda:
 def bench(limits=None, **settings):
     """An open twin that moves as it is told, without delay and noise."""
     clock = Clock()
-    given = {"kind": "vibrator", "driver": "twin", "rate_hz": RATE, "delay_ms": 0, **settings}
+    given = {"kind": "vibrator", "driver": "twin", "rate_hz": RATE, "delay_ms": 0, "bits": 24, **settings}
     vibrator = make("shaker", Settings(**given, limits=limits or {}), Path(), clock)
     vibrator.output.shaken.coil = vibrator.output.shaken.coil.__class__(
         **{**vars(vibrator.output.shaken.coil), "noise_m_s2": 0.0}
@@ -59,7 +59,7 @@ def bench(limits=None, **settings):
 
 def present(columns=SINE, part=None, name="a"):
     trial = Trial(1, "main", False, Stimulus(id=name, columns=columns), None, False, False)
-    return SimpleNamespace(trial=trial, part=part) if part is not None else Present(trial)
+    return Present(trial, part=part)
 
 
 def run(vibrator, clock, seconds, feed=True):
