@@ -85,9 +85,10 @@ experimenter: by
 experimenter.by: participant
 experimenter.do: abort
 lab_forms.questions: high kind levels low name optional text unit
-reply: feel moves
+reply: feel moves vibration
 reply.by: experimenter
 reply.recorded: drift_ppm gaps lost rate_hz samples
+reply.vibration: blank level_db onset_ns rate_hz reference seconds sha256 waveform
 request ask: anchor
 request present: anchor live
 request.do: confirm
@@ -126,7 +127,7 @@ study.lexicon: at_least
 study.live: show_force
 study.navigation =: back_and_forward forward
 study.needs =: camera door door_generator door_sensors masking_noise samples skin_temperature texture_renderer tool
-    window
+    vibration window
 study.noise: at_most_db_a
 study.opening =: consent demographics eligibility
 study.order: blocks design over_sessions repeats seed within
@@ -209,6 +210,7 @@ rig.yaml masking_noise.colour =: pink white
 rig.yaml masking_noise.driver =: sound twin
 rig.yaml masking_noise.kind =: masking_noise
 rig.yaml needs: camera door door_generator door_sensors masking_noise samples skin_temperature texture_renderer tool
+    vibration
 rig.yaml stage: baud calibrated driver key_confirms kind mount_s port
 rig.yaml stage.driver =: barcode hand twin
 rig.yaml stage.kind =: stage
@@ -234,6 +236,12 @@ rig.yaml tracker.driver =: lsl recording twin
 rig.yaml tracker.hides =: frozen nan zeros
 rig.yaml tracker.kind =: tracker
 rig.yaml tracker.unit =: cm m mm
+rig.yaml vibrator: ahead_ms bits calibrated calibration certificate channel delay_ms device driver feed_s full_scale_V
+    jitter_ms kind limits rate_hz seed
+rig.yaml vibrator.certificate: bursts date level_dB most_ms p50_ms p99_ms sensor settings
+rig.yaml vibrator.driver =: nidaqmx sound twin
+rig.yaml vibrator.kind =: vibrator
+rig.yaml vibrator.limits: a8_m_s2 hand_arm_m_s2 longest_s peak_V peak_m_s2 peak_um rms_V thermal_s window_s
 rig.yaml voice_coil: ahead_ms calibrated calibration card_rate_hz channel device driver full_scale_V kind peak_V
     peak_m_s2 rms_V seed thermal_s
 rig.yaml voice_coil.driver =: nidaqmx sound twin

@@ -9,6 +9,7 @@ import click
 
 from palpate.devices.options import JSON, LAB, RIG
 from palpate.devices.rig.commands_calibrate import calibrate
+from palpate.devices.rig.commands_certify import certify
 from palpate.protocols.canonical import json_text
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
@@ -30,6 +31,7 @@ def rig() -> None:
 
 
 rig.add_command(calibrate)
+rig.add_command(certify)
 
 
 @rig.command()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,13 +59,21 @@ def calibrate(
       palpate rig calibrate actuator --with vibration --lab LAB
       palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
-    from palpate.devices.rig.calibration import CalibrationJob, is_in_braces, settings_text, write_settings
+    from palpate.devices.rig.calibration import CalibrationJob
     from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
     _demand_usable(file, device, given)
     day = (on.date() if on else date.today()).isoformat()
-    result = _measure(CalibrationJob(file, device, day, _make_ask(given["yes"], _may_skip(file, device)), _say), given)
+    job = CalibrationJob(file, device, day, _make_ask(given["yes"], _may_skip(file, device)), _say)
+    describe_result(job, _measure(job, given), write, as_json)
+
+
+def describe_result(job: CalibrationJob, result: CalibrationResult, write: bool, as_json: bool) -> None:
+    """Print what was measured and the settings that come of it, and put them into the rig file if `write`."""
+    from palpate.devices.rig.calibration import is_in_braces, settings_text, write_settings
+
+    file, device = job.file, job.name
     if not as_json:
         twin = ", twin" if file.is_twin(device) else ""
         click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")
@@ -84,6 +93,37 @@ def calibrate(
         click.echo(json_text(answer, indent=2), nl=False)
     elif write:
         click.echo(f"written into {file.path}; see: {shell_command('rig', 'check', device, '--rig', file.path)}")
+
+
+def measure_with(
+    lab: Path, rig_file: Path | None, device: str, day: str, yes: bool,
+    measure: Callable[[CalibrationJob], CalibrationResult],
+) -> tuple[CalibrationJob, CalibrationResult]:  # fmt: skip
+    """Return the job of a device that nobody has to turn, and what is measured; exit with code 1 if it is nothing."""
+    from palpate.devices.rig.calibration import CalibrationJob
+    from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.protocols.did_you_mean import nearest
+
+    file = read_rig(rig_file or rig_path(lab))
+    if device not in file.devices:
+        raise click.UsageError(f"{file.path} names no device {device!r}; {nearest(device, list(file.devices))}")
+    job = CalibrationJob(file, device, day, _make_ask(yes, True), _say)
+    with _exit_if_unfit("not certified"):
+        result = measure(job)
+    return job, result
+
+
+@contextmanager
+def _exit_if_unfit(what: str) -> Iterator[None]:
+    """Print why nothing could be measured, and exit with code 1."""
+    from palpate.devices.device import DeviceFault
+    from palpate.devices.rig.calibration import UnfitMeasurement
+
+    try:
+        yield
+    except (UnfitMeasurement, DeviceFault) as error:
+        click.echo(f"{click.style(what, fg='red')}: {error}", err=True)
+        raise click.exceptions.Exit(1) from None
 
 
 def _demand_usable(file: RigFile, device: str, given: dict[str, Any]) -> None:
@@ -122,20 +162,15 @@ def _may_skip(file: RigFile, device: str) -> bool:
 
 def _measure(job: CalibrationJob, given: dict[str, Any]) -> CalibrationResult:
     """Return the result of the calibration; exit with code 1 if there is none."""
-    from palpate.devices.device import DeviceFault
     from palpate.devices.kinds import KINDS
-    from palpate.devices.rig.calibration import UnfitMeasurement
     from palpate.protocols.registry import load_object
 
     how: Any = KINDS[job.file.kind(job.name)].calibration
-    try:
+    with _exit_if_unfit("not calibrated"):
         result: CalibrationResult = load_object(how.call)(
             job, **{name: given[name] for name in how.options if name != "yes"}
         )
-        return result
-    except (UnfitMeasurement, DeviceFault) as error:
-        click.echo(f"{click.style('not calibrated', fg='red')}: {error}", err=True)
-        raise click.exceptions.Exit(1) from None
+    return result
 
 
 def _say(text: str) -> None:

@@ -88,16 +88,19 @@ class Vibrator:
         self.output.open()
         self.output.start(self.player.fill)
 
-    def prepare(self, stimulus: Stimulus) -> Prepared:
-        """Return the vibration of a stimulus with its volts.
+    def prepare(self, stimulus: Stimulus, seconds: float | None = None) -> Prepared:
+        """Return the vibration of a stimulus with its volts; without `seconds` of its own it lasts as its interval.
 
         Raises VibrationError for a bad parameter, DeviceError where the calibration or a limit does not allow it.
         """
         from palpate.signals.vibration import read_vibration, waveform, waveform_sha256
 
-        key = (stimulus.id, *sorted(stimulus.columns.items()))
+        columns = dict(stimulus.columns)
+        if seconds is not None and not columns.get("seconds", "").strip() and columns.get("waveform") != "file":
+            columns["seconds"] = repr(seconds)
+        key = (stimulus.id, *sorted(columns.items()))
         if key not in self._prepared:
-            vibration = read_vibration(stimulus.id, stimulus.columns, self.folder, stimulus.sha256)
+            vibration = read_vibration(stimulus.id, columns, self.folder, stimulus.sha256)
             self._demand_frequencies(vibration)
             acceleration = waveform(vibration, self.settings.rate_hz)
             if (problem := self.exposure.refuse(acceleration)) is not None:
@@ -110,9 +113,15 @@ class Vibrator:
             self._prepared[key] = Prepared(vibration, acceleration, volts, waveform_sha256(acceleration))
         return self._prepared[key]
 
-    def check(self, stimulus: Stimulus) -> None:
-        """Raise VibrationError or DeviceError, naming stimulus, level and what is covered, unless it can be played."""
-        self.prepare(stimulus)
+    def check(self, stimulus: Stimulus, seconds: float | None = None) -> None:
+        """Raise VibrationError or DeviceError, naming stimulus, level and what is covered, unless it can be played.
+
+        `seconds` is how long its interval lasts: a vibration that is longer would give itself away.
+        """
+        prepared = self.prepare(stimulus, seconds)
+        if seconds is not None and prepared.vibration.seconds > seconds + 1e-9:
+            found = f"{prepared.vibration.seconds:g} s, longer than its interval of {seconds:g} s"
+            raise DeviceError(f"{self.name}: stimulus {stimulus.id!r}: {found}: lower `seconds` in its table")
 
     def _volts(self, acceleration: Array) -> Array:
         if self._inverse is None:
@@ -235,10 +244,15 @@ class Vibrator:
             self._played = {"blank": True, "seconds": round(count / self.settings.rate_hz, 9)}
             return
         try:
-            prepared = self.prepare(request.trial.stimulus)
+            prepared = self.prepare(request.trial.stimulus, None if part is None else part.seconds)
         except ValueError as error:
             raise DeviceFault(self.name, "refused", str(error)) from None
-        self._play(prepared.volts, prepared.acceleration, gap_s, now_ns)
+        whole = prepared.acceleration
+        if part is not None and part.seconds is not None:  # a shorter vibration is followed by silence
+            missing = max(0, round(part.seconds * self.settings.rate_hz) - len(whole))
+            whole = np.pad(whole, (0, missing))
+        volts = np.pad(prepared.volts, (0, max(0, len(whole) - len(prepared.volts))))
+        self._play(volts, whole, gap_s, now_ns)
         self._played = prepared.record(self.settings.rate_hz)
 
     def _reopen(self) -> None:

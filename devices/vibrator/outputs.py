@@ -57,6 +57,8 @@ class DelayedTwin(Felt):
         self._quiet = count - 1 - int(sounding[-1]) if sounding.size else min(self._quiet + count, 1 << 62)
         line, self._line = self._line, np.zeros(0)
         for first, end in zip([0, *starts], [*starts, count], strict=True):
+            if first == end:
+                continue
             if first in starts:
                 self._shift = self._drawn()
                 self.delays.append(self._shift)

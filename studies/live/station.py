@@ -21,6 +21,7 @@ from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
 from palpate.studies.stimuli.profiles import Profiles
 from palpate.studies.stimuli.scenes import pictures_of, scenes_for
+from palpate.studies.stimuli.vibrations import interval_seconds
 
 if TYPE_CHECKING:
     from palpate.devices.door.link.simulator import DoorSimulator
@@ -120,7 +121,11 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
         vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
         vibrator.folder = study_files.folder
         for stimulus in plan.possible:
-            vibrator.check(stimulus)
+            vibrator.check(stimulus, interval_seconds(plan))
+        if onset_ms := getattr(plan.study, "onset_ms", None):
+            from palpate.devices.rig.certification import demand_certified
+
+            demand_certified(vibrator.name, vibrator.settings, onset_ms)
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(study_files.folder)

@@ -15,6 +15,10 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.rig import RigError
+from palpate.studies.stimuli.vibrations import interval_seconds
+
+RATE_HZ = 8000
+"""Rate of the simulated output: what a device plays at 48 kHz is the same vibration, and takes six times as long."""
 
 
 @dataclass
@@ -27,7 +31,9 @@ class VibratorTwin:
     driver: Vibrator = field(init=False)
 
     def __post_init__(self) -> None:
-        self.driver = make("vibrator", Settings(kind="vibrator", driver="twin", bits=24), self.folder, lambda: 0.0)
+        self.driver = make(
+            "vibrator", Settings(kind="vibrator", driver="twin", rate_hz=RATE_HZ, bits=24), self.folder, lambda: 0.0
+        )
         self.driver.folder = self.folder
 
     @cached_property
@@ -42,7 +48,7 @@ class VibratorTwin:
             return
         for stimulus in self.plan.possible:
             try:
-                self.opened.check(stimulus)
+                self.opened.check(stimulus, interval_seconds(self.plan))
             except DeviceError as error:
                 raise RigError(str(error)) from None
         self.checked = True
@@ -57,7 +63,10 @@ class VibratorTwin:
         if part is not None and part.blank:
             played: dict[str, Any] = {"blank": True, "seconds": demand_seconds(part)}
         else:
-            played = self.opened.prepare(request.trial.stimulus).record(settings.rate_hz)
+            played = self.opened.prepare(request.trial.stimulus, None if part is None else part.seconds).record(
+                settings.rate_hz
+            )
         record = {"onset_ns": t_ns + round(gap_s * NS), **played}
-        seconds = round(gap_s + played["seconds"], 3)
+        lasts_s = max(played["seconds"], 0.0 if part is None or part.seconds is None else part.seconds)
+        seconds = round(gap_s + lasts_s, 3)
         return Done(Reply({"presented": True, "seconds": seconds, "vibration": record}), seconds)

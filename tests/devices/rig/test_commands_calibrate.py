@@ -223,7 +223,7 @@ def test_a_recording_that_identifies_nothing_is_refused_by_name_and_leaves_no_fi
 
 def test_what_is_felt_on_the_coil_is_what_it_does_at_any_rate_of_the_sensor(rig):
     class Coil:
-        played = 0
+        played, rate_hz = 0, 1000
 
         def advance(self):
             if self.played < 100:

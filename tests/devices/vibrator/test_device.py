@@ -43,6 +43,8 @@ def test_what_comes_out_is_the_waveform_with_its_onset_peak_rms_and_duration(nam
 
 def test_intervals_keep_their_gap_to_the_sample_and_a_blank_one_is_silent():
     vibrator, clock = bench()
+    with pytest.raises(DeviceError, match=r"'a': 0.25 s, longer than its interval of 0.2 s"):
+        vibrator.check(present().trial.stimulus, 0.2)
     first = vibrator.perform(present(part=part()), Window(clock), DESK, clock.ns)
     blank = vibrator.perform(present(part=part(interval=2, blank=True)), Window(clock), DESK, clock.ns)
     third = vibrator.perform(present(part=part(interval=3)), Window(clock), DESK, clock.ns)
@@ -51,6 +53,18 @@ def test_intervals_keep_their_gap_to_the_sample_and_a_blank_one_is_silent():
     assert blank.value["vibration"]["blank"] and "sha256" not in blank.value["vibration"]
     volts, _ = played(vibrator)
     assert not volts[round(0.301 * RATE) : round(onsets[2])].any() and volts[round(onsets[2]) + 1]
+
+
+def test_a_vibration_lasts_as_its_interval_or_is_followed_by_silence():
+    vibrator, clock = bench()
+    unsaid = {key: value for key, value in SINE.items() if key != "seconds"}
+    replies = [
+        vibrator.perform(present(columns, part(interval=n, seconds=0.6, blank=n == 2)), Window(clock), DESK, clock.ns)
+        for n, columns in enumerate((SINE, SINE, unsaid, SINE), 1)
+    ]
+    onsets_s = [reply.value["vibration"]["onset_ns"] / 1e9 for reply in replies]
+    assert np.diff(onsets_s) == pytest.approx([1.1, 1.1, 1.1], abs=1e-6), "no interval gives itself away"
+    assert [reply.value["vibration"]["seconds"] for reply in replies] == [0.25, 0.6, 0.6, 0.25]
 
 
 def test_a_pause_silences_it_and_afterwards_the_stimulus_is_played_whole():

@@ -1,0 +1,81 @@
+"""A threshold study with a vibrator: every level of the grid is checked first, and every reply says what was felt."""
+
+import pytest
+
+from palpate.devices.device import DeviceError
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.opened import open_rig
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.trial import ParticipantRow
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.live.station import demand_within_limits, rig_station
+from palpate.studies.sessions.record import read
+from palpate.studies.sessions.rig import RigError
+from palpate.studies.sessions.session import start
+from palpate.studies.simulation.rig import simulated
+
+RIG = (
+    "rig: a\ndevices:\n  shaker: {{kind: vibrator, driver: twin, rate_hz: 8000{more}}}\nneeds:\n  vibration: [shaker]\n"
+)
+
+
+def threshold(folder, to=40):
+    text = (SHIPPED / "vibration_threshold" / "study.yaml").read_text(encoding="utf-8")
+    text = text.replace("needs: [window]", "needs: [window, vibration]").replace("trials: 48,", "trials: 24,")
+    text = text.replace("level_db, from: -20, to: 40, points: 61", f"level_db, from: -20, to: {to}, points: 61")
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    study_files = read_study(folder / "study.yaml")
+    return study_files, compile_plan(study_files.study, ParticipantRow("P001"))
+
+
+def opened(folder, more=", bits: 24"):
+    (folder / "rig.yaml").write_text(RIG.format(more=more))
+    return open_rig(read_rig(folder / "rig.yaml"), ["shaker"])
+
+
+def test_a_simulated_session_says_when_how_long_how_strong_and_which_waveform(tmp_path):
+    study_files, plan = threshold(tmp_path)
+    result = start(tmp_path / "lab", plan, simulated(study_files.study, study_files.folder))
+    assert result.complete
+    replies = [e for e in read(result.path).events if e.kind == "reply" and "vibration" in e.value]
+    felt = [event.value["vibration"] for event in replies]
+    assert len(felt) > 48 and all(one["seconds"] == 0.6 for one in felt)
+    assert sum("blank" in one for one in felt) == len(felt) // 2
+    digests = {(one["level_db"], one["sha256"]) for one in felt if "sha256" in one}
+    assert len(digests) > 8 and all(event.value["vibration"]["onset_ns"] <= event.t_ns for event in replies)
+
+
+def test_the_whole_grid_is_checked_before_the_first_event(tmp_path):
+    study_files, plan = threshold(tmp_path, to=52)
+    lab = tmp_path / "lab"
+    with pytest.raises(RigError, match=r"vibrator: stimulus 'f250' \((4[1-9]|5\d).*limits.peak_m_s2 = 300"):
+        start(lab, plan, simulated(study_files.study, study_files.folder))
+    assert not list(lab.rglob("*.ledger")) and not list(lab.rglob("*.sqlite"))
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            "",
+            r"stimulus 'f\d+': -20 dB re 1 um peak at \d+ Hz; its calibration covers -?\d+(.\d)? to \d\d(.\d)? dB re 1 um",
+        ),
+        (", bits: 24, limits: {peak_V: 0.1, rms_V: 0.1}", r"stimulus 'f\d+': \d+ dB .* its calibration covers -"),
+    ],
+)
+def test_a_rig_that_cannot_play_a_level_of_the_grid_is_refused(tmp_path, more, message):
+    study_files, plan = threshold(tmp_path)
+    rig = opened(tmp_path, more)
+    with pytest.raises(DeviceError, match=message):
+        demand_within_limits(rig, study_files, plan)
+    rig.close()
+
+
+def test_a_rig_of_a_twin_plays_the_grid_and_presents(tmp_path):
+    study_files, plan = threshold(tmp_path)
+    rig = opened(tmp_path)
+    demand_within_limits(rig, study_files, plan)
+    assert rig_station(rig, study_files, plan, tmp_path).presents is rig.devices["shaker"]
+    described = rig.describe()["shaker"]
+    assert described["limits"]["peak_m_s2"] == 300 and "its own equation" in described["response"]
+    rig.close()
