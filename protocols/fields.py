@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import AliasChoices, Field, model_validator
 
 from palpate.protocols.complaints import Problem
 from palpate.protocols.events import Ask, Reply
@@ -104,17 +104,10 @@ class NumberQuestion(Asked):
     """A number that is typed, within bounds; `above: 0` allows every positive number, as in a free modulus."""
 
     kind: Literal["number"]
-    low: Number | None = Field(default=None, validation_alias="from")
-    high: Number | None = Field(default=None, validation_alias="to")
+    low: Number | None = Field(default=None, validation_alias=AliasChoices("from", "low"))
+    high: Number | None = Field(default=None, validation_alias=AliasChoices("to", "high"))
     above: Number | None = None
     unit: Text | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _by_name(cls, data: Any) -> Any:
-        if not isinstance(data, Mapping):
-            return data
-        return {{"low": "from", "high": "to"}.get(str(key), key): value for key, value in data.items()}
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -183,7 +176,7 @@ KINDS: Mapping[str, type[Asked]] = {
 }
 
 
-def questions_from(value: Any, _info: ValidationInfo | None = None) -> tuple[Asked, ...]:
+def questions_from(value: Any) -> tuple[Asked, ...]:
     """Return the questions in a study file, each by the schema of its kind. Raises ValueError."""
     if not isinstance(value, list | tuple) or not 1 <= len(value) <= MOST_FIELDS:
         raise ValueError(f"a list of 1 to {count(MOST_FIELDS, 'question')} is expected, as [{{name, kind, ...}}]")

@@ -24,7 +24,7 @@ from palpate.protocols.keyed import Key, shuffled
 from palpate.protocols.orders import Design, latin_row, rows_of, williams_row
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
-from palpate.protocols.tracks import Slot, Track, practice_slots, slots_of, tracks_in, with_level
+from palpate.protocols.tracks import Slot, practice_slots, slots_of, tracks_in
 from palpate.protocols.trial import ParticipantRow, Recording, Trial
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
@@ -102,7 +102,7 @@ class Plan:
         stimuli = {trial.stimulus.id: trial.stimulus for trial in trials}
         tracks = {trial.track.name: trial.track for trial in self.trials if trial.track is not None}
         at_levels = [track.stimulus_at(n) for track in tracks.values() for n in range(len(track.levels))]
-        standards = [s for track in tracks.values() if (s := self._standard(track)) is not None]
+        standards = [track.standard for track in tracks.values() if track.standard is not None]
         several = [*stimuli.values(), *at_levels, *standards]
         return tuple({(s.id, *sorted(s.columns.items())): s for s in several}.values())
 
@@ -110,14 +110,6 @@ class Plan:
     def felt_in_trials(self) -> tuple[Trial, ...]:
         """Return the trials, each once for every stimulus that is felt in it."""
         return tuple(part for trial in self.trials for part in trial.each())
-
-    def _standard(self, track: Track) -> Stimulus | None:
-        """Return the standard that the levels of a track are compared with, if there is one."""
-        standard = self.study.intervals.standard
-        by_id = {stimulus.id: stimulus for stimulus in self.study.stimuli}
-        if standard is None or str(standard) in by_id:
-            return None if standard is None else by_id[str(standard)]
-        return with_level(track.stimuli[0], track.procedure.grids, float(standard))
 
     @property
     def opening(self) -> tuple[Form, ...]:
@@ -203,8 +195,7 @@ def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, 
     """
     occasion: tuple[Key, ...] = () if session == 1 else ("session", session)
     key = ("track", study.study, seed, who.participant, *occasion)
-    standard = study.intervals.standard
-    by_id = {s.id: s for s in study.stimuli_of(who.group) if standard is None or s.id != str(standard)}
+    by_id = {s.id: s for s in study.stimuli_of(who.group) if s.id != str(study.intervals.standard)}
     first = session - 1 if study.over_sessions == "next_row" else 0
     label = ("deal", study.study, who.group, study.order.seed)
     catch = study.intervals.catch
@@ -258,8 +249,7 @@ def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
     """Return the number of trials, without practice, in a session with these stimuli; the cap of procedures."""
     if study.procedure:
-        standard = study.intervals.standard
-        compared = [stimulus for stimulus in stimuli if standard is None or stimulus.id != str(standard)]
+        compared = [stimulus for stimulus in stimuli if stimulus.id != str(study.intervals.standard)]
         catch = study.intervals.catch
         every = [c.every for c in (catch.absent, catch.easy) if c is not None] if catch is not None else []
         members: dict[str, list[Stimulus]] = {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AliasChoices, Field, ValidationInfo, model_validator
+from pydantic import AliasChoices, Field, model_validator
 
 from palpate.protocols.strict import KnownKeys, by_kind
 from palpate.protocols.study import Name, Number, Text, Whole
@@ -325,7 +325,7 @@ KINDS: Mapping[str, type[Procedure]] = {
 }
 
 
-def procedures_from(value: Any, _info: ValidationInfo | None = None) -> tuple[Procedure, ...]:
+def procedures_from(value: Any) -> tuple[Procedure, ...]:
     """Return the procedures in a study file: one, or a list of several that are interleaved, each with a name."""
     several = value if isinstance(value, list | tuple) else [value]
     if not 1 <= len(several) <= 20:

@@ -8,7 +8,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.keyed import Key, shuffled
-from palpate.protocols.study import Stimulus, Study
+from palpate.protocols.study import Stimulus, Study, is_number
 
 if TYPE_CHECKING:
     from palpate.protocols.procedures import Grid, Level, Procedure
@@ -24,7 +24,8 @@ class Track:
     """A run of trials of a session: `levels` are all that may be presented, from the lowest to the highest.
 
     `stimuli` is one stimulus, whose columns are replaced by the level, or the row of the table for each level. `chance`
-    is the key of random draws for this track in this session.
+    is the key of random draws for this track in this session. `standard` is in the other intervals (None: they are
+    blank), and `standard_level` is its level, where that is known.
     """
 
     name: str
@@ -32,6 +33,8 @@ class Track:
     levels: tuple[Level, ...]
     stimuli: tuple[Stimulus, ...]
     chance: tuple[Key, ...]
+    standard: Stimulus | None = None
+    standard_level: float | None = None
 
     @property
     def trials(self) -> int:
@@ -75,28 +78,50 @@ class Slot:
 
     @property
     def stimulus(self) -> Stimulus:
-        """Return the stimulus that stands for the trial in the plan."""
-        return self.track.stimuli[0 if self.index is None or len(self.track.stimuli) == 1 else self.index]
+        """Return the stimulus that stands for the trial in the plan: the standard while the level is not known."""
+        if len(self.track.stimuli) == 1:
+            return self.track.stimuli[0]
+        if self.index is not None or self.track.standard is None:
+            return self.track.stimuli[self.index or 0]
+        return self.track.standard
 
 
 def tracks_in(study: Study, block: str, stimuli: Sequence[Stimulus], chance: tuple[Key, ...]) -> list[Track]:
-    """Return the tracks of a block: one for each stimulus and procedure, or one a procedure if levels are rows."""
-    several = len(study.procedure) > 1
+    """Return the tracks of a block: one for each stimulus and procedure, or one a procedure if levels are rows.
+
+    The standard of the study's intervals, if it is a row of the table, is in no track.
+    """
+    rows = {stimulus.id: stimulus for stimulus in study.stimuli}
+    named = rows.get(str(study.intervals.standard))
+    compared = [stimulus for stimulus in stimuli if stimulus is not named]
     tracks = []
     for procedure in study.procedure:
-        suffix = f" {procedure.name}" if several else ""
+        suffix = f" {procedure.name}" if len(study.procedure) > 1 else ""
         grids = procedure.grids
         if grids[0].of is not None:
-            column = grids[0].column
-            rows = sorted(stimuli, key=lambda s: float(s.columns[column]))
-            levels: tuple[Any, ...] = tuple(float(s.columns[column]) for s in rows)
-            tracks.append(Track(f"{block}{suffix}", procedure, levels, tuple(rows), (*chance, f"{block}{suffix}")))
-            continue
-        levels = grids[0].levels if len(grids) == 1 else tuple(product(*(grid.levels for grid in grids)))
-        for stimulus in stimuli:
-            name = f"{stimulus.id}{suffix}"
-            tracks.append(Track(name, procedure, levels, (stimulus,), (*chance, name)))
+            ordered = tuple(sorted(compared, key=lambda s: float(s.columns[grids[0].column])))
+            levels: tuple[Any, ...] = tuple(float(s.columns[grids[0].column]) for s in ordered)
+            members = [(f"{block}{suffix}", ordered)]
+        else:
+            levels = grids[0].levels if len(grids) == 1 else tuple(product(*(grid.levels for grid in grids)))
+            members = [(f"{stimulus.id}{suffix}", (stimulus,)) for stimulus in compared]
+        for name, own in members:
+            standard, level = _standard(study, named, own[0], grids)
+            tracks.append(Track(name, procedure, levels, own, (*chance, name), standard, level))
     return tracks
+
+
+def _standard(
+    study: Study, named: Stimulus | None, stimulus: Stimulus, grids: Sequence[Grid]
+) -> tuple[Stimulus | None, float | None]:
+    """Return what the levels of a track are compared with, and its level if that is known; (None, None) for blanks."""
+    standard = study.intervals.standard
+    if standard is None:
+        return None, None
+    if named is None:
+        return with_level(stimulus, grids, float(standard)), float(standard)
+    value = named.columns.get(grids[0].column, "")
+    return named, float(value) if is_number(value) else None
 
 
 def slots_of(track: Track, block: str, absent_every: int | None, easy_every: int | None) -> list[Slot]:

@@ -31,12 +31,15 @@ from palpate.protocols.study import (
     is_number,
 )
 from palpate.protocols.tasks.steps import Answered, Steps, Stopped, Task, TaskError
-from palpate.protocols.tracks import ABSENT, NO_CATCH, Track, with_level
+from palpate.protocols.tracks import ABSENT, NO_CATCH, Track
 from palpate.protocols.trial import ParticipantRow, Trial
 
 RIGHT, WRONG = "right_answer", "wrong_answer"
 """The keys of the pages of feedback in the screens' texts."""
 MOST_INTERVALS = 8
+DESIGNS = {
+    "forced_choice": "forced choice", "yes_no": "yes/no", "same_different": "same/different", "oddity": "odd one out",
+}  # fmt: skip
 FEWEST = {"forced_choice": 2, "yes_no": 1, "same_different": 2, "oddity": 3}
 
 
@@ -142,7 +145,6 @@ class IntervalsForm(Fields):
 
     name: str = "intervals"
     intervals: Intervals = field(default_factory=Intervals)
-    standard: Stimulus | None = None
     feedback: Feedback | None = None
     goal: PracticeGoal | None = None
 
@@ -174,8 +176,7 @@ def choose_present_ask(trial: Trial) -> Steps:
     target = form.intervals.target(place, trial.catch == ABSENT)
     level = {} if index is None else {"index": index, "level": track.levels[index]}
     catch = {} if trial.catch == NO_CATCH else {"catch": trial.catch}
-    standard = _standard_for(form, track)
-    compared = {} if standard is None or standard[1] is None else {"standard": standard[1]}
+    compared = {} if track.standard_level is None else {"standard": track.standard_level}
     felt = trial.stimulus if index is None else track.stimulus_at(index)
     context = {
         "track": track.name, "stimulus": felt.id, "procedure": track.procedure.kind, **level, **compared,
@@ -206,13 +207,13 @@ def _parts(
 
     Where it is, is drawn for every attempt: a participant who has felt the first interval must not know the answer.
     """
-    design, standard = form.intervals, _standard_for(form, track)
+    design, standard = form.intervals, track.standard
     place = 1 + math.floor(design.of * uniform("target", *track.chance, trial.number, trial.attempt))
     target = trial.stimulus if index is None else track.stimulus_at(index)
     level = None if index is None else track.levels[index]
     timing = {"seconds": design.seconds, "gap_s": design.gap_s}
     if design.at_once:
-        other = "" if standard is None else standard[0].id
+        other = "" if standard is None else standard.id
         sides = tuple(target.id if n == place else other for n in range(1, design.of + 1))
         return place, [(target, Part(place, design.of, level, sides=sides, seconds=design.seconds))]
     parts = []
@@ -220,21 +221,10 @@ def _parts(
         if n == place and trial.catch != ABSENT:
             parts.append((target, Part(n, design.of, level, **timing)))  # type: ignore[arg-type]
         elif standard is not None:
-            parts.append((standard[0], Part(n, design.of, standard[1], **timing)))  # type: ignore[arg-type]
+            parts.append((standard, Part(n, design.of, track.standard_level, **timing)))  # type: ignore[arg-type]
         else:
             parts.append((target, Part(n, design.of, blank=True, **timing)))  # type: ignore[arg-type]
     return place, parts
-
-
-def _standard_for(form: IntervalsForm, track: Track) -> tuple[Stimulus, float | None] | None:
-    """Return the standard of a track and its level, if that is known; None where the other intervals are blank."""
-    standard, grids = form.intervals.standard, track.procedure.grids
-    if standard is None:
-        return None
-    if form.standard is None:
-        return with_level(track.stimuli[0], grids, float(standard)), float(standard)
-    value = form.standard.columns.get(grids[0].column, "")
-    return form.standard, float(value) if is_number(value) else None
 
 
 def _is_correct(form: IntervalsForm, right: bool, level: float | None, standard: float | None) -> bool | None:
@@ -326,16 +316,11 @@ def _form(study: Study, _who: ParticipantRow, _seed: int, _session: int) -> Inte
         for question in asked
     )
     goal = study.practice.until if study.practice is not None else None
-    return IntervalsForm(questions, intervals=intervals, standard=_standard(study), feedback=study.feedback, goal=goal)
+    return IntervalsForm(questions, intervals=intervals, feedback=study.feedback, goal=goal)
 
 
 def _is_about(question: Asked) -> bool:
     return isinstance(question, Choice) and question.of is not None
-
-
-def _standard(study: Study) -> Stimulus | None:
-    standard = study.intervals.standard
-    return None if standard is None else next((s for s in study.stimuli if s.id == str(standard)), None)
 
 
 def _tracks(study: Study) -> Iterator[Problem]:
@@ -384,7 +369,7 @@ TASK = Task(
     "Stimuli are presented in intervals, at levels that a procedure chooses, and one interval is chosen.",
     choose_present_ask, keys=("intervals", "procedure", "ask", "feedback"), required=("intervals", "procedure"),
     form=_form, answers="choices", forward_only=True, check=_tracks,
-    summary=lambda study: f"{study.intervals.design.replace('_', ' ')} by {', '.join(p.kind for p in study.procedure)}",
+    summary=lambda study: f"{DESIGNS[study.intervals.design]} by {', '.join(p.kind for p in study.procedure)}",
 )  # fmt: skip
 FORM = FormKind(
     "choosing an interval",

@@ -28,4 +28,6 @@ def test_among_them_everything_happens():
     events = [event for task in PARTS for seed in (1, 2) for event in whole_session(plan_for(task, seed), [], seed)]
     done = {(e.value["do"], e.value.get("which")) for e in events if e.kind == "experimenter"}
     assert {("repeat", "this"), ("repeat", "last"), ("pause", None), ("note", None)} <= done
-    assert {e.value["as"] for e in events if e.kind == "trial_ended"} == {"answered", "captured", "left", "repeated"}
+    assert {e.value["as"] for e in events if e.kind == "trial_ended"} == {
+        "answered", "captured", "left", "repeated", "stopped",
+    }  # fmt: skip

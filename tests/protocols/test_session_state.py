@@ -222,9 +222,16 @@ def test_after_every_event_the_answers_that_count_are_those_that_the_runner_show
 def test_among_the_random_sessions_everything_happens():
     events = [event for task in PARTS for seed in SEEDS for event in rough_session(plan_for(task, seed), seed)]
     done = {(e.value["do"], e.value.get("which")) for e in events if e.kind == "experimenter"}
-    assert {("repeat", "this"), ("repeat", "last"), ("pause", None), ("go_on", None), ("abort", None)} <= done
+    assert {
+        ("repeat", "this"),
+        ("repeat", "last"),
+        ("repeat", "block"),
+        ("pause", None),
+        ("go_on", None),
+        ("abort", None),
+    } <= done
     assert {e.value["as"] for e in events if e.kind == "trial_ended"} == {
-        "answered", "captured", "left", "repeated", "faulted",
+        "answered", "captured", "left", "repeated", "faulted", "stopped",
     }  # fmt: skip
     assert {"samples", "fault"} <= {e.kind for e in events}
     assert any(e.kind == "fault" and e.value == BROKEN_OFF.value for e in events), "killed in a recording"
