@@ -73,10 +73,8 @@ def test_the_other_intervals_hold_a_standard_level():
 
 def test_levels_may_be_rows_of_the_table_compared_with_one_of_them():
     papers = plan({"standard": "P120"}, ROWS, PAPERS)
-    [track] = {trial.track for trial in papers.trials}
-    assert track.levels == (80.0, 100.0, 140.0) and len(papers.trials) == 6 == count_trials(
-        papers.study, papers.study.stimuli
-    )
+    assert {trial.track.levels for trial in papers.trials} == {(80.0, 100.0, 140.0)}
+    assert len(papers.trials) == 6 == count_trials(papers.study, papers.study.stimuli)
     shown, target = presented(papers.trials[0], index=2)
     assert shown[int(target) - 1] == ("P140", "140", False) and {name for name, *_ in shown} == {"P140", "P120"}
     assert {stimulus.id for stimulus in papers.possible} == {"P80", "P100", "P120", "P140"}
