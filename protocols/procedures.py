@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AliasChoices, Field, model_validator
 
 from palpate.protocols.strict import KnownKeys, by_kind
+from palpate.protocols.study import Level as Id
 from palpate.protocols.study import Name, Number, Text, Whole
 
 MOST_LEVELS, MOST_TRIALS = 1000, 2000
@@ -119,7 +120,8 @@ class Stop(KnownKeys):
 class Procedure(KnownKeys):
     """What all procedures have: a kind, a name if there are several, the levels, and which end of them is the easier.
 
-    `ends` names the stopping rules that a kind can have beside `trials`.
+    It is for all stimuli unless `stimuli` names some of them. `ends` names the stopping rules that a kind can have
+    beside `trials`.
     """
 
     ends: ClassVar[frozenset[str]] = frozenset()
@@ -127,6 +129,7 @@ class Procedure(KnownKeys):
     name: Name | None = None
     level: Grid | Annotated[tuple[Grid, Grid], Field()]
     easier: Literal["higher", "lower"] = "higher"
+    stimuli: tuple[Id, ...] | None = None
 
     @property
     def grids(self) -> tuple[Grid, ...]:

@@ -93,9 +93,12 @@ def tracks_in(study: Study, block: str, stimuli: Sequence[Stimulus], chance: tup
     """
     rows = {stimulus.id: stimulus for stimulus in study.stimuli}
     named = rows.get(str(study.intervals.standard))
-    compared = [stimulus for stimulus in stimuli if stimulus is not named]
     tracks = []
     for procedure in study.procedure:
+        among = procedure.stimuli
+        compared = [s for s in stimuli if s is not named and (among is None or s.id in among)]
+        if not compared:
+            continue
         suffix = f" {procedure.name}" if len(study.procedure) > 1 else ""
         grids = procedure.grids
         if grids[0].of is not None:

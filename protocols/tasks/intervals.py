@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from palpate.protocols.complaints import Problem
+from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import Ask, Choose, Part, Present, Reply, Show
 from palpate.protocols.fields import Asked, Choice, Confidence, Fields, answered
 from palpate.protocols.forms import FIELDS_TABLE, FormKind, OwnColumn, OwnTable
@@ -33,6 +34,7 @@ from palpate.protocols.study import (
 from palpate.protocols.tasks.steps import Answered, Steps, Stopped, Task, TaskError
 from palpate.protocols.tracks import ABSENT, NO_CATCH, Track
 from palpate.protocols.trial import ParticipantRow, Trial
+from palpate.protocols.yaml_text import Path
 
 RIGHT, WRONG = "right_answer", "wrong_answer"
 """The keys of the pages of feedback in the screens' texts."""
@@ -335,23 +337,27 @@ def _tracks(study: Study) -> Iterator[Problem]:
     if study.order.repeats != 1:
         yield Problem(("order", "repeats"), "how often a level is presented is a matter of the procedure; leave it out")
     yield from _standards(study)
-    ids = [stimulus.id for stimulus in study.stimuli]
     if sum(procedure.grids[0].of is not None for procedure in study.procedure) not in (0, len(study.procedure)):
         yield Problem(("procedure",), "of: stimuli is expected for all procedures or for none")
     for n, procedure in enumerate(study.procedure):
-        path = ("procedure", n) if len(study.procedure) > 1 else ("procedure",)
-        for grid in procedure.grids:
-            if grid.of is None:
-                continue
-            values = [s.columns.get(grid.column, "") for s in study.stimuli]
-            if bad := next((place for place, value in enumerate(values) if not is_number(value)), None):
-                yield Problem(
-                    path, f"stimulus {ids[bad]!r} has {values[bad]!r} in {grid.column!r}, not a finite number"
-                )
-            elif any(not is_number(value) for value in values):
-                yield Problem(path, f"stimulus {ids[0]!r} has {values[0]!r} in {grid.column!r}, not a finite number")
-            if procedure.kind == "staircase" and float(procedure.start) not in map(float, filter(is_number, values)):
-                yield Problem(path, f"start ({procedure.start}) is not a level of the grid")
+        yield from _levels(study, procedure, ("procedure", n) if len(study.procedure) > 1 else ("procedure",))
+
+
+def _levels(study: Study, procedure: Any, path: Path) -> Iterator[Problem]:
+    """Yield problems between a procedure and the stimulus table."""
+    ids = [stimulus.id for stimulus in study.stimuli]
+    for name in procedure.stimuli or ():
+        if name not in ids:
+            yield Problem(path, f"stimuli: found {name!r}, expected a stimulus id; {nearest(name, ids)}")
+    grid = procedure.grids[0]
+    if grid.of is None:
+        return
+    values = [stimulus.columns.get(grid.column, "") for stimulus in study.stimuli]
+    if bad := [n for n, value in enumerate(values) if not is_number(value)]:
+        found = f"stimulus {ids[bad[0]]!r} has {values[bad[0]]!r} in {grid.column!r}"
+        yield Problem(path, f"{found}, not a finite number")
+    elif procedure.kind == "staircase" and float(procedure.start) not in map(float, values):
+        yield Problem(path, f"start ({procedure.start}) is not a level of the grid")
 
 
 def _standards(study: Study) -> Iterator[Problem]:
