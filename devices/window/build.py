@@ -8,6 +8,7 @@ from typing import cast
 from palpate.devices.window.screen import Page, Screen
 from palpate.devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
 from palpate.devices.window.screens.reading import InstructionScreen
+from palpate.devices.window.screens.signs import INTERVAL, RIGHT, WRONG, FeedbackScreen, IntervalScreen
 from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest
 from palpate.protocols.forms import FORMS, Form, Sliders
 from palpate.protocols.registry import load_object, place_in
@@ -29,6 +30,7 @@ SCREEN_PLACES: Mapping[str, str] = {
     "consent": f"{_SCREENS}.reading:ConsentScreen",
     "interview": f"{_SCREENS}.interview:InterviewScreen",
     "anchor": f"{_SCREENS}.anchor:AnchorScreen",
+    "fields": f"{_SCREENS}.fields:FieldsScreen",
 }
 """The screens of forms, by the forms' names. A form that is not listed has `SCREEN` in a module of its own."""
 RESTING = "resting"
@@ -56,11 +58,16 @@ def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t
 
 
 def page_for(key: str, page: Page) -> Screen:
-    """Return a page by its text key: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
+    """Return a page by its key: changing_sample, feel_now, recording, pause, end, ...; RESTING; interval 1, ....
 
     Only the page of a rest has an answer: the participant goes on. Raises WindowError for an unknown key.
     """
-    return RestScreen(None, page) if key == RESTING else MessageScreen(key, page)
+    if key == RESTING:
+        return RestScreen(None, page)
+    if key in (RIGHT, WRONG):
+        return FeedbackScreen(key, page)
+    number = key.removeprefix(INTERVAL)
+    return IntervalScreen(number, page) if number != key and number.isdecimal() else MessageScreen(key, page)
 
 
 def demand_shown(forms: Iterable[Form], page: Page) -> None:

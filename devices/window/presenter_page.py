@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,12 @@ from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.hangul import needed
 from palpate.devices.window.screen import SLIDER_MM, Page
 from palpate.devices.window.texts import load_texts
-from palpate.devices.window.texts_study import load_study_texts, study_texts
+from palpate.devices.window.texts_study import load_study_texts, pages_of, study_texts
 from palpate.protocols.canonical import digest
 from palpate.protocols.extras import installed_version
 from palpate.protocols.forms import Form
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
-
-INSTRUCTIONS = "instructions"
 
 
 def prepare(
@@ -33,9 +31,8 @@ def prepare(
     """
     texts, words = load_texts(language, texts_file), load_study_texts(study, folder, language)
     fonts = find_fonts(language)
-    own = {INSTRUCTIONS: study.instructions} if study.instructions is not None else {}
     page = Page(
-        calibration.metrics, texts, fonts, words, own | dict(pages or {}), title=study.title or study.study,
+        calibration.metrics, texts, fonts, words, pages_of(study) | dict(pages or {}), title=study.title or study.study,
         total=0 if plan is None else len(plan.trials),
         length_mm=SLIDER_MM if study.scale is None else study.scale.length_mm,
         hangul=needed(language, sys.platform), may_rest=study.rest is not None and study.rest.button,
@@ -61,6 +58,15 @@ def describe(page: Page) -> dict[str, Any]:
 
 def _forms(plan: Plan) -> Iterator[Form]:
     yield from plan.opening
-    yield from {trial.form: None for trial in plan.trials if trial.form is not None}
+    yield from _different(trial.form for trial in plan.trials)
     yield from (anchor.form for anchor in plan.anchors.get(0, ()) if anchor.form is not None)
     yield from plan.closing
+
+
+def _different(forms: Iterable[Form | None]) -> Iterator[Form]:
+    """Yield each form once; forms of one name that are equal are shown alike."""
+    seen: list[Form] = []
+    for form in forms:
+        if form is not None and not any(form is one or form == one for one in seen):
+            seen.append(form)
+            yield form

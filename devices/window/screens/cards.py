@@ -23,12 +23,18 @@ def dealt(items: Sequence[T], sheets: int) -> list[list[T]]:
     return [list(items[start : start + each]) for start in range(0, len(items), each)]
 
 
-def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[int] | None]) -> tuple[int, int] | None:
+def sheets_of(
+    page: Page,
+    room: Box,
+    count: int,
+    heights: Callable[[int], list[int] | None],
+    steps: Sequence[float] = STEPS,
+) -> tuple[int, int] | None:
     """Return (sheets, em size): the fewest sheets for `count` items, at the largest size that fits; None if none does.
 
     `heights` returns the height of each item's card at an em size in pixels, None if a text does not fit.
     """
-    known = {size: heights(size) for size in dict.fromkeys(page.metrics.text(step) for step in STEPS)}
+    known = {size: heights(size) for size in dict.fromkeys(page.metrics.text(step) for step in steps)}
     for sheets in range(1, count + 1):
         for size, found in known.items():
             if found is not None and all(tall(page, sheet) <= room.height for sheet in dealt(found, sheets)):

@@ -110,16 +110,8 @@ class SliderScreen(Base):
         if name is None or not name.startswith("slider "):
             return False
         number = self._attribute(name)
-        scale = self.form.scale
-        step = float(scale.step) if scale.step is not None else (scale.high - scale.low) / FINE
-        moves = {"left": -step, "right": step, "pagedown": -COARSE * step, "pageup": COARSE * step}
-        ends = {"home": float(scale.low), "end": float(scale.high)}
-        before = self.marks.answers.get(self.form.attributes[number].name)
-        if event.name in ends:
-            value = ends[event.name]
-        elif event.name in moves:
-            value = (scale.low + scale.high) / 2 if before is None else before + moves[event.name]
-        else:
+        value = keyed(self.form.scale, self.marks.answers.get(self.form.attributes[number].name), event)
+        if value is None:
             return False
         self.marks.touch(number, by_key=True)
         self._put(number, value)
@@ -140,6 +132,18 @@ class SliderScreen(Base):
     @staticmethod
     def _attribute(name: str) -> int:
         return int(name.removeprefix("slider "))
+
+
+def keyed(scale: Scale, before: float | None, event: Key) -> float | None:
+    """Return the value that a key sets on a scale, from the value before; None for a key that sets none."""
+    step = float(scale.step) if scale.step is not None else (scale.high - scale.low) / FINE
+    moves = {"left": -step, "right": step, "pagedown": -COARSE * step, "pageup": COARSE * step}
+    ends = {"home": float(scale.low), "end": float(scale.high)}
+    if event.name in ends:
+        return ends[event.name]
+    if event.name not in moves:
+        return None
+    return (scale.low + scale.high) / 2 if before is None else before + moves[event.name]
 
 
 @dataclass
@@ -297,11 +301,11 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -
 
     Raises WindowError if a word, or the line itself, does not fit.
     """
-    widths = _across(page, room)
-    ticks = tuple(_share(scale, value) for value in scale.ticked)
+    widths = across(page, room)
+    ticks = tuple(share_of(scale, value) for value in scale.ticked)
 
     def sets(size: int) -> list[_Set] | None:
-        labels = _labels(widths, scale, size)
+        labels = labels_below(widths, scale, size)
         sets_at_size = [None if labels is None else _set(widths, attribute, size, labels) for attribute in attributes]
         return None if None in sets_at_size else [item for item in sets_at_size if item is not None]
 
@@ -315,7 +319,7 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -
     return _placed(_narrowed(widths, sets_at_size), room, dealt(sets_at_size, chosen[0]), ticks)
 
 
-def _across(page: Page, room: Box) -> Across:
+def across(page: Page, room: Box) -> Across:
     """Return the widths for a screen. Raises WindowError if the line with its words is wider than the screen."""
     unit = page.metrics.unit
     widths = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
@@ -339,7 +343,8 @@ def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
     return replace(widths, words_px=min(widths.words_px, max(least, widths.page.metrics.unit(46))))
 
 
-def _share(scale: Scale, value: float) -> float:
+def share_of(scale: Scale, value: float) -> float:
+    """Return where a value stands on the line, from 0 at its low end to 1 at its high end."""
     return (value - scale.low) / (scale.high - scale.low)
 
 
@@ -349,13 +354,13 @@ def _overhang(widths: Across, share: float, laid: Laid) -> int:
     return max(0, beyond - widths.page.metrics.unit(OVERHANG))
 
 
-def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid], ...] | None:
+def labels_below(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid], ...] | None:
     """Return the scale's labels with their shares of the line, or None if one is wider than its place.
 
     A label has half the distance to its neighbours; one at an end of the line also has the room under the words.
     """
     page, small = widths.page, max(round(SMALLER * size), widths.page.metrics.text(0))
-    shares = [_share(scale, value) for value, _ in scale.labelled]
+    shares = [share_of(scale, value) for value, _ in scale.labelled]
     outer = (widths.words_px + page.metrics.unit(OVERHANG)) / widths.line_px
     edges = [-outer, *((a + b) / 2 for a, b in pairwise(shares)), 1 + outer]
     labels = []
@@ -432,7 +437,7 @@ def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: 
             fitted(page, page.say(text), widths.words_px, room.height // 2, STEPS, bold=True)
         if attribute.explanation:
             fitted(page, page.say(attribute.explanation), widths.explanation_px, room.height // 2, STEPS)
-    if _labels(widths, scale, 1) is None:
+    if labels_below(widths, scale, 1) is None:
         shown = ", ".join(repr(page.say(text)) for _, text in scale.labelled)
         return WindowError(f"the labels {shown:.200} do not fit below a line of {page.length_mm:g} mm; shorten them")
     return WindowError(f"a line with its explanation does not fit on a screen of {page.metrics}; take a larger one")

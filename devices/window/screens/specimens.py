@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest
+from palpate.protocols.fields import Fields, questions_from
 from palpate.protocols.forms import (
     AnchorForm,
     Consent,
@@ -47,14 +48,16 @@ def specimens(words: Wording | None = None) -> dict[str, Specimen]:
     Forms of a single task have their `SPECIMEN` beside their screens.
     """
     words = words or wording()
-    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "ineligible", "aborted")
+    keys = ("changing_sample", "feel_now", "interval 2", "recording", "right_answer", "wrong_answer", "pause", "end",
+            "thanks", "ineligible", "aborted")  # fmt: skip
     return {
         **_trials(words),
         **{name: load_object(place_in(SCREENS, name, "SPECIMEN"))(words) for name in FORM_PLACES},
+        **_fields(words),
         **_questions(words),
         "rest": Specimen(Rest(15, TRIALS)),
         "calibration": Specimen(Confirm("calibration")),
-        **{key.replace("_", "-"): Specimen(key) for key in keys},
+        **{key.replace("_", "-").replace(" ", "-"): Specimen(key) for key in keys},
     }
 
 
@@ -99,6 +102,22 @@ def _questions(words: Wording) -> dict[str, Specimen]:
     }
 
 
+def _fields(words: Wording) -> dict[str, Specimen]:
+    (which, options), (how, ends), (strong, unit), remind = words.fields
+    choice = {"kind": "choice", "name": "which", "text": which, "options": options}
+    asked = [
+        choice,
+        {"kind": "scale", "name": "pleasant", "text": how, "ends": ends, "from": 0, "to": 100},
+        {"kind": "confidence", "name": "sure", "points": 5},
+        {"kind": "number", "name": "strength", "text": strong, "unit": unit, "above": 0},
+        {"kind": "text", "name": "reminds", "text": remind, "optional": True},
+    ]
+    return {
+        "fields": Specimen(_ask(Fields(questions_from(asked))), {"which": options[1], "pleasant": 71, "sure": 2}),
+        "fields-choice": Specimen(_ask(Fields(questions_from([choice])))),
+    }
+
+
 def _sliders(pairs: tuple[tuple[str, str, str], ...]) -> Sliders:
     return Sliders(
         tuple(Attribute(low=low, high=high, explanation=explanation) for low, high, explanation in pairs), RATED
@@ -126,7 +145,10 @@ def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Questio
 
 @dataclass(frozen=True)
 class Wording:
-    """The study's texts for the specimens in one language; `person` are questions with their answers or their unit."""
+    """The study's texts for the specimens in one language; `person` are questions with their answers or their unit.
+
+    `fields` are a choice with its options, a scale with its ends, a number with its unit, and a text.
+    """
 
     seven: tuple[tuple[str, str, str], ...]
     four: tuple[tuple[str, str, str], ...]
@@ -138,6 +160,7 @@ class Wording:
     items: tuple[str, ...]
     ends: tuple[str, str]
     person: tuple[tuple[str, tuple[str, ...] | str], ...]
+    fields: tuple[Any, ...]
     free: str
     anchor: str
     fit: tuple[str, ...]

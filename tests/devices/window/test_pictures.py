@@ -10,7 +10,7 @@ from palpate.protocols.events import Ask
 from palpate.protocols.forms import FORMS
 
 DOCS = Path(__file__).parents[3] / "docs" / "pictures"
-WAITING = {"changing_sample", "feel_now", "recording"}
+WAITING = {"changing_sample", "feel_now", "recording", "interval 2", "right_answer", "wrong_answer"}
 
 
 def test_the_documentation_shows_every_kind_of_screen():

@@ -25,6 +25,12 @@ HINDI = Wording(
     items=tuple(f"प्रणाली का उपयोग करना आसान था और मुझे अच्छा लगा ({n})।" for n in range(5)),
     ends=("पूरी तरह असहमत", "पूरी तरह सहमत"),
     person=(("आपकी आयु कितनी है?", "वर्ष"), ("आप किस हाथ का उपयोग करते हैं?", ("बायाँ हाथ", "दायाँ हाथ", "दोनों हाथ"))),
+    fields=(
+        ("कौन-सी सतह ज़्यादा खुरदुरी थी?", ("पहली", "दूसरी", "दोनों एक जैसी")),
+        ("यह कितना सुखद था?", ("बहुत असुखद", "बहुत सुखद")),
+        ("यह कितना तेज़ था? पहला 10 था।", "अंक"),
+        "इसने आपको किसकी याद दिलाई?",
+    ),
     anchor="यह दरवाज़ा सबसे कठिन दरवाज़ा है। यह रेखा के दाएँ सिरे पर है।",
     free="दरवाज़ा कैसा लगा, अपने शब्दों में बताइए।",
     fit=("क्या आपको कोई ऐसी चोट या बीमारी है जो इस काम में बाधा डाले?", "क्या आप दाएँ हाथ से काम करते हैं?"),
@@ -60,6 +66,15 @@ LONG = replace(
             (f"How many kilometres have you been driving in the year before last year {n}?", "kilometres")
             for n in range(5)
         ),
+    ),
+    fields=(
+        (
+            "Which of the surfaces that you have just felt, one after the other, was the rougher one of the two?",
+            tuple(f"The surface that I felt at {time} of the trial" for time in ("the beginning", "the very end")),
+        ),
+        ("How pleasant was it, all in all?", ("Extraordinarily uncomfortable", "Disproportionately comfortable")),
+        ("How strong was it, if the first stimulus of this session is called ten?", "points, of any size"),
+        "What did the vibration remind you of, if it reminded you of anything that you have felt before?",
     ),
     anchor="This is the door that is the hardest to pull of all the doors that you will feel in this session. " * 4,
     consent=wording("en").consent * 4,
