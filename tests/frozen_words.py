@@ -352,7 +352,7 @@ figure trends.whiskers =: between cousineau_morey loftus_masson none sd
 figure violins: actual attribute by order predicted signed stimulus unit value
 figure violins.order =: given median
 figure.normalise =: none range_within_participant to_-100_100 to_0_100 z_within_participant
-figure.source =: forms ratings table words
+figure.source =: choices forms ratings table words
 plan: alpha draws exclusions figures least_people missing normalise seed sessions study tables tests title
 plan.exclusions: because faster_than_s fewer_than flagged outlying participants slower_than_s where
 plan.exclusions.outlying: sd within
@@ -375,6 +375,9 @@ test categories: by confidence correction over reversed
 test categories.correction =: bonferroni holm none
 test cochran: exact factor yes
 test cronbach_alpha: cases confidence items reverse value
+test dprime: by confidence correction model
+test dprime.correction =: log_linear none when_extreme
+test dprime.model =: differencing independent_observation
 test equivalence: bounds bounds_dz factor
 test friedman: confidence exact factor
 test icc: confidence raters targets value
@@ -405,11 +408,12 @@ test pca.reference =: none normal permuted
 test procrustes: confidence dimensions draws groups halves items on over reflection scaled starts stretch ties
 test procrustes.on =: attributes classical nonmetric pca
 test procrustes.ties =: primary secondary
-test psychometric: alternatives by confidence correct draws falling function guess interval jnd lapse last level method
-    n order staircase task threshold
-test psychometric.function =: gaussian logistic weibull
+test psychometric: alternatives by confidence correct draws falling function guess interval jnd lapse last level
+    level_unit method n order staircase task threshold
+test psychometric.function =: gaussian logistic weibull weibull_db
 test psychometric.interval =: bootstrap corrected none posterior profile
 test psychometric.jnd =: half_interquartile x84_x50
+test psychometric.level_unit =: db linear
 test psychometric.method =: constant staircase
 test psychometric.task =: forced_choice symmetric yes_no
 test raters: least_r targets
@@ -433,7 +437,7 @@ test wilcoxon.zeros =: pratt wilcoxon
 test word_agreement: confidence
 test.missing =: listwise mixed_model refuse
 test.normalise =: none range_within_participant to_-100_100 to_0_100 z_within_participant
-test.source =: forms ratings table words
+test.source =: choices forms ratings table words
 """
 """Keys of an analysis plan, and of each kind of test and figure: plans are registered before the data are collected."""
 STATISTICS = """

@@ -7,6 +7,7 @@ F(z), z = (t - centre) / spread, t the level or its logarithm:
 | logistic | 1 / (1 + exp(-z)) | level | centre is x.50, slope of the logit is 1 / spread |
 | gaussian | Phi(z) | level | centre is x.50, spread the standard deviation |
 | weibull | 1 - exp(-exp(z)) | log level | = 1 - exp(-(x / a)^b), a = exp(centre) (x.632), b = 1 / spread |
+| weibull_db | 1 - exp(-exp(z)) | level in dB | = 1 - exp(-10^(b (x - centre) / 20)), b = 20 / (spread ln 10) |
 
 To profile the likelihood of a quantity, such as the threshold, it must be a parameter itself: each set of coordinates
 (first, second) maps to (centre, log spread), with the derivatives of that map.
@@ -71,6 +72,14 @@ SHAPES: Mapping[str, Shape] = {
     "weibull": Shape(
         "weibull",
         True,
+        lambda z: -np.expm1(-_exp(z)),
+        lambda z: np.exp(-_exp(z)),
+        _gumbel_steepness,
+        lambda p: float(np.log(-np.log1p(-p))),
+    ),
+    "weibull_db": Shape(
+        "weibull_db",
+        False,
         lambda z: -np.expm1(-_exp(z)),
         lambda z: np.exp(-_exp(z)),
         _gumbel_steepness,

@@ -22,7 +22,7 @@ from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate
 
 ALIKE = 1e-6  # log likelihoods closer than this are one
 Bounds = tuple[float, float]
-Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
+Function: TypeAlias = Literal["logistic", "gaussian", "weibull", "weibull_db"]
 Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
 Rate: TypeAlias = float | Bounds
 FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
@@ -93,17 +93,23 @@ def refuse_flat(answers: Levels, reached: float, guess: Bounds, lapse: Bounds) -
     )
 
 
-def refuse_step(answers: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False) -> None:
-    """Refuse answers that a step fits as well as any slope, which then has no estimate. Raises NoEstimate."""
+def refuse_step(
+    answers: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False, certain: bool = True
+) -> None:
+    """Refuse answers that a step fits as well as any slope, which then has no estimate. Raises NoEstimate.
+
+    `certain`: the answers leave no doubt that there is a threshold, so that the message says where it lies.
+    """
     count = len(answers.levels)
     places = [j for j in range(count) if _step(answers, j, guess, lapse, equal_rates) >= reached - ALIKE]
     if not places:
         return
     around = (places[0], places[-1]) if len(places) > 1 else (max(places[0] - 1, 0), min(places[0] + 1, count - 1))
     low, high = sorted(float(answers.levels[j]) for j in around)
+    place = "the threshold lies there, but" if certain else "too few answers to say that a threshold lies there, and"
     raise NoEstimate(
-        f"the answers step from one side to the other between levels {low:g} and {high:g}: the threshold lies there, "
-        "but the slope (and any interval) has no estimate; test levels in between, or ask for the posterior of a prior"
+        f"the answers step from one side to the other between levels {low:g} and {high:g}: {place} "
+        "the slope (and any interval) has no estimate; test levels in between, or ask for the posterior of a prior"
     )
 
 
@@ -222,7 +228,9 @@ def problem_of(answers: Levels, spec: FunctionSpec, hits: Floats | None = None) 
     order = slice(None, None, -1) if spec.falling else slice(None)
     levels = (-answers.levels if spec.falling else answers.levels)[order]
     if spec.shape.logarithmic and levels[0] <= 0:
-        raise BadValue(f"level {levels[0]:g}: a Weibull function needs levels above 0; use another, or an offset")
+        raise BadValue(
+            f"level {levels[0]:g}: a Weibull function needs levels above 0; of levels in dB it is `weibull_db`"
+        )
     t = np.log(levels / levels[0]) if spec.shape.logarithmic else (levels - levels[0]) / unit_of(answers, spec)
     span = float(t[-1])
     guess = (0.0, 0.0) if spec.equal_rates else spec.guess

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Value: TypeAlias = float | int | str | bool | None
 Row: TypeAlias = Mapping[str, Value]
-Takes = Literal["ratings", "words", "forms", "table"]
+Takes = Literal["ratings", "words", "forms", "choices", "table"]
 Missing = Literal["refuse", "listwise", "mixed_model"]
 Normalise = Literal["none", "to_0_100", "to_-100_100", "z_within_participant", "range_within_participant"]
 ADJUSTMENTS = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
@@ -65,7 +65,8 @@ class StatisticSettings(Strict):
     `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
     items (None: all of them), `where` keeps the rows whose columns have these levels, or numbers in a range. `table`
     names one of the plan's own tables instead of the study's answers, `source` another table of answers than the kind's
-    own ("forms" for a questionnaire's items). `normalise` and `missing` override the plan's own.
+    own ("forms": a questionnaire's items; "choices": the choices of trials with intervals). `normalise` and `missing`
+    override the plan's own.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Selected:
     - ratings: `attribute`, `value` (float64), `response_time_s`, `revised`;
     - words: `word`, `kind` ("ticked", "further", ...), one row per chosen word;
     - forms: `form`, `attribute` (the item's name), `value` (float64, NaN for an answer in words), `text`;
+    - choices: the collected table `choices`, with catch trials (see `analysis/ratings/collected_choices.py`);
     - table: the columns of the plan's own table.
     `trials` has one row per answered trial (participant, session, trial, group, stimulus and its columns): what a share
     is a share of. `levels` maps each text column to its levels in the study's order. `outcomes` has one name for a

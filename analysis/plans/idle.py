@@ -32,16 +32,20 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
     """
     by_name: dict[str, Idle] = {}
     of_rows: list[Idle] = []
+    own = "with a table of the plan's own"
     if settings.table is not None:
-        one_answer = kind.takes == "table" or getattr(kind, "each", "") == "outcome"
+        one_answer = kind.takes in ("table", "choices") or getattr(kind, "each", "") == "outcome"
         names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
-        of_rows += (Idle(name, "with a table of the plan's own") for name in names)
+        of_rows += (Idle(name, own) for name in names)
     elif (settings.source or kind.takes) == "words":
         of_rows += (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
     elif (settings.source or kind.takes) == "forms":
         of_rows.append(Idle("normalise", "on a questionnaire's answers"))
-    if kind.takes == "table":
-        of_rows.append(Idle("missing", "with a table of the plan's own, of which every row counts"))
+    elif (settings.source or kind.takes) == "choices":
+        of_rows += (Idle(name, "on choices") for name in ("outcomes", "normalise"))
+    if kind.takes in ("table", "choices"):
+        rows = "on choices" if settings.table is None and (settings.source or kind.takes) == "choices" else own
+        of_rows.append(Idle("missing", f"{rows}, of which every row counts"))
     for setting in (*of_rows, *settings.idle()):
         if setting.name not in type(settings).model_fields:
             continue

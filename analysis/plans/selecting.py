@@ -196,6 +196,7 @@ def _filtered(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Mater
         trials=part(material.trials),
         words=part(material.words),
         forms=part(material.forms),
+        choices=part(material.choices),
     )
 
 
@@ -316,6 +317,10 @@ class Selector:
             return self.tables[settings.table], None
         if takes == "words":
             return self.material.words, None
+        if takes == "choices":
+            if not len(self.material.choices):
+                raise DataRefused(f"{self.material.name!r} has no choices, which {settings.name!r} asks about")
+            return self.material.choices, None
         material = self.material
         if takes == "forms":
             # The questionnaire's items: an answer about the person (age, hand) is no outcome.

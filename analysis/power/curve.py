@@ -11,12 +11,15 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.plans.answers import Answer, Row, StatisticSettings
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
+from palpate.analysis.ratings.reading import Material
 from palpate.analysis.regenerating.regeneration import read_table, run_tests
 from palpate.analysis.reports.csv_files import csv_text
 from palpate.protocols.did_you_mean import nearest
@@ -146,6 +149,12 @@ def estimate_s(
     return (largest + tests) * runs / min(jobs, runs)
 
 
+def _tables(material: Material) -> dict[str, pd.DataFrame]:
+    """Return the material's tables by name that have a row for each answer, without ratings and empty choices."""
+    tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
+    return tables | ({"choices": material.choices} if len(material.choices) else {})
+
+
 def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue]:
     """Simulate one study; return p for each number of participants, or None and the reason."""
     request, sizes, run = todo
@@ -159,7 +168,7 @@ def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue
         ratings = material.ratings
         parts: dict[str, Any] = {
             name: table[table["participant"].isin(here)].reset_index(drop=True)
-            for name, table in (("trials", material.trials), ("words", material.words), ("forms", material.forms))
+            for name, table in _tables(material).items()
         }
         if ratings is not None:
             rows = ratings.table

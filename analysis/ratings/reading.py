@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
 
+from palpate.analysis.ratings.collected_choices import catch_exclusions, counted_choices, read_choices
 from palpate.analysis.ratings.dataset import (
     RESERVED,
     Crossing,
@@ -261,6 +262,8 @@ class Material:
     levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
     people: People = field(default_factory=People)
     sessions: tuple[SessionRow, ...] = ()
+    choices: pd.DataFrame = field(default_factory=pd.DataFrame)
+    """One row for each choice that counts, catch trials among them; empty where the study has none."""
     versions: tuple[Input, ...] = ()
     """The versions of the study or of a model, if sessions had different ones, with the numbers of their sessions."""
 
@@ -282,7 +285,10 @@ def read_material(
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if gives_ratings(study) else None
         rows = CollectedRows(
-            *(_rows(connection, statement, study, choice) for statement in (_TRIALS, _WORDS, _ANSWERS))
+            trials=_rows(connection, _TRIALS, study, choice),
+            words=_rows(connection, _WORDS, study, choice),
+            answers=_rows(connection, _ANSWERS, study, choice),
+            choices=read_choices(connection, study, choice),
         )
         versions = tuple(_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)
@@ -312,11 +318,12 @@ def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[
 
 @dataclass(frozen=True)
 class CollectedRows:
-    """Rows of the collected tables trials, words and answers, each with participant and group."""
+    """Rows of the collected tables trials, words, answers and choices, each with participant and group."""
 
     trials: list[dict[str, Any]]
     words: list[dict[str, Any]]
     answers: list[dict[str, Any]]
+    choices: list[dict[str, Any]] = field(default_factory=list)
 
 
 def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: CollectedRows) -> Material:
@@ -324,7 +331,8 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
     trials = _trials(rows.trials, study)
     words = _words(rows.words, trials)
     forms = _forms(rows.answers)
-    return Material(
+    choices, left_out = counted_choices(rows.choices, trials)
+    material = Material(
         name=study.study,
         title=study.title or study.study,
         study=study,
@@ -336,10 +344,32 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
         simulated=any(session.simulated for session in choice.sessions),
         seeds=tuple(sorted({session.seed for session in choice.sessions if session.simulated})),
         inputs=inputs_of(study, choice),
-        exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
+        exclusions=(*(ratings.exclusions if ratings is not None else left_out_sessions(choice)), *left_out),
         levels=study_levels(study, trials),
         people=people_of(rows.answers),
         sessions=choice.sessions,
+        choices=choices,
+    )
+    inattentive = catch_exclusions(study, choices)
+    return _without(material, inattentive) if inattentive else material
+
+
+def _without(material: Material, lines: Sequence[Exclusion]) -> Material:
+    """Return the material without the participants of these lines."""
+    people = {line.who for line in lines}
+
+    def part(table: pd.DataFrame) -> pd.DataFrame:
+        return table[~table["participant"].isin(people)].reset_index(drop=True) if len(table) else table
+
+    ratings = material.ratings
+    return replace(
+        material,
+        ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
+        trials=part(material.trials),
+        words=part(material.words),
+        forms=part(material.forms),
+        choices=part(material.choices),
+        exclusions=(*material.exclusions, *lines),
     )
 
 

@@ -65,7 +65,7 @@ def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
 def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
     """Return the tidy tables of the data used, after exclusions, without empty ones."""
     material = study.material
-    tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
+    tables = {"trials": material.trials, "words": material.words, "forms": material.forms, "choices": material.choices}
     if material.ratings is not None:
         tables = {"ratings": material.ratings.table, **tables}
     return {name: table for name, table in tables.items() if len(table)}

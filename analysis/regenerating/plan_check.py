@@ -22,11 +22,13 @@ from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question
 from palpate.protocols.study import Study, is_number
+from palpate.protocols.tasks import TASKS
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
 from palpate.studies.participants.lab_forms import lab_forms
 
 WORDS_ONLY = ("word", "kind", "category")
 OF_FORMS = ("participant", "session", "group", "attribute")
+OF_CHOICES = ("track", "procedure", "design", "alternatives", "session_number", "level", "target")
 ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category", "trial", "block", "word", "kind")
 
 
@@ -135,6 +137,9 @@ def _problems(
     outcomes: Mapping[Takes, Collection[str]],
     design: StudyColumns | None,
 ) -> Iterator[Problem]:
+    if takes == "choices":
+        columns = {**columns, **dict.fromkeys(OF_CHOICES, ())}
+    yield from _source_problems(settings, takes, design)
     if takes not in outcomes or not outcomes[takes]:
         if takes in ("ratings", "forms"):
             yield Problem(("name",), f"{settings.name!r} asks about {takes}, of which the study has none")
@@ -159,6 +164,16 @@ def _problems(
                 yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
     if design is not None and isinstance(settings, StatisticSettings) and takes in ("ratings", "forms") and not unknown:
         yield from design.problems(settings, outcomes[takes] if settings.outcomes is None else settings.outcomes)
+
+
+def _source_problems(
+    settings: StatisticSettings | FigureSettings, takes: Takes, design: StudyColumns | None
+) -> Iterator[Problem]:
+    """Yield problems of a test without the table that it needs."""
+    if takes == "choices" and design is not None and TASKS[design.study.task].answers != "choices":
+        yield Problem(("name",), f"{settings.name!r} asks about choices, and the study's task gives none")
+    if takes == "table" and settings.table is None and isinstance(settings, StatisticSettings):
+        yield Problem(("name",), f"{settings.name!r} needs a table of the plan's own; name it with `table`")
 
 
 def _level_problems(column: str, condition: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:

@@ -308,10 +308,10 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
     """Return the SHA-256 of a table's rows as CSV, with sorted columns and rows, so that order does not matter.
 
     Of a study's answers it covers participant, answer and stimulus; the stimulus' other columns are in the study, whose
-    digest is among the inputs. Of a plan's `own` table it covers every column.
+    digest is among the inputs. Of a plan's `own` table, and of choices, it covers every column.
     """
     columns = sorted(map(str, table.columns))
-    if "session" in columns and not own:
+    if "session" in columns and not own and "catch" not in columns:  # of choices it covers every column
         columns = [name for name in columns if name in IDENTITY]
     lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
     return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()

@@ -74,19 +74,25 @@ class PsychometricFunction(StatisticSettings):
     (0.5: halfway from guess to 1 - lapse). `method: staircase` also takes the last `last` reversals of each staircase:
     rows in the order of the column `order`, with staircases distinguished by the columns `staircase` and `by`. Means
     are over participants, for each combination of the other columns of `by`. `interval` (None: corrected, or profile
-    without a task): posterior takes the estimates from the posterior, too.
+    without a task): posterior takes the estimates from the posterior, too. `level_unit: db`: levels are in dB, a
+    Weibull function is one of the amplitude, and a Weber fraction the ratio 10^(JND / 20) - 1.
+
+    With `source: choices` the design in the table decides `task`, `alternatives`, `guess`, `falling` and the column of
+    hits; functions are of participants and tracks unless `by` says otherwise, and the levels of staircases and QUEST+
+    have the posterior unless `interval` says otherwise.
     """
 
     test: Literal["psychometric"]
     level: Text = "level"
     correct: Text = "correct"
     n: Text | None = None
+    level_unit: Literal["linear", "db"] = "linear"
     by: tuple[Text, ...] | None = None
     method: Literal["constant", "staircase"] = "constant"
     order: Text | None = None
     staircase: tuple[Text, ...] = ()
     last: Annotated[Whole, Field(ge=2, multiple_of=2)] = 6
-    function: Literal["logistic", "gaussian", "weibull"] = "logistic"
+    function: Literal["logistic", "gaussian", "weibull", "weibull_db"] = "logistic"
     task: Literal["symmetric", "forced_choice", "yes_no"] | None = None
     alternatives: Annotated[Whole, Field(ge=2)] | None = None
     guess: Rate | tuple[Rate, Rate] | None = None
@@ -103,12 +109,21 @@ class PsychometricFunction(StatisticSettings):
         yield from super().idle()
         if self.method == "constant":
             yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
+        if self.source == "choices":
+            yield from (Idle(name, "with `source: choices`, whose table has these columns") for name in ("level", "n"))
+        elif self.function not in ("weibull", "weibull_db"):
+            yield Idle("level_unit", "with this function of a table of the plan's own", "linear")
         if self.interval in ("none", "posterior"):
             yield Idle("draws", f"with `interval: {self.interval}`")
 
     @model_validator(mode="after")
     def _a_model(self) -> Self:
-        self.model()
+        if self.source not in (None, "choices"):
+            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
+        if self.source == "choices" and self.method == "staircase":
+            raise ValueError("method: staircase is for a table of the plan's own; choices name their procedure")
+        if self.source is None:
+            self.model()
         return self
 
     @property
@@ -126,7 +141,29 @@ class PsychometricFunction(StatisticSettings):
 
         estimated = UP_TO_HALF if self.interval_kind == "posterior" else ESTIMATED
         rates = rates_of(self.task, self.alternatives, self.guess, self.lapse, estimated)
-        return function_spec(self.function, rates, self.threshold, self.jnd, self.falling)
+        function = "weibull_db" if self.function == "weibull" and self.level_unit == "db" else self.function
+        return function_spec(function, rates, self.threshold, self.jnd, self.falling)
+
+
+class DPrime(StatisticSettings):
+    """The settings of d' and c, one for each combination of `by` (default: participants and tracks).
+
+    `model` is for same/different designs. `correction` says which rates have the log-linear correction: all
+    (log_linear), or half an answer those of 0 and 1 alone (when_extreme). `confidence` is of the intervals of a
+    participant (delta method) and of the mean (Student's t).
+    """
+
+    test: Literal["dprime"]
+    by: tuple[Text, ...] | None = None
+    model: Literal["differencing", "independent_observation"] = "differencing"
+    correction: Literal["log_linear", "when_extreme", "none"] = "log_linear"
+    confidence: Confidence = 0.95
+
+    @model_validator(mode="after")
+    def _of_choices(self) -> Self:
+        if self.source not in (None, "choices"):
+            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
+        return self
 
 
 KINDS: Mapping[str, Kind] = {
@@ -146,5 +183,13 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:psychometric_answer"),
         takes="table",
         each="all",
+    ),
+    "dprime": Kind(
+        "sensitivity d′",
+        DPrime,
+        lazy_function("palpate.analysis.plans.families.detection_answers:dprime_answer"),
+        takes="choices",
+        each="all",
+        headings={"dprime": "d′", "dprime_low": "d′, low", "dprime_high": "d′, high", "criterion": "c"},
     ),
 }

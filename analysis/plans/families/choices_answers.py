@@ -51,6 +51,10 @@ NO_TASK = (
 
 def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
     """Return one row per function; a function without an estimate has a row with the reason."""
+    if settings.source == "choices":
+        from palpate.analysis.plans.families.collected_answers import collected_answer
+
+        return collected_answer(selected, settings)
     by = _by(selected, settings)
     named = (settings.level, settings.correct, settings.n, settings.order, *by, *settings.staircase)
     require_columns(selected.table, [name for name in named if name is not None])

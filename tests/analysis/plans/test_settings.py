@@ -149,6 +149,20 @@ def _coarse() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names)
 
 
+def _detected() -> pd.DataFrame:
+    """Same/different answers of two people on two tracks, one of them always right."""
+    rows = [
+        {"participant": who, "track": track, "design": "same_different", "alternatives": 2, "catch": "none",
+         "target": target, "hit": float(i < hits), "correct": float((i < hits) == (target == "different")),
+         "chosen": "different" if i < hits else "same"}
+        for who, of_who in (("P1", (10, 0)), ("P2", (8, 3)))
+        for track in ("f40", "f250")
+        for target, hits in zip(("different", "same"), of_who, strict=True)
+        for i in range(10)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
 TABLES = {
     "choices": _pairs_of_items(),
     "levels": _levels(),
@@ -156,6 +170,7 @@ TABLES = {
     "predicted": _predicted(),
     "similar": _similar(),
     "coarse": _coarse(),
+    "detected": _detected(),
 }
 
 COARSE = {"table": "coarse"}
@@ -250,7 +265,9 @@ REQUESTS: Mapping[str, list[Settings]] = {
         {**STAIRS, "task": "yes_no"},
         *({**COUNTED, "task": "symmetric", "interval": how, "draws": 19} for how in ("profile", "posterior")),
         {**COUNTED, "task": "yes_no", "guess": 0.1, "lapse": 0.02},
+        {**COUNTED, "task": "yes_no", "function": "weibull"},
     ],
+    "dprime": [{"table": "detected"}],
 }  # fmt: skip
 """The tests in which every setting is tried, by kind."""
 
@@ -303,7 +320,7 @@ OTHER: Settings = {
     "form": "demographics", "function": "gaussian", "groups": "gender", "guess": 0.05, "halves": True,
     "height_in": 5.0, "high": "truth", "inflected": False, "interactions": ["cloth:wish"], "interval": 0.6,
     "items": "side", "jnd": "x84_x50", "kinds": ["further"], "label": "dose", "label_column": "cloth", "lapse": 0.04,
-    "last": 4, "least_r": 0.9, "letters": 9, "level": "half", "levels": True, "link": "probit",
+    "last": 4, "least_r": 0.9, "letters": 9, "level": "half", "level_unit": "db", "levels": True, "link": "probit",
     "lists": {"own": ["tiny"]}, "loser": "worse", "low": "low2", "meaning": "similarity", "measure": "RMSE",
     "method": "classical", "missing": "listwise", "n": "more", "need_both": True, "new_words": False,
     "normalisation": "share_of_maximum", "normalise": "z_within_participant", "numeric": "goal", "on": "attributes",
@@ -341,7 +358,9 @@ OWN: Mapping[tuple[str, str], Any] = {
     ("violins", "order"): "median", ("raincloud", "whiskers"): "sd", ("map", "dimensions"): [2, 1],
     ("map", "where"): {"cloth": "x"}, ("treemap", "tests"): ["cloths"], ("violins", "stimulus"): "piece",
     ("predicted", "stimulus"): "piece", ("predicted", "colour"): "kind", ("class_heatmap", "stimulus"): "piece",
-    ("kendall_w", "targets"): "dose", ("icc", "targets"): "dose",
+    ("kendall_w", "targets"): "dose", ("dprime", "by"): ["participant"], ("dprime", "where"): {"track": "f40"},
+    ("dprime", "model"): "independent_observation", ("dprime", "correction"): "when_extreme",
+    ("icc", "targets"): "dose",
 }  # fmt: skip
 """The same for one kind, where the name means something else there."""
 

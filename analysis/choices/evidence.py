@@ -1,0 +1,231 @@
+"""The evidence of answers for a threshold: against a flat function, within or outside of the levels, and its posterior.
+
+The likelihood of a rising function is averaged over a prior like that of QUEST+: flat in the threshold over the tested
+levels and one and a half of their ranges on both sides, flat in the slope for widths (x.95 - x.05) from a twelfth of
+the range to two ranges, flat in the rates that are free. Its ratio to the likelihood of a flat function is a test that
+also holds where levels were chosen by the answers, because its mean is 1 without a threshold, whatever chose the
+levels: a ratio of 20 occurs with a probability of at most 1 in 20. Sources: Ville 1939; Robbins 1970; Wasserman, Ramdas
+& Balakrishnan 2020; of the prior Watson 2017.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp, xlogy
+
+from palpate.analysis.choices.maximising import Problem
+from palpate.analysis.choices.specification import FunctionSpec, Levels, log_likelihood, problem_of, quantities
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import NoEstimate
+
+RATIO = 20.0
+"""The ratio of likelihoods from which on there is a threshold: at most one guesser in 20 reaches it."""
+CERTAIN = 1000.0
+"""The ratio from which on a message may say between which levels the threshold lies."""
+SURE = 0.95
+"""How sure an inequality is."""
+COARSE, FINE = (81, 15), (81, 25)
+RATES = 9
+BEYOND, NARROWEST, WIDEST = 1.5, 1 / 12, 2.0  # ranges of levels
+NEGLIGIBLE = 1e-5
+MOST_LAPSES = 0.5
+EXCESS = 3.0
+"""The likelihood ratio of more lapses than the model allows from which on they are reported (Kass & Raftery 1995)."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What answers say about a threshold, in the level's units.
+
+    `ratio`: the log of the likelihood of a rising function, averaged over the prior, relative to a flat one. `below`,
+    `above`: the posterior probabilities of a threshold outside of the tested levels. `limits`: the one-sided limits
+    (lower, upper) that the threshold exceeds, or is below, with a probability of .95. Then posterior means, the
+    standard deviation of the threshold, and equal-tailed intervals.
+    """
+
+    ratio: float
+    below: float
+    above: float
+    limits: tuple[float, float]
+    threshold: float
+    sd: float
+    threshold_interval: tuple[float, float]
+    jnd: float
+    jnd_interval: tuple[float, float]
+    guess: float
+    lapse: float
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Points of threshold and width (the fit's axis), guess and lapse, with the log of their weights."""
+
+    place: Floats
+    width: Floats
+    guess: Floats
+    lapse: Floats
+    weight: Floats
+
+
+def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -> Evidence:
+    """Return the evidence of counted levels for a threshold."""
+    problem = problem_of(answers, spec)
+    span = float(problem.t[-1])
+    coarse = _grid(spec, *_reach(span), COARSE)
+    log_mass = _log_mass(coarse, problem, spec)
+    whole = float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
+    ratio = whole - _flat(answers, spec)
+    ends = []
+    for axis, points in ((0, coarse.place), (1, np.log(coarse.width))):
+        marginal = np.exp(log_mass - log_mass.max()).sum(axis=tuple(j for j in range(4) if j != axis))
+        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
+        ends.append((float(points[first]), float(points[last])))
+    fine = _grid(spec, ends[0], ends[1], FINE)
+    log_mass = _log_mass(fine, problem, spec)
+    mass = np.exp(log_mass - log_mass.max())
+    mass /= mass.sum()
+    place, width = (axis.ravel() for axis in np.meshgrid(fine.place, fine.width, indexing="ij"))
+    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    at, size = quantities(
+        spec, answers, np.column_stack([place - spec.shape.place(spec.threshold) * spread, np.log(spread)])
+    )
+    weights = mass.sum(axis=(2, 3)).ravel()
+    low, high = float(answers.levels[0]), float(answers.levels[-1])
+    mean = float(weights @ at)
+    rate = (mass.sum(axis=(0, 1, 3)) @ fine.guess, mass.sum(axis=(0, 1, 2)) @ fine.lapse)
+    tail = (1 - confidence) / 2
+    return Evidence(
+        ratio,
+        float(weights[at < low].sum()),
+        float(weights[at > high].sum()),
+        (_quantile(at, weights, 1 - SURE), _quantile(at, weights, SURE)),
+        mean,
+        float(np.sqrt(weights @ (at - mean) ** 2)),
+        (_quantile(at, weights, tail), _quantile(at, weights, 1 - tail)),
+        float(weights @ size),
+        (_quantile(size, weights, tail), _quantile(size, weights, 1 - tail)),
+        float(rate[1] if spec.equal_rates else rate[0]),
+        float(rate[1]),
+    )
+
+
+def refuse_guessing(answers: Levels, spec: FunctionSpec) -> float:
+    """Return the log ratio against a flat function. Raises NoEstimate where it is below that of 1 in 20."""
+    ratio = evidence_of(answers, spec).ratio
+    if ratio < math.log(RATIO):
+        raise NoEstimate(no_threshold(answers, spec, ratio))
+    return ratio
+
+
+def no_threshold(answers: Levels, spec: FunctionSpec, ratio: float) -> str:
+    """Return the message on answers that a flat function explains as well as a rising one."""
+    share = float(answers.hits.sum() / answers.trials.sum())
+    flat = f"guessing (a share of {spec.guess[0]:.3g})" if is_fixed(spec) else f"a constant share of {share:.3g}"
+    return (
+        f"there is no threshold: the answers are no better explained by a function of the level than by {flat}; "
+        f"the likelihood ratio is {_ratio_text(ratio)}, {RATIO:g} is demanded"
+    )
+
+
+def outside_of(evidence: Evidence, answers: Levels, spec: FunctionSpec) -> tuple[str, float | None]:
+    """Return on which side of the levels the threshold is, and the bound that it is beyond with 95 % (or None).
+
+    The side is "" if the median of the posterior is within the levels, "unknown" where a flat function of no known
+    height explains the answers.
+    """
+    low, high = float(answers.levels[0]), float(answers.levels[-1])
+    share = float(answers.hits.sum() / answers.trials.sum())
+    side = "below" if evidence.below > 0.5 else "above" if evidence.above > 0.5 else ""
+    if evidence.ratio < math.log(RATIO):
+        hardest = "below" if spec.falling else "above"
+        easiest = "above" if spec.falling else "below"
+        side = hardest if is_fixed(spec) or share == 0 else easiest if share == 1 else "unknown"
+    if side == "below":
+        return side, low if evidence.below >= SURE else evidence.limits[1]
+    if side == "above":
+        return side, high if evidence.above >= SURE else evidence.limits[0]
+    return side, None
+
+
+def lapse_excess(answers: Levels, spec: FunctionSpec) -> float:
+    """Return the likelihood of a lapse rate above the model's, up to 0.5, relative to that of one within its bounds.
+
+    Both are averages over the prior. From `EXCESS` on there are more lapses than the model allows. 0 where it allows
+    as many, or where the rates are equal on both sides and bounded by a half each.
+    """
+    most = min(MOST_LAPSES, 1 - spec.guess[1] - 0.01)
+    if spec.lapse[1] >= most:
+        return 0.0
+    problem = problem_of(answers, spec)
+    averages = []
+    for bounds in (spec.lapse, (spec.lapse[1], most)):
+        grid = _grid(replace(spec, lapse=bounds), *_reach(float(problem.t[-1])), COARSE)
+        averages.append(float(logsumexp(_log_mass(grid, problem, spec))) - float(logsumexp(grid.weight)))
+    return math.exp(min(averages[1] - averages[0], 700.0))
+
+
+def is_fixed(spec: FunctionSpec) -> bool:
+    """Return whether the share of hits of somebody who perceives nothing is known, as in a forced choice."""
+    return not spec.equal_rates and spec.guess[0] == spec.guess[1] and spec.guess[0] > 0
+
+
+def _ratio_text(ratio: float) -> str:
+    return f"{math.exp(ratio):.2g}" if ratio > -20 else "below 1e-8"
+
+
+def _flat(answers: Levels, spec: FunctionSpec) -> float:
+    """Return the log likelihood of the flat function: the known guess rate, else the likeliest share."""
+    share = float(answers.hits.sum() / answers.trials.sum())
+    level = spec.guess[0] if is_fixed(spec) else min(max(share, spec.guess[0]), 1 - spec.lapse[0])
+    return log_likelihood(answers.hits, answers.trials, np.full_like(answers.trials, level))
+
+
+def _grid(spec: FunctionSpec, places: tuple[float, float], widths: tuple[float, float], size: tuple[int, int]) -> _Grid:
+    place = np.linspace(*places, size[0])
+    width = np.exp(np.linspace(*widths, size[1]))
+    guess, of_guess = _rates((0.0, 0.0) if spec.equal_rates else spec.guess)
+    lapse, of_lapse = _rates(spec.lapse)
+    rates = np.log(of_guess)[:, None] + np.log(of_lapse)[None, :]
+    weight = np.broadcast_to(rates - np.log(width)[:, None, None], (*size, *rates.shape))
+    return _Grid(place, width, guess, lapse, weight)
+
+
+def _reach(span: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of the prior: of the threshold, and of the width's logarithm."""
+    return (-BEYOND * span, (1 + BEYOND) * span), (math.log(NARROWEST * span), math.log(WIDEST * span))
+
+
+def _rates(bounds: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Return Gauss-Legendre nodes and weights of a rate."""
+    low, high = bounds
+    if high <= low:
+        return np.array([low]), np.ones(1)
+    nodes, weights = np.polynomial.legendre.leggauss(RATES)
+    return low + (high - low) * (nodes + 1) / 2, weights
+
+
+def _log_mass(grid: _Grid, problem: Problem, spec: FunctionSpec) -> Floats:
+    """Return the log of likelihood times prior, (thresholds, widths, guess, lapse)."""
+    spread = grid.width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    centre = grid.place[:, None] - spec.shape.place(spec.threshold) * spread[None, :]
+    lapse = grid.lapse[None, None, None, :]
+    guess = lapse if spec.equal_rates else grid.guess[None, None, :, None]
+    result = grid.weight.copy()
+    for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
+        z = ((t - centre) / spread)[:, :, None, None]
+        hit = guess + (1 - guess - lapse) * spec.shape.share(z)
+        miss = lapse + (1 - guess - lapse) * spec.shape.rest(z)
+        result = result + xlogy(hits, np.maximum(hit, 1e-300)) + xlogy(trials - hits, np.maximum(miss, 1e-300))
+    return result
+
+
+def _quantile(values: Floats, weights: Floats, share: float) -> float:
+    """Return a quantile of weighted values."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weights[order])
+    middle = total - weights[order] / 2
+    return float(np.interp(share, middle / total[-1], values[order]))

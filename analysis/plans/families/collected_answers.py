@@ -1,0 +1,321 @@
+"""The answers about psychometric functions of collected choices: each track's own design, JND and Weber fraction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.analysis.choices.evidence import EXCESS, SURE, evidence_of, lapse_excess, no_threshold, outside_of
+from palpate.analysis.choices.intervals import CORRECTING_DRAWS, profile_interval, resampled_answers
+from palpate.analysis.choices.psychometric import Psychometric, fit_function
+from palpate.analysis.choices.specification import FunctionSpec, Levels, gather_levels
+from palpate.analysis.plans.answers import Answer, plain_row, require_columns
+from palpate.analysis.plans.families.choices import PsychometricFunction
+from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
+from palpate.analysis.ratings.collected_choices import NO_CATCH, TrackDesign, track_design
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.cells import coded
+from palpate.analysis.statistics.f_and_t import t_critical
+from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
+
+if TYPE_CHECKING:
+    from palpate.analysis.plans.answers import Row, Selected
+
+PARTICIPANT = "participant"
+BY = (PARTICIPANT, "track")
+NUMBERS = (
+    "trials", "threshold", "threshold_low", "threshold_high", "threshold_sd", "outside", "bound", "sure", "jnd",
+    "jnd_low", "jnd_high", "standard", "weber", "weber_low", "weber_high", "slope", "guess", "lapse",
+    "likelihood_ratio", "deviance", "df", "p_deviance",
+)  # fmt: skip
+SUMMED = ("threshold", "jnd", "weber")
+HOW = {
+    "corrected": "profile likelihood with Bartlett's correction",
+    "profile": "profile likelihood",
+    "bootstrap": "parametric bootstrap, percentiles",
+    "posterior": "posterior, equal tails",
+    "none": "none",
+}
+
+
+def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
+    """Return one row for each combination of `by`; a function without an estimate has a row with the reason."""
+    by = BY if settings.by is None else settings.by
+    table = selected.table
+    require_columns(table, by)
+    rows: list[dict[str, Any]] = []
+    levels: list[pd.DataFrame] = []
+    for where, part in parts_of(table, by):
+        row, shown = function_row(selected, settings, part)
+        rows.append({**where, **row})
+        levels += [] if shown is None else [shown.assign(**where)]
+    if all(row["threshold"] is None and row["outside"] is None for row in rows):
+        raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
+    joined = pd.concat(levels, ignore_index=True)
+    more: dict[str, tuple[Row, ...]] = {
+        "summary": tuple(summary_rows(rows, by, SUMMED, settings.confidence)),
+        "levels": rows_of(joined[[*by, *(column for column in joined if column not in by)]]),
+        "trials": tuple(_trial_rows(table, by)),
+    }
+    return _answer(selected, settings, rows, by, more)
+
+
+def parts_of(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
+    """Yield the rows of each combination of labels in the order of the labels."""
+    if not by:
+        yield {}, table
+        return
+    axes = [coded(table[name], name) for name in by]
+    codes = pd.DataFrame({i: axis.codes for i, axis in enumerate(axes)}, index=table.index)
+    for key in sorted(set(codes.itertuples(index=False, name=None))):
+        labels = {name: str(axis.labels[i]) for name, axis, i in zip(by, axes, key, strict=True)}
+        yield labels, table[(codes == list(key)).all(axis=1)]
+
+
+def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec:
+    """Return the function of a design. Raises DataRefused where a setting of the plan contradicts the design."""
+    given = settings.model_fields_set
+    expected = {
+        "task": design.task, "alternatives": design.alternatives, "correct": design.hits, "falling": design.falling,
+    }  # fmt: skip
+    for name, value in expected.items():
+        if name in given and getattr(settings, name) != value:
+            raise DataRefused(
+                f"the plan says `{name}: {getattr(settings, name)}`, and the design of these choices is "
+                f"`{name}: {value}`; leave it out"
+            )
+    if "guess" in given and design.task != "yes_no":
+        raise DataRefused("the plan says `guess`, which the design of these choices decides; leave it out")
+    guess = settings.guess if "guess" in given else design.guess
+    own = settings.model_copy(update={**expected, "guess": guess, "interval": settings.interval or "corrected"})
+    own = own.model_copy(update={"interval": "corrected"}) if own.interval == "posterior" else own
+    return own.model()
+
+
+def function_row(
+    selected: Selected, settings: PsychometricFunction, part: pd.DataFrame
+) -> tuple[dict[str, Any], pd.DataFrame | None]:
+    """Return a row about one function and the shares at its levels (None if there is no design or one level)."""
+    row: dict[str, Any] = {"design": None, "procedure": None, **dict.fromkeys(NUMBERS), "note": ""}
+    notes: list[str] = []
+    shown = None
+    try:
+        design, used = track_design(part)
+        row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
+        spec = spec_of(settings, design)
+        row["trials"] = len(used)
+        given = gather_levels(used, "level", design.hits)
+        shown = _shares(given)
+        numbers, more, fit = _estimate(selected, settings, design, spec, given)
+        row |= numbers
+        notes += more
+        if fit is not None:
+            shown = fit.table
+        if row["threshold"] is not None:
+            row |= weber(row, design, settings.level_unit == "db")
+        for count, what in ((design.catch, "catch trial(s)"), (design.silent, "trial(s) without a signal")):
+            notes += [f"{count} {what} left out"] if count else []
+    except StatisticsError as refusal:
+        notes.append(str(refusal))
+    except DataRefused as refusal:
+        if "the plan says" in str(refusal):
+            raise
+        notes.append(str(refusal))
+    return {**row, "note": "; ".join(note for note in notes if note)}, shown
+
+
+def _estimate(
+    selected: Selected, settings: PsychometricFunction, design: TrackDesign, spec: FunctionSpec, given: Levels
+) -> tuple[dict[str, Any], list[str], Psychometric | None]:
+    """Return the numbers, notes, and the fit by maximum likelihood if the estimates are from it."""
+    evidence = evidence_of(given, spec, settings.confidence)
+    numbers: dict[str, Any] = {"likelihood_ratio": math.exp(min(evidence.ratio, 690.0))}
+    side, bound = outside_of(evidence, given, spec)
+    if side:
+        notes = []
+        if evidence.ratio < math.log(20) and not _all_alike(given):
+            notes.append(no_threshold(given, spec, evidence.ratio))
+        if bound is not None:
+            notes.append(f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")
+        known = {"outside": side, "bound": bound, "sure": None if bound is None else SURE}
+        return numbers | known, notes, None
+    notes = []
+    if lapse_excess(given, spec) >= EXCESS:
+        notes.append(
+            f"more lapses than the model allows (up to {spec.lapse[1]:g}): the threshold is biased; allow more with "
+            "`lapse: [0, 0.2]`"
+        )
+    interval = settings.interval or ("posterior" if design.is_adaptive else "corrected")
+    if interval != "posterior":
+        try:
+            fit = fit_function(given, spec)
+            own, more = _fitted(selected, settings, fit, interval)
+            return numbers | own, [*notes, *more], fit
+        except NoEstimate as refusal:
+            if settings.interval is not None:
+                raise
+            why = str(refusal).split(":", maxsplit=1)[0]
+            notes.append(f"{why}: estimates are from the posterior, whose prior bounds the slope")
+    elif design.is_adaptive and settings.interval is None:
+        notes.append("levels that follow from the answers hardly determine a slope: the posterior's prior bounds it")
+    return numbers | {
+        "threshold": evidence.threshold,
+        "threshold_low": evidence.threshold_interval[0],
+        "threshold_high": evidence.threshold_interval[1],
+        "threshold_sd": evidence.sd,
+        "jnd": evidence.jnd,
+        "jnd_low": evidence.jnd_interval[0],
+        "jnd_high": evidence.jnd_interval[1],
+        "guess": evidence.guess,
+        "lapse": evidence.lapse,
+    }, notes, None  # fmt: skip
+
+
+def _all_alike(given: Levels) -> bool:
+    return float(given.hits.sum()) in (0.0, float(given.trials.sum()))
+
+
+def _fitted(
+    selected: Selected, settings: PsychometricFunction, fit: Psychometric, interval: str
+) -> tuple[dict[str, Any], list[str]]:
+    draws = settings.draws or selected.draws
+    again = None if interval == "none" else resampled_answers(fit, draws, settings.confidence, selected.seed)
+    ends: list[tuple[float, float]] = [(math.nan, math.nan)] * 2
+    notes = list(fit.notes)
+    if interval in ("profile", "corrected"):
+        how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, selected.seed)
+        found = [profile_interval(fit, which, settings.confidence, *how) for which in ("threshold", "jnd")]
+        ends = [(one.low, one.high) for one in found]
+        notes += [one.note for one in found]
+    if interval == "bootstrap" and again is not None:
+        ends = [(again.threshold.low, again.threshold.high), (again.jnd.low, again.jnd.high)]
+    return {
+        "threshold": fit.threshold,
+        "threshold_low": ends[0][0],
+        "threshold_high": ends[0][1],
+        "jnd": fit.jnd,
+        "jnd_low": ends[1][0],
+        "jnd_high": ends[1][1],
+        "slope": fit.slope,
+        "guess": fit.guess,
+        "lapse": fit.lapse,
+        "deviance": fit.deviance,
+        "df": fit.df,
+        "p_deviance": None if again is None else again.p_deviance,
+    }, notes
+
+
+def weber(row: dict[str, Any], design: TrackDesign, in_db: bool) -> dict[str, Any]:
+    """Return JND and Weber fraction of a row with a threshold.
+
+    In a forced choice against a standard the JND is the distance of the threshold from the standard. The Weber fraction
+    is JND / standard, of levels in dB the ratio 10^(JND / 20) - 1; there is none without a standard.
+    """
+    result: dict[str, Any] = {}
+    if design.standard is None:
+        return result
+    names = ("jnd", "jnd_low", "jnd_high")
+    if design.task == "forced_choice":
+        ends = [row["threshold"], row["threshold_low"], row["threshold_high"]]
+        sizes = [
+            None if end is None else max((end - design.standard) * (-1 if design.falling else 1), 0) for end in ends
+        ]
+        if design.falling:
+            sizes = [sizes[0], sizes[2], sizes[1]]
+        result |= dict(zip(names, sizes, strict=True))
+    for name, own in zip(names, ("weber", "weber_low", "weber_high"), strict=True):
+        size = result.get(name, row[name])
+        if size is None or (not in_db and design.standard == 0):
+            continue
+        result[own] = 10 ** (size / 20) - 1 if in_db else size / abs(design.standard)
+    return result
+
+
+def _shares(given: Levels) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "level": given.levels, "n": given.trials.astype(int), "hits": given.hits.astype(int),
+            "share": given.hits / given.trials, "expected": np.nan, "deviance_residual": np.nan,
+        }
+    )  # fmt: skip
+
+
+def _trial_rows(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[Row]:
+    """Yield the levels and answers of every trial with a level, in order: what a figure of a track is drawn from."""
+    for where, part in parts_of(table, by):
+        shown = part[(part["catch"].astype(str) == NO_CATCH) & part["level"].notna()]
+        for n, (level, hit, correct) in enumerate(
+            shown[["level", "hit", "correct"]].itertuples(index=False, name=None), start=1
+        ):
+            right = hit if pd.isna(correct) else correct
+            yield {**where, "n": n, "level": float(level), "correct": None if pd.isna(right) else bool(right)}
+
+
+def summary_rows(
+    rows: list[dict[str, Any]], by: tuple[str, ...], names: tuple[str, ...], confidence: float
+) -> Iterator[Row]:
+    """Yield means over participants with SD and Student's interval, by combination of the other columns."""
+    others = [name for name in by if name != PARTICIPANT]
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[name] for name in others), []).append(row)
+    for key, members in groups.items():
+        for name in names:
+            values = [float(row[name]) for row in members if row.get(name) is not None]
+            if not values:
+                continue
+            n, mean = len(values), float(np.mean(values))
+            sd = float(np.std(values, ddof=1)) if n > 1 else None
+            half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
+            yield {
+                **dict(zip(others, key, strict=True)),
+                "quantity": name, "n": n, "without_estimate": len(members) - n, "mean": mean, "sd": sd,
+                "ci_low": None if half is None else mean - half, "ci_high": None if half is None else mean + half,
+                "note": "" if n > 1 else "one value: no spread",
+            }  # fmt: skip
+
+
+def _answer(
+    selected: Selected,
+    settings: PsychometricFunction,
+    rows: list[dict[str, Any]],
+    by: tuple[str, ...],
+    more: dict[str, tuple[Row, ...]],
+) -> Answer:
+    missing = [row for row in rows if row["threshold"] is None]
+    jnd = "(x.75 - x.25) / 2 of F" if settings.jnd == "half_interquartile" else "x.84 - x.50 of F"
+    how = HOW[settings.interval] if settings.interval else (
+        "of constant levels profile likelihood with Bartlett's correction, of staircases and QUEST+ the posterior"
+    )  # fmt: skip
+    parts = []
+    for row in more["summary"]:
+        where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
+        name = {"jnd": "JND", "weber": "Weber fraction"}.get(str(row["quantity"]), str(row["quantity"]))
+        of = int(row["n"] or 0) + int(row["without_estimate"] or 0)
+        parts.append(f"{where and where + ': '}{name} {row['mean']:.3g} (n = {row['n']} of {of})")
+    return Answer(
+        rows=tuple(plain_row(row) for row in rows),
+        method=f"Psychometric functions ({settings.function}) of collected choices, task and guess rate by their "
+        f"design; threshold where F = {settings.threshold:g}; {100 * settings.confidence:g}% intervals: {how}. There "
+        "is a threshold where the likelihood ratio against a flat function, averaged over a prior, is 20 or more "
+        "(Ville 1939)",
+        kinds={
+            "threshold": f"level where F = {settings.threshold:g}",
+            "outside": "where the threshold is, if not within the levels",
+            "bound": "the threshold is beyond it with the probability `sure`",
+            "jnd": f"{jnd}; in a forced choice against a standard the distance of the threshold from it",
+            "weber": "10^(JND / 20) - 1" if settings.level_unit == "db" else "JND / standard",
+            "likelihood_ratio": "against a flat function, averaged over the prior",
+            "slope": "slope of the function at the threshold, per unit of level",
+            "p_deviance": "p of the deviance, Monte Carlo",
+        },
+        participants=int(selected.table[PARTICIPANT].nunique()),
+        values=sum(row["trials"] or 0 for row in rows),
+        headline=f"Mean {'; '.join(parts[:6])}" if parts else "No threshold is within the levels",
+        notes=sentences([f"{len(missing)} of {len(rows)} functions have no number (see `note`)" if missing else ""]),
+        more=more,
+    )

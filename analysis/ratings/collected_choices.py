@@ -1,0 +1,189 @@
+"""Choices among intervals as they were collected: which count, who is left out, and which function they belong to.
+
+The collected table `choices` has one row for each answer. A track's design decides its psychometric function:
+
+| design | hits | task | guess rate |
+|---|---|---|---|
+| forced_choice, oddity | `correct` | forced_choice | 1 / alternatives |
+| forced_choice around a standard | `hit`: comparison chosen | symmetric | the lapse rate |
+| yes_no, same_different | `hit`: "yes", "different" | yes_no | 95 % interval of the false alarms, else free |
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pandas as pd
+from scipy.special import betaincinv
+from sqlalchemy import Connection, inspect, text
+
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion
+from palpate.analysis.ratings.session_choice import query
+
+if TYPE_CHECKING:
+    from palpate.analysis.ratings.session_choice import Choice
+    from palpate.protocols.study import Study
+
+TABLE = "choices"
+NO_CATCH = "none"
+ADAPTIVE = ("staircase", "questplus")
+"""Procedures whose levels follow from the answers, so that they concentrate on a few."""
+NOISE = ("noise", "same")
+"""The targets of trials without a signal, or without a difference."""
+_CHOICES = text(
+    "SELECT choices.* FROM choices JOIN sessions ON sessions.session = choices.session WHERE sessions.study = :study"
+)
+NUMBERS = ("level", "level_2", "standard", "confidence", "rt_s")
+TRUTHS = ("correct", "hit")
+
+
+def read_choices(connection: Connection, study: Study, choice: Choice) -> list[dict[str, Any]]:
+    """Return the rows of `choices` of the sessions that count, with group; [] where the database has no such table."""
+    if not inspect(connection).has_table(TABLE):
+        return []
+    sessions = {session.session: session for session in choice.sessions}
+    return [
+        {
+            **row,
+            "participant": sessions[row["session"]].participant,
+            "group": sessions[row["session"]].group_name or "",
+            "session_number": sessions[row["session"]].number,
+        }
+        for row in query(connection, _CHOICES, study.study)
+        if row["session"] in sessions
+    ]
+
+
+def counted_choices(
+    rows: Sequence[Mapping[str, Any]], trials: pd.DataFrame
+) -> tuple[pd.DataFrame, tuple[Exclusion, ...]]:
+    """Return the choices that count, without practice, and lines on practice and catch trials.
+
+    Catch trials stay in the table: those without a signal are half of a yes/no design. A psychometric function leaves
+    them out. The columns of the stimuli are added.
+    """
+    counts = [row for row in rows if row["counts"]]
+    own = [row for row in counts if not row["practice"]]
+    lines = [
+        *_lines("practice", [row for row in counts if row["practice"]], "practice trials do not count"),
+        *_lines("catch", [row for row in own if row["catch"] != NO_CATCH], "catch trials have no place in a function"),
+    ]
+    if not own:
+        return pd.DataFrame(), tuple(lines)
+    table = pd.DataFrame(own).drop(columns=["counts", "practice"])
+    table = table.astype({name: "float64" for name in NUMBERS if name in table.columns})
+    for name in TRUTHS:
+        table[name] = table[name].map(lambda value: np.nan if value is None else float(value)).astype("float64")
+    new = [name for name in trials.columns if name not in table.columns]
+    stimuli = trials.drop_duplicates("stimulus")[["stimulus", *new]] if new and len(trials) else None
+    if stimuli is not None:
+        table = table.merge(stimuli, on="stimulus", how="left")
+    return table.sort_values(["participant", "session", "trial"], kind="stable", ignore_index=True), tuple(lines)
+
+
+def _lines(what: str, rows: Sequence[Mapping[str, Any]], why: str) -> list[Exclusion]:
+    counted = Counter((row["participant"], row["session"]) for row in rows)
+    return [Exclusion(what, f"{who}, session {session}", why, n) for (who, session), n in sorted(counted.items())]
+
+
+def catch_exclusions(study: Study, choices: pd.DataFrame) -> list[Exclusion]:
+    """Return a line for each participant whose share of wrong catch trials is above the study's `exclude_above`."""
+    settings = getattr(getattr(study, "intervals", None), "catch", None)
+    most = getattr(settings, "exclude_above", None)
+    return [] if most is None or not len(choices) else inattentive(choices, float(most))
+
+
+def inattentive(choices: pd.DataFrame, most: float) -> list[Exclusion]:
+    """Return a line for each participant whose share of wrong catch trials is above `most`.
+
+    A catch trial without a signal (absent) is wrong where it was a hit ("yes"), an easy one where it was not correct.
+    """
+    lines = []
+    for who, rows in choices[choices["catch"] != NO_CATCH].groupby("participant", sort=True):
+        absent = rows["catch"] == "absent"
+        right = rows["correct"].where(rows["correct"].notna(), rows["hit"])
+        wrong = int(np.where(absent, rows["hit"] == 1, right != 1).sum())
+        if wrong / len(rows) > most:
+            total = int((choices["participant"] == who).sum())
+            why = f"{wrong} of {len(rows)} catch trials answered wrongly, above the study's {most:g}"
+            lines.append(Exclusion("participant", str(who), why, total))
+    return lines
+
+
+@dataclass(frozen=True)
+class TrackDesign:
+    """The function that a track's design asks for: its task and alternatives, the column of hits, the procedure.
+
+    `falling`: hits become rarer as the level rises, which is so where every level is below the standard. `guess`: the
+    bounds of the guess rate from trials without a signal (None: free). `catch`, `silent`: how many catch trials, and
+    trials without a signal, are not in the fit.
+    """
+
+    task: Literal["symmetric", "forced_choice", "yes_no"]
+    alternatives: int | None
+    hits: Literal["correct", "hit"]
+    procedure: str
+    falling: bool = False
+    standard: float | None = None
+    guess: tuple[float, float] | None = None
+    catch: int = 0
+    silent: int = 0
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Whether the levels followed from the answers."""
+        return self.procedure in ADAPTIVE
+
+
+def track_design(rows: pd.DataFrame) -> tuple[TrackDesign, pd.DataFrame]:
+    """Return the function of one track's choices, and the rows that it is fitted to.
+
+    Raises DataRefused for rows of several designs, procedures, standards or numbers of alternatives, for levels of two
+    dimensions, and where no row has a level.
+    """
+    catch = rows["catch"].astype(str) != NO_CATCH
+    silent = ~catch & rows["target"].astype(str).isin(NOISE)
+    used = rows[~catch & ~silent].dropna(subset=["level"])
+    if not len(used):
+        raise DataRefused("no trial with a level is among these choices")
+    one = {name: _one(used, name) for name in ("design", "procedure", "alternatives", "standard")}
+    if "level_2" in used.columns and used["level_2"].notna().any():
+        raise DataRefused("the levels have two dimensions; a psychometric function has one")
+    design, procedure, standard = str(one["design"]), str(one["procedure"]), one["standard"]
+    alternatives = int(one["alternatives"])
+    numbers: dict[str, Any] = {"catch": int(catch.sum()), "silent": int(silent.sum()), "procedure": procedure}
+    level = used["level"].to_numpy(dtype=np.float64)
+    if design in ("yes_no", "same_different"):
+        noise = rows[silent | (rows["catch"].astype(str) == "absent")]
+        guess = _interval(int((noise["hit"] == 1).sum()), len(noise)) if len(noise) else None
+        return TrackDesign("yes_no", None, "hit", guess=guess, standard=standard, **numbers), used
+    if design not in ("forced_choice", "oddity"):
+        raise DataRefused(f"design {design!r}: forced_choice, yes_no, same_different or oddity is expected")
+    if standard is not None and (level < standard).any() and (level > standard).any():
+        if design == "oddity" or alternatives != 2:
+            raise DataRefused("levels on both sides of a standard have a function in a forced choice of two only")
+        return TrackDesign("symmetric", None, "hit", standard=standard, **numbers), used
+    falling = standard is not None and bool((level < standard).any())
+    used = used[used["correct"].notna()]
+    return TrackDesign("forced_choice", alternatives, "correct", falling=falling, standard=standard, **numbers), used
+
+
+def _one(rows: pd.DataFrame, name: str) -> Any:
+    values = rows[name].dropna().unique().tolist() if name in rows.columns else []
+    if len(values) > 1:
+        shown = ", ".join(map(str, values[:4]))
+        raise DataRefused(f"choices of several values of {name} ({shown}) have no function in common; name it in `by`")
+    if not values and name != "standard":
+        raise DataRefused(f"column {name!r} has no value")
+    return values[0] if values else None
+
+
+def _interval(hits: int, trials: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share (Clopper & Pearson 1934), at most 0.5."""
+    low = float(betaincinv(hits, trials - hits + 1, 0.025)) if hits else 0.0
+    high = float(betaincinv(hits + 1, trials - hits, 0.975)) if hits < trials else 1.0
+    return min(low, 0.49), min(high, 0.5)

@@ -1,0 +1,110 @@
+"""Fits that are right or refused: guessers, lapses beyond the model, extreme observers, tracks that follow answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.analysis.choices.evidence import EXCESS, Evidence, evidence_of, lapse_excess, outside_of
+from palpate.analysis.choices.psychometric import fit_psychometric
+from palpate.analysis.choices.specification import FunctionSpec, Levels, function_spec, gather_levels, rates_of
+from palpate.analysis.statistics.refusals import NoEstimate
+from tests.analysis.choices.collected_for_tests import QuestPlus, constant, halfway, rows, staircase, weibull_db
+
+PROCEDURES: dict[str, Any] = {"questplus": QuestPlus(), "staircase": staircase, "constant": constant}
+FEW = 12
+
+
+def of_two(lapse: tuple[float, float] = (0.0, 0.25)) -> FunctionSpec:
+    return function_spec("weibull_db", rates_of("forced_choice", 2, None, lapse), 0.5, "half_interquartile", False)
+
+
+def answers(procedure: Any, seed: int, truth: Any, trials: int = 128) -> Levels:
+    levels, hits = procedure(np.random.default_rng([7, seed]), trials, truth)
+    return gather_levels(rows(levels, hits), "level", "correct")
+
+
+def outcome(given: Levels) -> tuple[Evidence, str, float | None]:
+    evidence = evidence_of(given, of_two())
+    return evidence, *outside_of(evidence, given, of_two())
+
+
+@pytest.mark.parametrize("name", PROCEDURES)
+def test_guessers_have_no_threshold_and_observers_with_two_percent_lapses_have_one(name: str, full_run: bool) -> None:
+    """Check 9: of 200 guessers at least 95 % without, of 200 observers at least 95 % with a threshold."""
+    seeds = range(200 if full_run else FEW)
+    guessers = [outcome(answers(PROCEDURES[name], seed, lambda level: 0.5 + 0.0 * level))[1] for seed in seeds]
+    assert sum(side == "" for side in guessers) <= 0.05 * len(guessers)
+    true = [outcome(answers(PROCEDURES[name], seed, weibull_db))[1] for seed in seeds]
+    assert sum(side == "" for side in true) >= 0.95 * len(true)
+
+
+@pytest.mark.parametrize("trials", [48, 128])
+def test_no_guesser_is_told_where_the_threshold_lies(trials: int, full_run: bool) -> None:
+    """Check 9 for tables of one's own: 26 of 150 guessers were told so before."""
+    for seed in range(200 if full_run else 40):
+        levels, hits = constant(np.random.default_rng([8, seed]), trials, lambda level: 0.5 + 0.0 * level)
+        try:
+            fit_psychometric(rows(levels, hits), "level", "correct", task="forced_choice", alternatives=2)
+        except NoEstimate as refusal:
+            assert "the threshold lies there" not in str(refusal)
+
+
+def test_a_step_that_leaves_no_doubt_still_says_where_the_threshold_lies() -> None:
+    step = rows(np.repeat([1.0, 2, 3, 4], 40), np.concatenate([[0, 1] * 40, np.ones(80)]))
+    with pytest.raises(NoEstimate, match="between levels 2 and 3: the threshold lies there"):
+        fit_psychometric(step, "level", "correct", task="forced_choice", alternatives=2)
+
+
+@pytest.mark.parametrize(("name", "least"), [("questplus", 0.85), ("constant", 0.85), ("staircase", 0.6)])
+def test_lapses_beyond_the_model_are_flagged(name: str, least: float, full_run: bool) -> None:
+    """Check 10. A staircase stays near its level, where lapses hardly show: it reaches 0.7."""
+    seeds = range(200 if full_run else 20)
+    small = of_two((0.0, 0.04))
+    many = [lapse_excess(answers(PROCEDURES[name], s, lambda x: weibull_db(x, lapse=0.2)), small) for s in seeds]
+    few = [lapse_excess(answers(PROCEDURES[name], seed, weibull_db), small) for seed in seeds]
+    assert sum(ratio >= EXCESS for ratio in many) >= least * len(many)
+    assert sum(ratio >= EXCESS for ratio in few) <= 0.05 * len(few) + 1e-9
+
+
+@pytest.mark.long
+def test_lapses_within_the_grid_bias_the_threshold_by_less_than_1_db() -> None:
+    """Check 10: lapse rate .2, QUEST+ and model with rates to .2, 128 trials."""
+    procedure = QuestPlus((0.0, 0.05, 0.1, 0.15, 0.2))
+    thresholds = [
+        evidence_of(answers(procedure, seed, lambda level: weibull_db(level, lapse=0.2)), of_two((0, 0.2))).threshold
+        for seed in range(200)
+    ]
+    assert abs(np.mean(thresholds) - halfway()) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("truth", "side"),
+    [
+        (lambda level: 1.0 + 0.0 * level, "below"),
+        (lambda level: 0.0 * level, "above"),
+        (lambda level: weibull_db(level, threshold=-60.0), "below"),
+        (lambda level: weibull_db(level, threshold=10.0), "above"),
+    ],
+)
+def test_an_extreme_observer_gets_an_inequality(truth: Any, side: str) -> None:
+    """Check 8, for QUEST+ tracks and for constant levels."""
+    for procedure in (PROCEDURES["questplus"], constant):
+        given = answers(procedure, 3, truth)
+        _, found, bound = outcome(given)
+        assert found == side
+        assert bound is not None
+        assert bound <= -20 if side == "below" else bound >= -15
+
+
+def test_the_interval_of_a_track_holds_the_threshold(full_run: bool) -> None:
+    """Check 7: 95 % intervals of QUEST+ tracks of 64 trials hold it in 92 to 98 %; in few seeds in most."""
+    count = 300 if full_run else 15
+    ends = [
+        evidence_of(answers(PROCEDURES["questplus"], seed, weibull_db, 64), of_two((0, 0.04))).threshold_interval
+        for seed in range(count)
+    ]
+    held = np.mean([low <= halfway() <= high for low, high in ends])
+    assert 0.92 <= held <= 0.985 if full_run else held >= 0.8
