@@ -14,6 +14,7 @@ from palpate.devices.acts import UnconfirmedFault
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Presents, Signal
 from palpate.devices.kinds import Date, DeviceKind
+from palpate.devices.sound.dose import RULE, seconds_left
 from palpate.protocols.events import Aside, Present, Reply, WorldEvent
 from palpate.protocols.strict import Strict
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 LOUDEST_DBFS, LOUDEST_UNMEASURED_DBFS, LOUDEST_DB_SPL = -12.0, -30.0, 80.0
 """Noise peaks about 15 dB above its level, so -12 dBFS never clips. 80 dB SPL is allowed for 40 hours a week (WHO, ITU
 H.870); where nobody has measured what the headphones give, the level stays 18 dB further down."""
+FEED_S = 10.0
+"""The noise ramps off by itself if the session has not been heard of for so long."""
 SAFE_S = 0.02
 """How fast it falls silent when it is made safe: short, but without a click."""
 
@@ -107,6 +110,10 @@ class MaskingNoise:
     settings: Settings
     output: Output
     player: Player | None = None
+    share_before: float = 0.0
+    """The share of the daily dose that the participant has had today, before this session."""
+    sounded_s: float = 0.0
+    """How long it sounded before it was opened the last time."""
 
     @property
     def signals(self) -> Sequence[Signal]:
@@ -117,21 +124,69 @@ class MaskingNoise:
         """Find the output and make the loop, without sound."""
         from palpate.devices.sound.noise import Player, loop, rms_of
 
+        self._demand_limits()
         self.output.open()
         samples = loop(self.settings.colour, self.settings.rate_hz, self.settings.seed)
-        self.player = Player(samples * rms_of(self.settings.dbfs))
+        self.player = Player(
+            samples * rms_of(self.settings.dbfs), rate_hz=self.settings.rate_hz, most_s=self._seconds_left(),
+            feed_s=FEED_S,
+        )  # fmt: skip
         self.output.start(self.player.fill)
 
     def start(self) -> None:
         """Ramp the noise on; do nothing if it is already on."""
         if self.player is None:
             raise DeviceError(f"{self.name}: the masking noise is not open")
-        self.player.fader.to(1.0, round(self.settings.ramp_s * self.settings.rate_hz))
+        self.player.turn_on(round(self.settings.ramp_s * self.settings.rate_hz))
+
+    def feed(self) -> None:
+        """Say that the session is alive; without it the noise ramps off after `FEED_S`."""
+        if self.player is not None:
+            self.player.feed()
 
     def check(self) -> None:
-        """Raise DeviceFault if the output is gone, because stimuli could be heard meanwhile."""
+        """Raise DeviceFault if the output is gone or the noise ended, because stimuli could be heard meanwhile."""
         if fault := self.output.fault():
             raise fault
+        if self.player is None or not self.player.ended:
+            return
+        if self.player.ended == "limit":
+            had = f"the participant has had today's dose of noise ({RULE})"
+            message = f"{had}, and the noise is off: end the session for today"
+            raise DeviceFault(self.name, "limit", f"{self.name}: {message}")
+        message = f"the noise was switched off, because the session was not heard of for {FEED_S:g} s"
+        raise DeviceFault(self.name, "heartbeat_lost", f"{self.name}: {message}")
+
+    def _demand_limits(self) -> None:
+        """Raise DeviceError for a level that settings do not allow, however they were made."""
+        measured = self.settings.db_spl_at_0_dbfs is not None
+        loudest = LOUDEST_DBFS if measured else LOUDEST_UNMEASURED_DBFS
+        if not self.settings.dbfs <= loudest or (measured and not self.settings.db_a <= LOUDEST_DB_SPL):
+            found = f"{self.settings.dbfs:.4g} dBFS, {self.settings.db_a:.4g} dB(A)"
+            expected = f"at most {loudest:g} dBFS and {LOUDEST_DB_SPL:g} dB(A) are played"
+            raise DeviceError(f"{self.name}: {found}; {expected}: lower the level in the rig file")
+
+    def _seconds_left(self) -> float:
+        """Return how long the noise may sound today from now on; a level that nobody measured counts as the loudest."""
+        measured = self.settings.db_spl_at_0_dbfs is not None
+        db_a = self.settings.db_a if measured else LOUDEST_DB_SPL
+        return max(0.0, seconds_left(db_a, self.share_before) - self.sounded_s)
+
+    def limit_dose(self, share_before: float, minutes: float | None) -> None:
+        """Keep within the rest of the day's dose after this share of it.
+
+        Raises DeviceError if the whole dose is used up, or a session of so many minutes would use up more.
+        """
+        self.share_before = share_before
+        left_s = self._seconds_left()
+        if self.player is not None:
+            self.player.most_s = left_s
+        needed_s = 60 * (minutes or 0.0)
+        if left_s <= 0 or left_s < needed_s:
+            had = f"the participant has had {100 * share_before:.0f} % of today's dose of noise ({RULE})"
+            rest = f"{left_s / 60:.0f} min of this level are left"
+            planned = f" and the session takes {minutes:g} min" if minutes else ""
+            raise DeviceError(f"{self.name}: {had}; {rest}{planned}: wait until tomorrow, or lower the level")
 
     def rest(self) -> None:
         """Ramp the noise off as gently as it began, for a pause."""
@@ -150,6 +205,7 @@ class MaskingNoise:
         self.safe()
         if self.player is not None:
             self.output.drain(self.player.fader.silent)
+            self.sounded_s += self.player.sounded / self.settings.rate_hz
         self.output.stop()
         self.player = None
 
@@ -173,7 +229,8 @@ class MaskingNoise:
         level = {}
         if self.settings.db_spl_at_0_dbfs is not None:
             level = {"db_spl": round(self.settings.spoken_db_spl, 2), "db_a": round(self.settings.db_a, 2)}
-        return {**settings, "dbfs": round(self.settings.dbfs, 2), **level}
+        limits = {"dose": RULE, "share_before": round(self.share_before, 6), "feed_s": FEED_S}
+        return {**settings, "dbfs": round(self.settings.dbfs, 2), **level, "limits": limits}
 
     def health(self, seconds: float) -> Health:
         """Let the open output play silence for some seconds; nothing is heard."""

@@ -14,6 +14,7 @@ from palpate.signals.arrays import Array
 Colour = Literal["white", "pink"]
 LOOP_S = 10
 LOWEST_HZ, HIGHEST_HZ = 20.0, 20_000.0
+END_S = 0.02
 FULL_SCALE_RMS = 1 / math.sqrt(2)
 """0 dBFS is the level of a sine that just reaches full scale (AES17)."""
 
@@ -86,15 +87,49 @@ class Fader:
 
 @dataclass
 class Player:
-    """A player of the loop at a level, through the fader."""
+    """A player of the loop at a level, through the fader.
+
+    It ramps off by itself, within `END_S`, once it has sounded for `most_s`, or if `feed` was not called for `feed_s`,
+    both in the output's own samples; `ended` then says why (`limit`, `heartbeat_lost`). After a lost heartbeat it may
+    be turned on again, after the limit it may not.
+    """
 
     samples: Array
     fader: Fader = field(default_factory=Fader)
     place: int = 0
+    rate_hz: float = 48_000.0
+    most_s: float = math.inf
+    feed_s: float = math.inf
+    sounded: int = 0
+    """Number of samples that were not silent."""
+    ended: str = ""
+    _unfed: int = 0
+
+    def feed(self) -> None:
+        """Say that the session is alive."""
+        self._unfed = 0
+
+    def turn_on(self, samples: int) -> None:
+        """Ramp on within so many samples, unless it has sounded for as long as it may."""
+        if self.ended != "limit":
+            self.ended, self._unfed = "", 0
+            self.fader.to(1.0, samples)
 
     def fill(self, count: int) -> Array:
         """Return the next samples, repeating the loop as needed."""
         at = (self.place + np.arange(count)) % len(self.samples)
         self.place = (self.place + count) % len(self.samples)
-        part: Array = self.samples[at] * self.fader.next(count)
+        self._unfed += count
+        if not self.ended and self.fader.target > 0:
+            if self.sounded >= self.most_s * self.rate_hz:
+                self._end("limit")
+            elif self._unfed > self.feed_s * self.rate_hz:
+                self._end("heartbeat_lost")
+        gains = self.fader.next(count)
+        self.sounded += int(np.count_nonzero(gains))
+        part: Array = self.samples[at] * gains
         return part
+
+    def _end(self, why: str) -> None:
+        self.ended = why
+        self.fader.to(0.0, round(END_S * self.rate_hz))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from palpate.devices.fed_desk import FedDesk
 from palpate.protocols.events import World
 from palpate.protocols.extras import demand_packages
 from palpate.protocols.plan import Plan
@@ -74,8 +75,9 @@ def live_plan(
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
         resumed = Resumed(() if plan.study.resume is None else plan.study.resume.repeat)
+        fed = FedDesk(desk, station.feed)
         world: World = LiveWorld(
-            presenter, desk, station, now_ns, lambda: desk.status.paused, notes=notes, resumed=resumed,
+            presenter, fed, station, now_ns, lambda: desk.status.paused, notes=notes, resumed=resumed,
             in_trials=lambda: desk.status.first_trial_ns is not None,
         )  # fmt: skip
         if plan.study.procedure:
@@ -83,7 +85,7 @@ def live_plan(
 
             world = advised(plan, world, hardware.safe)
         if (recorder := station.recorder) is not None:
-            world = RecordedBeside(world, lambda: recorder.ready(presenter, desk, now_ns), recorder.take)
+            world = RecordedBeside(world, lambda: recorder.ready(presenter, fed, now_ns), recorder.take)
         return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, last_page(desk)))
 
     window = window_of(study_files, lab, calibration, language, options.windowed is None)

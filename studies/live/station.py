@@ -68,7 +68,7 @@ def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, ta
 
     noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
     masked = Masked(made.presents, noise)
-    return replace(made, presents=masked, on_aside=masked.handle_aside)
+    return replace(made, presents=masked, on_aside=masked.handle_aside, feed=noise.feed)
 
 
 def _needed(plan: Plan, among: Sequence[str]) -> list[str]:

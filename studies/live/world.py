@@ -255,6 +255,9 @@ class Station:
     switch_side: Callable[[str], None] = lambda _side: None
     """Called with the side that the participant has switched to."""
 
+    feed: Callable[[], None] = lambda: None
+    """Called whenever the session waits: without it, a device that sounds beside it falls silent."""
+
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> WorldEvent:
         """Hand the request to its device."""
         if isinstance(request, Present):
