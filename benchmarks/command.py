@@ -11,6 +11,7 @@ from palpate.protocols.registry import load_object
 AREAS = {
     "statistics": "benchmarks.statistics.cases:cases",
     "thresholds": "benchmarks.thresholds:cases",
+    "choices": "benchmarks.choices:cases",
     "sessions": "benchmarks.sessions:sessions",
     "startup": "benchmarks.sessions:startup",
     "scale": "benchmarks.scale:cases",

@@ -17,14 +17,16 @@ from palpate.studies.workers import WORKERS, map_in_order, workers_for
 
 @click.command()
 @click.argument("ledger", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--recompute", is_flag=True, help="Also ask procedures for their choices again, and compare them.")
 @LAB
 @WORKERS
 @JSON
-def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bool) -> None:
+def replay(ledger: tuple[Path, ...], recompute: bool, lab: Path, workers: int | None, as_json: bool) -> None:
     """Replay recorded sessions and compare every event byte for byte; without LEDGER, all of the lab's.
 
     The stored study is compiled again, must give the recorded plan, and its tasks must do what they did.
-    Exit code 1 if a session is refused or differs; the message says which event and how.
+    Exit code 1 if a session is refused or differs; the message says which event and how. A replay takes levels that a
+    procedure chose from the record; with --recompute they are chosen again, and a level that differs is a difference.
 
     \b
     Example:
@@ -41,7 +43,7 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
     started_s = time.perf_counter()
-    replayed = map_in_order(_replayed, paths, workers_for(len(paths), workers))
+    replayed = map_in_order(_recomputed if recompute else _replayed, paths, workers_for(len(paths), workers))
     with closing(progress(replayed, "replaying", as_json, len(paths))) as steps:
         rows = list(steps)
     failed = [row for row in rows if not row["ok"]]
@@ -137,6 +139,21 @@ def _replayed(path: Path) -> dict[str, Any]:
     }
 
 
+def _recomputed(path: Path) -> dict[str, Any]:
+    """Replay one ledger, then make the choices of its procedures again."""
+    row = _replayed(path)
+    if not row["ok"]:
+        return row
+    from palpate.studies.procedures.recompute import described, recompute
+    from palpate.studies.sessions.record import read
+
+    choices, differences = recompute(read(path))
+    row |= {"choices": choices, "choices_that_differ": len(differences)}
+    if differences:
+        row |= {"ok": False, "verdict": "differs", "problem": "\n         ".join(described(differences))}
+    return row
+
+
 def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]], took: float) -> None:
     for row in failed:
         click.echo(f"{row['verdict'].upper():<8} {row['ledger']}\n         {row['problem']}")
@@ -146,6 +163,8 @@ def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]], too
             click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
         elif not row["complete"]:
             click.echo(f"(interrupted after {count(row['events'], 'event')}: {row['ledger']})")
+    if choices := sum(row.get("choices", 0) for row in good):
+        click.echo(f"{count(choices, 'choice')} of procedures made again, all as recorded")
     if good:
         lasted = sum(row["session_s"] for row in good)
         click.echo(

@@ -102,6 +102,11 @@ class QuestPlusAdviser:
         measured: Floats = _entropy(hit.sum(axis=1)) - _entropy(ratio) @ marginal
         return measured
 
+    def loss(self, past: Past, index: int) -> float:
+        """Return how much less a level tells than the best one after these answers, in nats."""
+        information = self.information(self.posterior(past))
+        return float(information.max() - information[index])
+
     def marginal(self, past: Past, parameter: str = "threshold") -> tuple[Floats, Floats]:
         """Return the values of a parameter and their probabilities after these answers."""
         place = PARAMETERS.index(parameter)
