@@ -1,4 +1,4 @@
-"""The ten shipped studies, and short sessions of each."""
+"""The shipped studies, and short sessions of each."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ TEN = (
     "texture_ratings",
     "texture_similarity",
 )
+ALL = (*TEN, "roughness_discrimination", "vibration_threshold")
+"""TEN have recorded sessions; photographs have a rig of their own, and are in neither."""
 GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
 """Where a study has a group that checks the rig, a short session is one of that."""
 

@@ -8,7 +8,7 @@ from palpate.protocols.yaml_text import YamlError
 from palpate.studies.catalogue import SHIPPED, find, names, read_study
 from palpate.studies.participants.row_assignment import AllocationError, allocate
 from tests.protocols.studies_for_tests import toy
-from tests.studies.shipped import TEN
+from tests.studies.shipped import ALL
 
 STUDY = """\
 study: mine
@@ -33,7 +33,7 @@ def folder(tmp_path):
 def test_a_study_is_found_by_name_folder_and_file(tmp_path, folder):
     file = folder / "study.yaml"
     assert find("mine", tmp_path) == find(str(folder), tmp_path) == find(str(file), tmp_path) == file
-    assert set(names(tmp_path)) == {"mine", "texture_photos", *TEN}
+    assert set(names(tmp_path)) == {"mine", "texture_photos", *ALL}
     study_files = read_study(file)
     assert study_files.folder == folder
     assert study_files.study.stimuli[0].sha256 == hashlib.sha256(b"1,2\n").hexdigest()

@@ -10,7 +10,7 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import problems
 from palpate.devices.window.presenter_page import prepare
 from palpate.protocols.events import Ask, Instruct
-from tests.studies.shipped import TEN, plan_for, read_shipped
+from tests.studies.shipped import ALL, plan_for, read_shipped
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
 
@@ -30,7 +30,7 @@ def requests_of(plan):
 
 
 @pytest.mark.parametrize("language", ["en", pytest.param("ko", marks=pytest.mark.needs("fonts"))])
-@pytest.mark.parametrize("name", TEN)
+@pytest.mark.parametrize("name", ALL)
 def test_a_study_s_screens_are_clear(name, language):
     plan, folder = plan_for(name), read_shipped(name).folder
     page = prepare(plan.study, SMALLEST, language, folder, plan=plan)
@@ -39,7 +39,7 @@ def test_a_study_s_screens_are_clear(name, language):
         assert problems(screen.placed(), page.metrics) == [], request.body()
 
 
-@pytest.mark.parametrize("name", TEN)
+@pytest.mark.parametrize("name", ALL)
 def test_a_translation_leaves_no_word_of_the_study_in_english(name):
     from palpate.devices.window.texts_study import load_study_texts, study_texts
 
