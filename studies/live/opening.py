@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.fed_desk import FedDesk
-from palpate.protocols.events import World
 from palpate.protocols.extras import demand_packages
 from palpate.protocols.plan import Plan
 from palpate.protocols.shell_command import shell_command
@@ -20,7 +19,7 @@ from palpate.studies.console.headless import Windowless, asks_anything
 from palpate.studies.launching.changes import demand_same_devices, demand_same_screen
 from palpate.studies.live.hardware import hardware_for
 from palpate.studies.live.options import LiveOptions
-from palpate.studies.live.world import LiveWorld, Resumed, clock_from
+from palpate.studies.live.world import clock_from, live_world
 from palpate.studies.sessions.rig import RecordedBeside, Rig, RigError, RigPlan
 
 if TYPE_CHECKING:
@@ -74,16 +73,9 @@ def live_plan(
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         notes = hardware.changed_firmware()
-        resumed = Resumed(() if plan.study.resume is None else plan.study.resume.repeat)
         fed = FedDesk(desk, station.feed)
-        world: World = LiveWorld(
-            presenter, fed, station, now_ns, lambda: desk.status.paused, notes=notes, resumed=resumed,
-            in_trials=lambda: desk.status.first_trial_ns is not None,
-        )  # fmt: skip
-        if plan.study.procedure:
-            from palpate.studies.procedures.advised import advised
-
-            world = advised(plan, world, hardware.safe)
+        status = lambda: desk.status  # noqa: E731
+        world = live_world(plan, presenter, fed, status, station, now_ns, hardware.safe, notes)
         if (recorder := station.recorder) is not None:
             world = RecordedBeside(world, lambda: recorder.ready(presenter, fed, now_ns), recorder.take)
         return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, last_page(desk)))

@@ -122,10 +122,11 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
         vibrator.folder = study_files.folder
         for stimulus in plan.possible:
             vibrator.check(stimulus, interval_seconds(plan))
-        if onset_ms := getattr(plan.study, "onset_ms", None):
+        if plan.study.onset_ms is not None:
             from palpate.devices.rig.certification import demand_certified
 
-            demand_certified(vibrator.name, vibrator.settings, onset_ms)
+            bounds = plan.study.onset_ms.model_dump(exclude_none=True)
+            demand_certified(vibrator.name, vibrator.settings, bounds)
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(study_files.folder)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
@@ -25,8 +25,10 @@ from palpate.protocols.events import (
     Request,
     Sense,
     Show,
+    World,
     WorldEvent,
 )
+from palpate.protocols.plan import Plan
 from palpate.protocols.runner import BROKEN_OFF
 from palpate.protocols.simulated_world import Done, Twin
 from palpate.protocols.study import Study
@@ -35,6 +37,7 @@ from palpate.studies.sessions.rig import RigError
 if TYPE_CHECKING:
     from palpate.devices.streams.beside import BesideRecorder
     from palpate.devices.window.presenter import Presenter
+    from palpate.studies.console.status import SessionStatus
 
 
 def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
@@ -169,6 +172,27 @@ class LiveWorld:
             return aside
         self._showing = None
         return Reply({})
+
+
+def live_world(
+    plan: Plan, presenter: Presenter, desk: Desk, status: Callable[[], SessionStatus], station: Station,
+    clock: Callable[[], int], safe: Callable[[], None] = lambda: None, notes: Sequence[str] = (),
+    suspend: SuspendWatch | None = None,
+) -> World:  # fmt: skip
+    """Return the live world of a plan, with its procedures; `safe` brings the devices to rest if one of them fails.
+
+    `status` returns the session's status by the events that were recorded so far.
+    """
+    world = LiveWorld(
+        presenter, desk, station, clock, lambda: status().paused, suspend or SuspendWatch(), list(notes),
+        lambda: status().first_trial_ns is not None,
+        Resumed(() if plan.study.resume is None else plan.study.resume.repeat),
+    )  # fmt: skip
+    if not plan.study.procedure:
+        return world
+    from palpate.studies.procedures.advised import advised
+
+    return advised(plan, world, safe)
 
 
 def _gives_up(event: WorldEvent) -> bool:

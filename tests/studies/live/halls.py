@@ -21,7 +21,7 @@ from palpate.protocols.trial import ParticipantRow
 from palpate.studies.console.desk import ExperimenterDesk
 from palpate.studies.console.listening import Heard
 from palpate.studies.live.opening import Opening
-from palpate.studies.live.world import LiveWorld, Station
+from palpate.studies.live.world import Station, live_world
 from palpate.studies.sessions.rig import RigPlan
 from tests.protocols.studies_for_tests import toy
 
@@ -170,6 +170,7 @@ class Hall:
     stage: Stage | None = None
     desk: ExperimenterDesk | None = None
     suspended_ns: Callable[[], int] = lambda: 0
+    made_safe: list[bool] = field(default_factory=list)
 
     @property
     def rig(self) -> RigPlan:
@@ -190,7 +191,7 @@ class Hall:
         self.desk = desk = ExperimenterDesk(plan, script, self.paper, self.time.seconds)
         opened.callback(desk.close)
         station = self.station or Station(HandMounted())
-        world = LiveWorld(
-            presenter, desk, station, self.time, lambda: desk.status.paused, SuspendWatch(self.suspended_ns)
-        )
+        safe = lambda: self.made_safe.append(True)  # noqa: E731
+        suspend = SuspendWatch(self.suspended_ns)
+        world = live_world(plan, presenter, desk, lambda: desk.status, station, self.time, safe, suspend=suspend)
         return Rig(world, opened.close, desk.watch, lambda: presenter.finish(desk, "end"))
