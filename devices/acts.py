@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault
-from palpate.protocols.events import NS, Aside, Fault, Request
+from palpate.protocols.events import NS, Aside, Fault, Present, Request, Sense
 
 
 @dataclass
@@ -41,6 +41,14 @@ class Act:
                     self.paused_ns += t_ns - self.paused_at_ns
                     self.paused_at_ns = None
         return aside
+
+
+def page_of(request: Request) -> str:
+    """Return the page that the participant sees while the request is performed: the number of an interval, say."""
+    if isinstance(request, Sense):
+        return "recording"
+    part = request.part if isinstance(request, Present) else None
+    return "feel_now" if part is None or part.sides else f"interval {part.interval}"
 
 
 def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Act:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar, cast
 
-from pydantic import AliasChoices, AliasPath, BaseModel, ConfigDict, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, model_validator
 
 from palpate.protocols.did_you_mean import nearest
 
@@ -30,17 +30,12 @@ class KnownKeys(Strict):
     def _name_unknown_keys(cls, data: Any) -> Any:
         if not isinstance(data, Mapping):
             return data
-        aliases = {name: field.validation_alias for name, field in cls.model_fields.items()}
-        known = [_key(name, alias) for name, alias in aliases.items()]
+        aliases = {name: cast(AliasChoices | None, field.validation_alias) for name, field in cls.model_fields.items()}
+        known = [name if alias is None else str(alias.choices[0]) for name, alias in aliases.items()]
         for key in data:
             if key not in known and key not in aliases:
                 raise ValueError(f"unknown key {key!r}; {nearest(str(key), known)}")
         return data
-
-
-def _key(name: str, alias: str | AliasPath | AliasChoices | None) -> str:
-    """Return the key of a field in a file: its alias if it has one."""
-    return str(alias.choices[0]) if isinstance(alias, AliasChoices) else name if alias is None else str(alias)
 
 
 K = TypeVar("K", bound=Strict)

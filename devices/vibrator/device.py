@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.devices.acts import Act, UnconfirmedFault, going_on
+from palpate.devices.acts import Act, UnconfirmedFault, going_on, page_of
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import CalibrationMethod, DeviceKind
@@ -216,7 +216,9 @@ class Vibrator:
         try:
             if fresh or (act.paused_at_ns is None and not self._played):
                 self._begin(request, now_ns)
-            aside = act.wait("feel_now", window, desk, now_ns, lambda: act.paused_at_ns is None and self._is_over())
+            aside = act.wait(
+                page_of(request), window, desk, now_ns, lambda: act.paused_at_ns is None and self._is_over()
+            )
         except DeviceFault as fault:
             self.safe()
             self.act, self._played = None, {}

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from palpate.devices.acts import page_of
 from palpate.devices.desk import Desk
 from palpate.protocols.events import Aside, Choose, Present, Reply, Request, Sense, Show, World, WorldEvent
 from palpate.protocols.plan import Plan
@@ -71,9 +72,10 @@ class Rehearsed:
             case Show():
                 aside = self.show_page(request.page)
             case Sense():
-                aside = self.show_page("recording")
+                aside = self.show_page(page_of(request))
             case Present():
-                aside = self.show_page("changing_sample") or self.show_page("feel_now")
+                prepared = None if request.part is not None else self.show_page("changing_sample")
+                aside = prepared or self.show_page(page_of(request))
             case _:
                 aside = self.presenter.show_answered(request, event, self.pace_s, self.desk)
         if aside is None:

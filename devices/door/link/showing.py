@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from palpate.devices.acts import Act, UnconfirmedFault
+from palpate.devices.acts import Act, UnconfirmedFault, page_of
 from palpate.devices.desk import Desk, Pages, Prompt
 from palpate.devices.device import DeviceFault
 from palpate.devices.door.link import dialogue
@@ -18,7 +18,6 @@ from palpate.devices.door.link.messages import Identity, Profile
 from palpate.devices.door.link.telemetry import Opening, trouble
 from palpate.protocols.events import Aside, Chunk, Fault, Present, Reply
 
-PAGE = "feel_now"
 WAITING = "changing_sample"
 
 Steps = Generator[Aside | Chunk, None, None]
@@ -180,7 +179,9 @@ class Felt:
         try:
             while not self.ended:
                 self._play()
-                aside = self.act.wait(PAGE, showing.window, showing.desk, showing.now_ns, self._something)
+                aside = self.act.wait(
+                    page_of(self.act.request), showing.window, showing.desk, showing.now_ns, self._something
+                )
                 if aside is not None:
                     self._handle_aside(aside)
                     yield aside
