@@ -12,14 +12,14 @@ from typing import Any, TextIO
 from palpate.devices.desk import Prompt
 from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import Aside, Event
+from palpate.protocols.events import NS, Aside, Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import SessionState
 from palpate.studies.console.display import Display, Plain, View
 from palpate.studies.console.listening import Heard, Silence, Source, listen
 from palpate.studies.console.orders import IDLE, LINES, Order, OrderError, burst, order_of, press
-from palpate.studies.console.status import SessionStatus, status_of
-from palpate.studies.console.words import doing, how_to_answer, line, where
+from palpate.studies.console.status import Remark, SessionStatus, status_of, track_end
+from palpate.studies.console.words import clock, doing_now, how_to_answer, line, where
 from palpate.studies.sessions.interrupts import Interrupted
 
 REACTION_S = 0.3
@@ -47,6 +47,7 @@ class ExperimenterDesk:
     _demanded_s: float = 0.0
     _trial_s: float = 0.0
     _live: bool = False
+    _ends: list[Remark] = field(default_factory=list)
     _scanner: bool = False
     """Whether a prompt has asked for a code: from then on a burst of keys is a scan and never an order."""
 
@@ -63,11 +64,15 @@ class ExperimenterDesk:
         """Update the status with a recorded event; the events of earlier runs come before the first poll."""
         if event.kind == "trial_started":
             self._trial_s = self.clock()
+        if (ended := track_end(self.plan, self.state, event)) is not None:
+            self._ends.append(ended)
         self.state.apply(event)
         if self._live:
-            self._show(status=status_of(self.plan, self.state))
+            self._show(status=status_of(self.plan, self.state, self._ends))
             if (text := line(event, self.status)) is not None:
                 self.display.say(text)
+            if ended is not None:
+                self.display.say(f"[{clock(event.t_ns / NS)}] {ended.text}")
 
     def poll(self) -> Aside | None:
         """Return the next thing that the experimenter did. Raises Interrupted if it was to quit."""
@@ -124,9 +129,9 @@ class ExperimenterDesk:
     def _go_live(self) -> None:
         if not self._live:
             self._live = True
-            self.view = replace(self.view, status=status_of(self.plan, self.state))
+            self.view = replace(self.view, status=status_of(self.plan, self.state, self._ends))
             text = where(self.status)
-            self.display.say(text if self.status.doing is None else f"{text}; {doing(self.status.doing)}")
+            self.display.say(text if self.status.doing is None else f"{text}; {doing_now(self.status)}")
             self._show()
 
     def _is_early(self, text: str) -> bool:
@@ -191,7 +196,9 @@ class ExperimenterDesk:
                 self._hint("the session is paused already" if self.status.paused else "the session is not paused")
             case "pause" | "go on":
                 return Aside({"do": "pause" if order.do == "pause" else "go_on"})
-            case "repeat" | "repeat last":
+            case "repeat block" if not self.status.has_blocks:
+                self._hint("the study has no blocks to repeat")
+            case "repeat" | "repeat last" | "repeat block":
                 return self._repeat(order, t_s)
         return None
 
@@ -221,7 +228,7 @@ class ExperimenterDesk:
         elif not self.source.by_line and t_s < self._trial_s + REACTION_S:
             self._hint("a trial began just then: r repeats this one, R the one before")
         else:
-            return Aside({"do": "repeat", "which": "last" if order.do == "repeat last" else "this"})
+            return Aside({"do": "repeat", "which": order.do.removeprefix("repeat").strip() or "this"})
         return None
 
     def _hint(self, text: str) -> None:

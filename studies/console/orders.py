@@ -12,13 +12,26 @@ from palpate.devices.desk import Prompt
 from palpate.protocols.did_you_mean import nearest
 from palpate.studies.console.listening import Heard
 
-Do = Literal["confirm", "number", "note", "pause", "go on", "repeat", "repeat last", "abort", "quit", "help", "scan"]
+Do = Literal[
+    "confirm",
+    "number",
+    "note",
+    "pause",
+    "go on",
+    "repeat",
+    "repeat last",
+    "repeat block",
+    "abort",
+    "quit",
+    "help",
+    "scan",
+]
 WITH_TEXT: tuple[Do, ...] = ("note", "abort", "scan")
-PLAIN: tuple[Do, ...] = ("confirm", "pause", "go on", "repeat", "repeat last", "quit", "help")
+PLAIN: tuple[Do, ...] = ("confirm", "pause", "go on", "repeat", "repeat last", "repeat block", "quit", "help")
 LONGEST_NOTE = 2000
 LINES = (
-    "one order a line: confirm, a number, note TEXT, pause, go on, repeat, repeat last, abort REASON (for good), "
-    "quit (for now), help, scan CODE (as a barcode scanner types)"
+    "one order a line: confirm, a number, note TEXT, pause, go on, repeat, repeat last, repeat block, abort REASON "
+    "(for good), quit (for now), help, scan CODE (as a barcode scanner types)"
 )
 
 
@@ -87,8 +100,8 @@ SINGLE = {
     "?": Order("help"),
 }
 KEYS = (
-    ("Enter", "confirm"), ("p", "pause"), ("r", "repeat"), ("R", "the last"), ("n", "note"), ("a", "abort"),
-    ("q", "quit"), ("h", "help"),
+    ("Enter", "confirm"), ("p", "pause"), ("r", "repeat"), ("R", "the last"), ("B", "the block"), ("n", "note"),
+    ("a", "abort"), ("q", "quit"), ("h", "help"),
 )  # fmt: skip
 """The keys and their meanings, for the console's last line."""
 _IN_A_NUMBER = "0123456789.,-"
@@ -98,7 +111,7 @@ _IN_A_NUMBER = "0123456789.,-"
 class Entry:
     """The state of the keyboard: keys are orders, or a line is being typed."""
 
-    kind: Literal["keys", "note", "abort", "number"] = "keys"
+    kind: Literal["keys", "note", "abort", "block", "number"] = "keys"
     text: str = ""
 
     @property
@@ -108,7 +121,7 @@ class Entry:
 
 
 IDLE = Entry()
-OPENING = {"n": Entry("note"), "a": Entry("abort")}
+OPENING = {"n": Entry("note"), "a": Entry("abort"), "B": Entry("block")}
 """Keys after which a line is typed."""
 
 
@@ -152,13 +165,17 @@ def _typed(entry: Entry, key: str) -> Pressed:
 def _order(entry: Entry) -> Order:
     """Return the order in a typed line.
 
-    To abort, the word itself must be typed, so that no slip ends a session. Raises OrderError.
+    To abort, or to repeat a block, the word itself must be typed, so that no slip does it. Raises OrderError.
     """
     if entry.kind == "number":
         value = number_of(entry.text)
         if value is None:
             raise OrderError(f"{entry.text!r} is not a number")
         return Order("number", number=value)
+    if entry.kind == "block":
+        if entry.text.strip().lower() != "block":
+            raise OrderError("not repeated: the word block was not typed")
+        return Order("repeat block")
     if entry.kind == "abort":
         word, _, reason = entry.text.strip().partition(" ")
         if word.lower() != "abort":

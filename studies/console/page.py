@@ -29,19 +29,20 @@ from palpate.protocols.events import NS
 from palpate.studies.console.display import View
 from palpate.studies.console.orders import KEYS, Entry
 from palpate.studies.console.status import SessionStatus
-from palpate.studies.console.words import about, about_trial, clock, doing, how_to_answer, standing
+from palpate.studies.console.words import about, about_trial, clock, doing_now, how_to_answer, standing
 
 HELP = (
     ("Enter", "the demand is done: the sample is in place, the number is typed"),
     ("p", "pause; once more to continue. Paused time is not counted"),
     ("r", "repeat this trial from its start; its answers stay recorded, but do not count"),
     ("R", "go back and repeat the trial before this one"),
+    ("B", "begin this block again from its first trial: type block. Its answers so far do not count"),
     ("n", "write a note into the session's record (Esc leaves it)"),
     ("a", "abort the session for good: type abort and, if you like, why"),
     ("q", "quit for now: continue later with palpate resume"),
 )
 MARKS = {"live": ("LIVE", "bold white on dark_green"), "rehearsal": ("REHEARSAL", "bold black on yellow")}
-ASKING = {"note": "note", "abort": "type abort, a blank and the reason", "number": "number"}
+ASKING = {"note": "note", "block": "type block", "abort": "type abort, a blank and the reason", "number": "number"}
 
 
 def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
@@ -52,7 +53,7 @@ def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
     prompted = view.prompt is not None and not view.status.paused
     further = cell_len(view.prompt.text) // max(width - 8, 20) if view.prompt is not None and prompted else 0
     keys = Text(" ", no_wrap=True, overflow="ellipsis")
-    for key, meaning in KEYS:
+    for key, meaning in (pair for pair in KEYS if pair[0] != "B" or view.status.has_blocks):
         keys.append(key, style="bold").append(f" {meaning}  ", style="dim")
     layout = Layout()
     layout.split_column(
@@ -159,7 +160,8 @@ def _participant(view: View, t_ns: int) -> RenderableType:
     status = view.status
     if status.doing is None:
         return Text()
-    text = doing(status.doing, waits=view.prompt is not None)
+    felt = str(view.states.get("window", "")).startswith("interval ")
+    text = doing_now(status, waits=view.prompt is not None and not felt)
     return Text.assemble((text, "bold"), "\n", (f"for {clock(status.doing_s(t_ns))}", "dim"))
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import NS, Event
+from palpate.protocols.events import ANSWERED, NS, Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Pause, SessionState, active_ns
 from palpate.protocols.trial import Trial
@@ -61,6 +61,16 @@ class SessionStatus:
         """How many trials the plan has."""
         return len(self.plan.trials)
 
+    @property
+    def has_tracks(self) -> bool:
+        """Whether procedures choose levels, and may end their tracks before the last trial of the plan."""
+        return bool(self.plan.study.procedure)
+
+    @property
+    def has_blocks(self) -> bool:
+        """Whether there are blocks that can be repeated."""
+        return self.has_tracks or self.plan.study.order.blocks is not None
+
     def current(self) -> Trial | None:
         """Return the trial under way."""
         return None if self.trial is None else self.plan.trials[self.trial - 1]
@@ -87,8 +97,9 @@ class SessionStatus:
         return 0.0 if self.ended is not None else left / NS
 
 
-def status_of(plan: Plan, state: SessionState) -> SessionStatus:
-    """Return the status of a session now, a copy that does not change with the state."""
+def status_of(plan: Plan, state: SessionState, ends: Sequence[Remark] = ()) -> SessionStatus:
+    """Return the status of a session now, a copy that does not change with the state; `ends` are those of tracks."""
+    remarks = sorted([*(_remark(plan, state, event) for event in state.asides), *ends], key=lambda one: one.t_ns)
     attempts, current = state.attempts, state.current
     under_way = attempts and (current is not None or state.ended is not None)
     done_ns = [attempt.done_ns for attempt in attempts if attempt.done_ns is not None]
@@ -106,9 +117,26 @@ def status_of(plan: Plan, state: SessionState) -> SessionStatus:
         pause=state.pause,
         first_trial_ns=attempts[0].started_ns if attempts else None,
         last_done_ns=done_ns[-1] if done_ns else 0,
-        remarks=tuple(_remark(plan, state, event) for event in state.asides[-REMEMBERED:]),
+        remarks=tuple(remarks[-REMEMBERED:]),
         ended=state.ended,
     )
+
+
+def track_end(plan: Plan, state: SessionState, event: Event) -> Remark | None:
+    """Return a remark that a track has ended, and why; None for an event that ends none. `state` is that before it."""
+    request, trial = state.request, None if event.trial is None else plan.trials[event.trial - 1]
+    if trial is None or trial.track is None or trial.practice:
+        return None
+    name = trial.track.name
+    track = "a track" if plan.study.blind else f"track {name}"
+    if event.kind == "reply" and request is not None and request.value["do"] == "choose" and "stop" in event.value:
+        return Remark(event.t_ns, f"{track} ended: {hider(plan.study, TELLING)(str(event.value['why']))}")
+    if event.kind == "trial_ended" and event.value["as"] == ANSWERED:
+        members = (other.number for other in reversed(plan.trials) if other.track is not None)
+        last = next(n for n in members if (of := plan.trials[n - 1].track) is not None and of.name == name)
+        if last == trial.number:
+            return Remark(event.t_ns, f"{track} ended: all its trials are done")
+    return None
 
 
 def _remark(plan: Plan, state: SessionState, event: Event) -> Remark:

@@ -20,6 +20,8 @@ DOING = {
     "instruct": "reading the instructions",
     "confirm with text": "waiting while the experimenter sets up",
     "confirm": "waiting while the screen is measured",
+    "choose": "waiting while the level is chosen",
+    "show": "seeing whether the answer was right",
 }
 OVER = {"declined": "the participant declined", "ineligible": "the participant cannot take part"}
 """How a session ended, where "the session is ..." does not fit."""
@@ -41,6 +43,24 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
             return DOING.get(do if what is None else f"{do} with {what}", "waiting")
         case _:
             return "waiting"
+
+
+def doing_now(status: SessionStatus, waits: bool = False) -> str:
+    """Describe what the participant does now, with the interval and its level where the study does not hide that."""
+    trial, body = status.current(), status.doing
+    if trial is None or body is None or waits or "interval" not in body:
+        return doing(body, waits)
+    grids = () if trial.track is None else trial.track.procedure.grids
+    hidden = any(grid.column in status.plan.study.blind for grid in grids)
+    of = getattr(getattr(trial.form, "intervals", None), "of", body["interval"])
+    text = f"presenting {of} at once" if "sides" in body else f"presenting interval {body['interval']} of {of}"
+    if hidden:
+        return text
+    if body.get("blank"):
+        return f"{text}, without a stimulus"
+    level = body.get("level")
+    levels = level if isinstance(level, list | tuple) else [level]
+    return text if level is None else f"{text} at level {', '.join(f'{one:g}' for one in levels)}"
 
 
 def counted(text: str, count: int) -> str:
@@ -79,13 +99,14 @@ def standing(status: SessionStatus) -> str:
     if status.ended is not None:
         return OVER.get(status.ended, f"the session is {status.ended}")
     trial = status.current()
+    total = f"at most {status.total}" if status.has_tracks else f"{status.total}"
     if trial is None:
-        return f"{len(status.done)} of {status.total} trials done"
+        return f"{len(status.done)} of {total} trials done"
     blocks = status.plan.study.order.blocks
     hidden = trial.block == "main" or (blocks is not None and blocks.by in status.plan.study.blind)
     block = "" if hidden else f" ({trial.block})"
     again = f", attempt {status.attempt}" if status.attempt > 1 else ""
-    return f"trial {status.trial} of {status.total}{block}{again}"
+    return f"trial {status.trial} of {total}{block}{again}"
 
 
 def line(event: Event, status: SessionStatus) -> str | None:

@@ -7,8 +7,9 @@ from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import WindowError
 from palpate.devices.window.presenter_page import describe, prepare
 from palpate.devices.window.screens.sliders import Track
-from palpate.protocols.events import Ask
-from palpate.protocols.plan import compile_plan
+from palpate.protocols.events import Ask, Instruct
+from palpate.protocols.plan import block_page, compile_plan
+from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
@@ -59,4 +60,31 @@ def test_the_ledger_can_tell_which_texts_were_read(tmp_path):
 def test_instructions_that_cannot_be_shown_are_refused_before_a_window_opens(tmp_path, instructions, says):
     study = toy(instructions=instructions)
     with pytest.raises(WindowError, match=says):
+        prepare(study, SCREEN, "en", tmp_path, plan=compile_plan(study, ParticipantRow("P001")))
+
+
+def intervals(**changes):
+    """A study with intervals and with instructions before one of its two blocks."""
+    stimuli = [{"id": name, "columns": {"hand": hand}} for name, hand in (("A", "left"), ("B", "right"))]
+    blocks = {"by": "hand", "instructions": {"left": "Now with your left hand."}}
+    return Study.model_validate(
+        {
+            "study": "toy", "task": "intervals", "stimuli": stimuli, "intervals": {}, "instructions": "Feel it.",
+            "procedure": {"kind": "constant", "level": {"column": "level_db", "values": [0, 1]}, "repeats": 1},
+            "order": {"design": "random", "within": "block", "blocks": blocks}, **changes,
+        }
+    )  # fmt: skip
+
+
+def test_instructions_before_a_block_are_a_page_of_their_own(tmp_path):
+    study = intervals()
+    page = prepare(study, SCREEN, "en", tmp_path, plan=compile_plan(study, ParticipantRow("P001")))
+    shown = screen_for(Instruct(block_page("left")), page, 0).placed()
+    assert set(page.pages) == {"instructions", "block left"}
+    assert "Now with your left hand." in {element.text for element in shown}
+
+
+def test_a_question_that_cannot_be_shown_is_refused_before_a_window_opens(tmp_path):
+    study = intervals(ask=[{"name": "chosen", "kind": "choice", "of": "intervals", "text": "y" * 200}])
+    with pytest.raises(WindowError, match="does not fit"):
         prepare(study, SCREEN, "en", tmp_path, plan=compile_plan(study, ParticipantRow("P001")))

@@ -122,3 +122,42 @@ def test_a_study_without_translations_has_no_problem_and_a_broken_file_is_one(tm
     assert check_study_texts(STUDY, tmp_path) == []
     (problem,) = check_study_texts(STUDY, translated(tmp_path, "[not, a, mapping]"))
     assert "key: text on every line is expected" in problem
+
+
+ASKED = Study.model_validate(
+    {
+        "study": "toy", "task": "intervals", "stimuli": [{"id": "A", "columns": {"hand": "left"}}],
+        "intervals": {"names": ["one", "two"]},
+        "procedure": {"kind": "constant", "level": {"column": "level_db", "values": [0, 1]}, "repeats": 1},
+        "ask": [
+            {"name": "which", "kind": "choice", "of": "intervals", "text": "Which?"},
+            {"name": "why", "kind": "choice", "options": ["louder", "longer"]},
+            {"name": "nice", "kind": "scale", "from": 0, "to": 1, "labels": {0: "none"}, "ends": ["bad", "good"]},
+            {"name": "long", "kind": "number", "unit": "seconds"},
+            {"name": "sure", "kind": "confidence", "ends": ["guess", "sure"]},
+        ],
+        "order": {"design": "random", "within": "block",
+                  "blocks": {"by": "hand", "instructions": {"left": "Now with your left hand."}}},
+    }
+)  # fmt: skip
+ASKED_TEXTS = (
+    "Now with your left hand.", "Which?", "louder", "longer", "bad", "good", "none", "seconds", "guess", "sure", "one",
+    "two",
+)  # fmt: skip
+
+
+def test_the_texts_of_questions_intervals_and_blocks_are_the_studys():
+    assert study_texts(ASKED) == ASKED_TEXTS
+
+
+def test_a_translation_without_them_is_named_text_by_text(tmp_path):
+    problems_found = check_study_texts(ASKED, translated(tmp_path, "Which?: 어느 것?"))
+    assert [text for text in ASKED_TEXTS if any(f"no translation of {text!r}" in one for one in problems_found)] == [
+        text for text in ASKED_TEXTS if text != "Which?"
+    ]
+
+
+def test_the_instructions_before_a_block_may_be_translated_by_their_name(tmp_path):
+    lines = "\n".join(f"'{text}': x" for text in ASKED_TEXTS[1:])
+    words = load_study_texts(ASKED, translated(tmp_path, f"block left: 이제 왼손으로.\n{lines}"), "ko")
+    assert words["Now with your left hand."] == "이제 왼손으로."

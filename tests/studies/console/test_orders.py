@@ -37,6 +37,7 @@ def typed(keys, entry=IDLE, demand=None, paused=False):
         ("confirm", Order("confirm")),
         ("  GO   on ", Order("go on")),
         ("repeat last", Order("repeat last")),
+        ("repeat block", Order("repeat block")),
         ("note  the fan, again: 3 dB ", Order("note", "the fan, again: 3 dB")),
         ("abort", Order("abort")),
         ("abort felt unwell", Order("abort", "felt unwell")),
@@ -69,6 +70,21 @@ def test_only_the_word_abort_aborts():
     assert typed("aabort felt unwell\r")[0] == [Order("abort", "felt unwell")]
 
 
+def test_a_block_is_repeated_only_by_its_word():
+    assert typed("B\r")[0] == [] and typed("Br\r")[0] == [] and typed("Bblock\x1b")[0] == []
+    assert typed("BBlock \r")[0] == [Order("repeat block")]
+
+
+@pytest.mark.parametrize("blocks", [True, False])
+def test_a_block_is_repeated_only_where_there_are_blocks(blocks):
+    order = {"design": "as_listed", **({"within": "block", "blocks": {"by": "size"}} if blocks else {})}
+    time = Time(5_000_000_000)
+    one = ExperimenterDesk(sheets_plan(order=order), Script(time, [(5.0, "repeat block")], True), Paper(), time.seconds)
+    one.watch(Event(0, 0, "trial_started", canonical({"stimulus": "T07", "block": "1"}), 1, 1))
+    assert polled(one) == ([{"do": "repeat", "which": "block"}] if blocks else [])
+    assert one.view.hint == ("" if blocks else "the study has no blocks to repeat")
+
+
 def test_digits_are_a_number_only_where_one_is_asked_for():
     assert typed("126.8\r", demand=MEASURE)[0] == [Order("number", number=126.8)]
     assert typed("126.8\r", demand=MOUNT)[0] == [Order("confirm")], "stray digits do not become an answer"
@@ -80,7 +96,7 @@ def test_p_pauses_and_goes_on():
 
 
 @given(
-    st.text(st.sampled_from("npaqrRh\r\x1b\x7fab1.-,한 \t\x04"), max_size=60), st.sampled_from([None, MOUNT, MEASURE])
+    st.text(st.sampled_from("npaqrRBh\r\x1b\x7fab1.-,한 \t\x04"), max_size=60), st.sampled_from([None, MOUNT, MEASURE])
 )
 def test_no_sequence_of_keys_breaks_the_entry_or_aborts_without_the_word(keys, demand):
     orders, entry = typed(keys, demand=demand)

@@ -10,11 +10,13 @@ from palpate.protocols.events import NS
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.simulated_world import Simulated, VirtualClock
+from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, StudyFiles, read_study
 from palpate.studies.launching.launch import lab_forms
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.live.rehearsal import Rehearsed, rehearsal_plan, rehearse
+from palpate.studies.procedures.advised import advised
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
 from palpate.studies.sessions.session import start
@@ -38,7 +40,7 @@ class Rehearsing(Hall):
 
     def _furnish(self, plan, t_ns, presenter, opened):
         rig = super()._furnish(plan, 0, presenter, opened)
-        session = Simulated(Perceiver(plan), HandedOver(plan), VirtualClock(t_ns))
+        session = advised(plan, Simulated(Perceiver(plan), HandedOver(plan), VirtualClock(t_ns)))
         self.world = Rehearsed(session, presenter, self.desk, self.pace_s, self.time.seconds)
         return replace(rig, world=self.world)
 
@@ -85,3 +87,17 @@ def test_a_rehearsal_heeds_the_experimenter(tmp_path):
     assert asides == ["pause", "note", "go_on", "repeat", "abort"] and record.status == "aborted"
     assert "pause" in hall.stage.pages and hall.time.seconds() >= 10.0
     replay(record.path)
+
+
+def test_of_intervals_the_numbers_are_shown_the_form_and_whether_it_was_right(tmp_path):
+    data = {
+        "study": "toy", "task": "intervals", "stimuli": [{"id": "A"}], "intervals": {"standard": 1},
+        "procedure": {"kind": "constant", "level": {"column": "level_db", "values": [0, 2]}, "repeats": 4},
+        "order": {"design": "random"}, "feedback": {"after": "all"}, "needs": ["window"],
+        "simulation": {"observer": {"threshold": 1, "slope": 1}},
+    }  # fmt: skip
+    hall = Rehearsing()
+    start(tmp_path, compile_plan(Study.model_validate(data), ParticipantRow("P001")), hall.rig)
+    pages = [page for page in hall.stage.pages if page != "answered"]
+    assert pages[:3] == ["interval 1", "interval 2", "intervals"] and pages.count("interval 1") == 1
+    assert {"right_answer", "wrong_answer"} & set(pages) and "feel_now" not in pages and "changing_sample" not in pages
