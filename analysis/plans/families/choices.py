@@ -166,6 +166,37 @@ class DPrime(StatisticSettings):
         return self
 
 
+class BinomialMixedModel(StatisticSettings):
+    """The settings of a binomial mixed model: participants differ in intercept, or in intercept and slope of the level.
+
+    `condition` is a column whose levels have a PSE and a slope each. `nodes` are those of the quadrature of each random
+    effect (1: Laplace). A table of the plan's own has one row per trial (`correct` 0 or 1), or `correct` of `n`.
+    """
+
+    test: Literal["binomial_mixed_model"]
+    level: Text = "level"
+    correct: Text = "correct"
+    n: Text | None = None
+    condition: Text | None = None
+    random: Literal["intercept", "intercept_and_slope"] = "intercept_and_slope"
+    link: Literal["probit", "logit"] = "probit"
+    nodes: Annotated[Whole, Field(ge=1, le=51)] = 7
+    confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that have no effect in combination with the others."""
+        yield from super().idle()
+        if self.table is None:
+            names = (("level", "level"), ("correct", "correct"), ("n", None))
+            yield from (Idle(name, "on choices, whose table has these columns", value) for name, value in names)
+
+    @model_validator(mode="after")
+    def _of_choices(self) -> Self:
+        if self.source not in (None, "choices"):
+            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
+        return self
+
+
 KINDS: Mapping[str, Kind] = {
     "bradley_terry": Kind(
         "Bradley–Terry scale",
@@ -183,6 +214,14 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:psychometric_answer"),
         takes="table",
         each="all",
+    ),
+    "binomial_mixed_model": Kind(
+        "binomial mixed model",
+        BinomialMixedModel,
+        lazy_function("palpate.analysis.plans.families.binomial_mixed_answers:binomial_mixed_answer"),
+        takes="choices",
+        each="all",
+        headings={"pse": "PSE", "pse_low": "PSE, low", "pse_high": "PSE, high"},
     ),
     "dprime": Kind(
         "sensitivity d′",

@@ -163,6 +163,22 @@ def _detected() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def _population() -> pd.DataFrame:
+    """Hits of five people at five levels in two conditions, other levels, hits and numbers beside them."""
+    rng = np.random.default_rng(4)
+    rows = [
+        {"participant": f"P{who}", "half": level / 2 + 1, "level": level, "where": where, "n": 20, "more": 21 + who}
+        for who in range(5)
+        for where in ("near", "far")
+        for level in (-2.0, -1.0, 0.0, 1.0, 2.0)
+    ]
+    table = pd.DataFrame(rows)
+    person = table["participant"].str[1:].astype(int)
+    eta = 0.4 * (person - 2) + (0.6 + 0.25 * (person % 3)) * table["level"] + 0.3 * (table["where"] == "far")
+    hits = rng.binomial(20, 1 / (1 + np.exp(-1.7 * eta)))
+    return table.assign(correct=hits, other=np.maximum(hits - 1, 0))
+
+
 TABLES = {
     "choices": _pairs_of_items(),
     "levels": _levels(),
@@ -171,6 +187,7 @@ TABLES = {
     "similar": _similar(),
     "coarse": _coarse(),
     "detected": _detected(),
+    "population": _population(),
 }
 
 COARSE = {"table": "coarse"}
@@ -268,6 +285,7 @@ REQUESTS: Mapping[str, list[Settings]] = {
         {**COUNTED, "task": "yes_no", "function": "weibull"},
     ],
     "dprime": [{"table": "detected"}],
+    "binomial_mixed_model": [{"table": "population", "n": "n", "nodes": 1}],
 }  # fmt: skip
 """The tests in which every setting is tried, by kind."""
 
@@ -322,7 +340,7 @@ OTHER: Settings = {
     "items": "side", "jnd": "x84_x50", "kinds": ["further"], "label": "dose", "label_column": "cloth", "lapse": 0.04,
     "last": 4, "least_r": 0.9, "letters": 9, "level": "half", "level_unit": "db", "levels": True, "link": "probit",
     "lists": {"own": ["tiny"]}, "loser": "worse", "low": "low2", "meaning": "similarity", "measure": "RMSE",
-    "method": "classical", "missing": "listwise", "n": "more", "need_both": True, "new_words": False,
+    "method": "classical", "missing": "listwise", "n": "more", "need_both": True, "new_words": False, "nodes": 3,
     "normalisation": "share_of_maximum", "normalise": "z_within_participant", "numeric": "goal", "on": "attributes",
     "order": ["trial", "session"], "outcomes": ["Calm"], "over": "wish", "p": "chi2", "pairs": ["one", "three"],
     "panels": "kind", "participant": "who", "points": [0, 6], "pooled": "wish", "position": "session",
@@ -358,7 +376,9 @@ OWN: Mapping[tuple[str, str], Any] = {
     ("violins", "order"): "median", ("raincloud", "whiskers"): "sd", ("map", "dimensions"): [2, 1],
     ("map", "where"): {"cloth": "x"}, ("treemap", "tests"): ["cloths"], ("violins", "stimulus"): "piece",
     ("predicted", "stimulus"): "piece", ("predicted", "colour"): "kind", ("class_heatmap", "stimulus"): "piece",
-    ("kendall_w", "targets"): "dose", ("dprime", "by"): ["participant"], ("dprime", "where"): {"track": "f40"},
+    ("kendall_w", "targets"): "dose", ("dprime", "by"): ["participant"], ("binomial_mixed_model", "condition"): "where",
+    ("binomial_mixed_model", "random"): "intercept", ("binomial_mixed_model", "link"): "logit",
+    ("binomial_mixed_model", "where"): {"where": "near"}, ("dprime", "where"): {"track": "f40"},
     ("dprime", "model"): "independent_observation", ("dprime", "correction"): "when_extreme",
     ("icc", "targets"): "dose",
 }  # fmt: skip
