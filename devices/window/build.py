@@ -77,6 +77,8 @@ def demand_shown(forms: Iterable[Form], page: Page) -> None:
         screen_for(request, page, 0).scene()
         if isinstance(request, Ask) and isinstance(request.form, Sliders) and request.form.live:
             _live(request, request.form, page, 0, playing=True).scene()
+    for key in (RIGHT, WRONG):
+        page_for(key, page).scene()
 
 
 def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:

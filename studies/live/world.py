@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
-from palpate.devices.acts import Act, going_on
+from palpate.devices.acts import Act, going_on, page_of
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import Presents, Records
-from palpate.devices.samples import HandMounted
+from palpate.devices.samples import FeltInIntervals, HandMounted
 from palpate.devices.suspend import SuspendWatch
 from palpate.protocols.events import (
     Aside,
@@ -219,8 +219,7 @@ class TwinInRealTime:
             self.act, self.done = act, self.twin(request, act.started_ns)
             desk.tell({self.name: f"simulated, {self.done.seconds:.1f} s"})
         done = self.done
-        page = "recording" if isinstance(request, Sense) else "feel_now"
-        aside = act.wait(page, window, desk, now_ns, lambda: act.seconds(now_ns()) >= done.seconds)
+        aside = act.wait(page_of(request), window, desk, now_ns, lambda: act.seconds(now_ns()) >= done.seconds)
         if aside is not None:
             return aside
         self.act = self.done = None
@@ -320,7 +319,7 @@ def compose_station(
     if stage is HandMounted:
         stage = partial(HandMounted, blind=study.blind)
     if device is None:
-        return Station(stage(), records)
+        return Station(FeltInIntervals(stage()) if study.intervals is not None else stage(), records)
     if "samples" in study.needs:
         return Station(Mounted(device, stage()), records)
     return Station(device, records)

@@ -9,9 +9,10 @@ from palpate.protocols.events import Aside, Present, Reply
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.simulated_world import Done
+from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.live.opening import last_page
-from palpate.studies.live.world import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
+from palpate.studies.live.world import LiveWorld, Mounted, Station, TwinInRealTime, clock_from, compose_station
 from palpate.studies.sessions.interrupts import Interrupted
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import replay
@@ -186,6 +187,36 @@ def test_a_sample_is_mounted_before_a_device_presents_with_it(tmp_path):
     present = next(event for event in record.events if event.kind == "reply").value
     assert present["by"] == "experimenter, twin" and present["seconds"] == pytest.approx(5.0, abs=0.3)
     assert hall.paper.lines.count("> Put in place: T07 (sandpaper P60, box 3) (confirm when it is done)") == 1
+
+
+def papers(**changes):
+    """Two papers compared with a third, which a person mounts one after the other."""
+    stimuli = [{"id": f"P{grit}", "columns": {"grit": str(grit)}} for grit in (60, 120, 180)]
+    data = {
+        "study": "papers", "task": "intervals", "stimuli": stimuli, "intervals": {"standard": "P120"},
+        "procedure": {"kind": "constant", "level": {"column": "grit", "of": "stimuli"}, "repeats": 1},
+        "order": {"design": "random"}, "needs": ["window", "samples"],
+        "simulation": {"observer": {"threshold": 100, "slope": 0.1}},
+    }  # fmt: skip
+    return Study.model_validate({**data, **changes})
+
+
+def test_samples_in_intervals_are_mounted_and_felt_one_after_the_other(tmp_path):
+    hall = Hall([(0.0, "confirm")] * 8, station=compose_station(papers(), None, {}))
+    record = run_in(tmp_path, hall, compile_plan(papers(), ParticipantRow("P001")))
+    assert record.complete
+    assert hall.stage.pages[:5] == ["changing_sample", "interval 1", "changing_sample", "interval 2", "ask"]
+    prompts = [line for line in hall.paper.lines if line.startswith("> Interval")]
+    assert len(prompts) == 8 and prompts[1] == "> Interval 1 of 2: confirm when it was felt (confirm when it is done)"
+    assert {prompt.partition(": ")[2].partition(" (")[0] for prompt in (prompts[0], prompts[2])} >= {
+        "put in place P120"
+    }
+
+
+def test_a_stand_in_shows_the_number_of_the_interval(tmp_path):
+    hall = Hall(station=Station(TwinInRealTime("vibrator", twin_taking(0.6))))
+    run_in(tmp_path, hall, compile_plan(papers(), ParticipantRow("P001")))
+    assert hall.stage.pages[:3] == ["interval 1", "interval 2", "ask"]
 
 
 def test_the_window_has_its_last_page_for_every_end(tmp_path):

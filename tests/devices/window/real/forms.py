@@ -3,8 +3,10 @@
 from pathlib import Path
 
 from palpate.protocols.events import Ask, Confirm, Instruct, Rest
+from palpate.protocols.fields import Fields, questions_from
 from palpate.protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
 from palpate.protocols.study import Attribute, Item, Order, Questionnaire, Scale, Stimulus, Study
+from palpate.protocols.tasks.intervals import IntervalsForm
 from palpate.protocols.tasks.ranking import Ranking
 from palpate.protocols.trial import Trial
 
@@ -30,6 +32,8 @@ QUESTIONS = (
     Question("handedness", "Which hand do you write with?", "choice", (("left", "Left"), ("right", "Right"))),
     Question("country", "In which country do you live?", "text"),
 )
+CHOICE = {"kind": "choice", "name": "which", "options": ["first", "second"]}
+NUMBER = {"kind": "number", "name": "strength", "above": 0}
 FORMS = {
     "sliders": Sliders(ATTRIBUTES, SCALE),
     "similarity": Sliders(ATTRIBUTES[:1], Scale(low=0, high=100), sides=("real", "virtual")),
@@ -40,6 +44,8 @@ FORMS = {
     "likert": LIKERT,
     "demographics": Demographics(QUESTIONS),
     "ranking": Ranking(("T01", "T02"), ATTRIBUTES[0]),
+    "fields": Fields(questions_from([CHOICE, {"kind": "confidence", "name": "sure"}, NUMBER])),
+    "intervals": IntervalsForm(questions_from([CHOICE])),
     "consent": Consent("\n\n".join(["**Taking part is voluntary.** " + "You can stop at any time. " * 40] * 4)),
 }
 FOLDER = Path(__file__).parent
@@ -73,6 +79,8 @@ KEYS = {
     "demographics": [("tab",), ("4",), ("2",), ("tab",), ("tab",), ("space",), ("right",), ("tab",), ("F",), ("r",),
                      ("enter",)],
     "ranking": [("right",), ("enter",)],
+    "fields": [("2",), ("3",), ("4",), ("2",), ("enter",)],
+    "intervals": [("2",)],
     "consent": [*[("enter",)] * 12, ("tab",), ("enter",)],
     "instructions": [("enter",)] * 12,
     "rest": [("enter",)],

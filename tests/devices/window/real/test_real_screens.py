@@ -4,6 +4,10 @@ from tests.devices.window.real.forms import FORMS, REQUESTS, ask, keys_for
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
+PAGES = [
+    "pause", "changing_sample", "feel_now", "recording", "end", "thanks", "aborted", "interval 1", "right_answer",
+    "wrong_answer",
+]  # fmt: skip
 ANSWERED = sorted(set(REQUESTS) - {"confirm"})
 
 
@@ -18,7 +22,7 @@ def test_every_screen_stands_on_the_display_as_it_was_painted_and_nothing_overla
     assert len(set(shown.resize((64, 36)).getdata())) > 8
 
 
-@pytest.mark.parametrize("key", ["pause", "changing_sample", "feel_now", "recording", "end", "thanks", "aborted"])
+@pytest.mark.parametrize("key", PAGES)
 def test_every_page_stands_on_the_display_as_it_was_painted(theatre, key):
     theatre.stage.send_message("wait for", key)
     theatre.stage.wait_for_message("shown")
