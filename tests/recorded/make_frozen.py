@@ -32,13 +32,15 @@ from palpate.studies.sessions.session import start
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
 from tests.modeling.attributes import small_evaluation
+from tests.studies.shipped import TEN
 from tests.studies.simulation.small_textures import TEXTURES, write_all
 from tools.half_precision import halve
 
 HERE = Path(__file__).resolve().parent
 LAB, EXPECTED, IMPORTED = (HERE / "frozen" / name for name in ("lab", "expected.json", "imported"))
 GROUPS = {"door_capture": "pilot", "texture_capture": "pilot", "texture_photos": "pilot"}
-STUDIES = sorted(path.parent.name for path in SHIPPED.glob("*/study.yaml"))
+STUDIES = sorted((*TEN, "texture_photos"))
+"""The studies that were shipped when the lab was frozen."""
 RATERS = ("P003", "P004", "P005", "P006")
 TRAINED = ("ar", "dstn", "hapinf", "foten_generative")
 PROFILE = HERE / "frozen" / "profile.csv"
