@@ -238,7 +238,7 @@ rig.yaml tracker.kind =: tracker
 rig.yaml tracker.unit =: cm m mm
 rig.yaml vibrator: ahead_ms bits calibrated calibration certificate channel delay_ms device driver feed_s full_scale_V
     jitter_ms kind limits rate_hz seed
-rig.yaml vibrator.certificate: bursts date level_dB most_ms p50_ms p99_ms sensor settings
+rig.yaml vibrator.certificate: bursts date late_ms level_dB most_ms p50_ms p99_ms sensor settings
 rig.yaml vibrator.driver =: nidaqmx sound twin
 rig.yaml vibrator.kind =: vibrator
 rig.yaml vibrator.limits: a8_m_s2 hand_arm_m_s2 longest_s peak_V peak_m_s2 peak_um rms_V thermal_s window_s

@@ -13,6 +13,7 @@ from palpate.devices.actuator.response import ResponseError
 from palpate.devices.device import Block, DeviceError
 from palpate.devices.rig.calibration import CalibrationJob, CalibrationResult, UnfitMeasurement
 from palpate.devices.rig.vibrator_calibration import Bench, bench_of
+from palpate.devices.vibrator.device import Vibrator
 from palpate.devices.vibrator.settings import Certificate, Settings
 from palpate.protocols.events import NS
 from palpate.signals.arrays import Array
@@ -34,18 +35,23 @@ KEYS = {"p50": "p50_ms", "p99": "p99_ms", "max": "most_ms"}
 
 @dataclass(frozen=True)
 class Measured:
-    """From each command to its onset, in ms, and each burst's level above the commanded one, in dB: shape (bursts,)."""
+    """What was measured of each burst: arrays of shape (bursts,).
+
+    `onset_ms` is from the command to the onset, `level_dB` the level above the commanded one, `late_ms` from the onset
+    that the device reports (`onset_ns`) to the measured one.
+    """
 
     onset_ms: Array
     level_dB: Array
+    late_ms: Array
 
-    def certificate(self, settings: Settings, date: str, sensor: str) -> Certificate:
-        """Return the certificate of these settings."""
+    def certificate(self, settings: str, date: str, sensor: str) -> Certificate:
+        """Return the certificate; `settings` is the digest of what it holds for."""
         p50, p99, most = (float(value) for value in (*np.percentile(self.onset_ms, [50, 99]), self.onset_ms.max()))
         return Certificate(
             date=date, sensor=sensor, bursts=len(self.onset_ms), p50_ms=round(p50, 3), p99_ms=round(p99, 3),
             most_ms=round(most, 3), level_dB=round(float(np.median(self.level_dB)), 2),
-            settings=settings.certified_digest(),
+            late_ms=round(float(np.median(self.late_ms)), 3), settings=settings,
         )  # fmt: skip
 
 
@@ -65,7 +71,7 @@ def certify(job: CalibrationJob, sensor: str | None = None, bursts: int = 200) -
     job.ask(f"{job.name} will play {bursts} short bursts. Fasten the accelerometer where the skin is.")
     with bench_of(job, sensor, settings) as bench:
         measured = measure(bench, bursts)
-        certificate = measured.certificate(settings, job.date, bench.sensor.name)
+        certificate = measured.certificate(bench.vibrator.certified_digest(), job.date, bench.sensor.name)
     figures = {
         **certificate.model_dump(mode="json"), "sd_ms": float(measured.onset_ms.std()),
         "resolution_ms": 1000 / bench.rate_hz,
@@ -73,6 +79,7 @@ def certify(job: CalibrationJob, sensor: str | None = None, bursts: int = 200) -
     lines = (
         f"onset after the command: {certificate.p50_ms:.2f} ms (median), {certificate.p99_ms:.2f} ms (p99), "
         f"{certificate.most_ms:.2f} ms (longest), of {bursts} bursts",
+        f"after the onset that replies report: {certificate.late_ms:.2f} ms (median)",
         f"level: {certificate.level_dB:+.2f} dB from the commanded one (median)",
         f"by {bench.sensor.name}, one sample is {figures['resolution_ms']:.2f} ms",
     )
@@ -85,6 +92,7 @@ def measure(bench: Bench, bursts: int) -> Measured:
     burst = waveform(BURST, rate_hz)
     burst *= min(PEAK_M_S2, bench.most_m_s2) / float(np.abs(burst).max())
     signal, blocks, commands_ns = bench.sensor.signals[0], list[Block](), list[int]()
+    reported_ns = list[int]()
     bench.sensor.start(bench.now_ns)
     begin_ns = bench.now_ns()
     due_s = [SPACING_S * (n + 1) + SPREAD_S * ((n * GOLDEN) % 1) for n in range(bursts)]
@@ -95,6 +103,8 @@ def measure(bench: Bench, bursts: int) -> Measured:
                 commands_ns.append(bench.now_ns())
                 bench.vibrator.play(burst, 0.0, bench.now_ns)
             bench.vibrator.feed()
+            if len(reported_ns) < len(commands_ns) and (onset_ns := bench.vibrator.player.onset_ns) is not None:
+                reported_ns.append(onset_ns)
             blocks += bench.sensor.read(0.003).get(signal.name, ())
     finally:
         bench.vibrator.safe()
@@ -107,7 +117,8 @@ def measure(bench: Bench, bursts: int) -> Measured:
         recorded = along_the_motion(rows)
     except ResponseError as error:
         raise UnfitMeasurement(f"{bench.vibrator.name}: {error}") from None
-    return onsets(recorded, bench.rate_hz, template, starts_s)
+    onset_ms, level_dB = onsets(recorded, bench.rate_hz, template, starts_s)
+    return Measured(onset_ms, level_dB, onset_ms - (np.array(reported_ns) - np.array(commands_ns)) / 1e6)
 
 
 def _rows(blocks: Sequence[Block], rate_hz: int) -> tuple[Array, int]:
@@ -120,8 +131,8 @@ def _rows(blocks: Sequence[Block], rate_hz: int) -> tuple[Array, int]:
     return np.concatenate(parts), first_ns
 
 
-def onsets(recorded: Array, rate_hz: float, template: Array, starts_s: Sequence[float]) -> Measured:
-    """Return when and how strong the template is in the recording after each start, by its best fit.
+def onsets(recorded: Array, rate_hz: float, template: Array, starts_s: Sequence[float]) -> tuple[Array, Array]:
+    """Return when (ms) and how strong (dB) the template is in the recording after each start, by its best fit.
 
     The delay is where the correlation is largest, between samples by a parabola; the level is the fitted factor. Raises
     UnfitMeasurement where a burst does not fit.
@@ -151,19 +162,20 @@ def onsets(recorded: Array, rate_hz: float, template: Array, starts_s: Sequence[
             )
         found_ms.append(1000 * ((first + inside + shift) / rate_hz - start_s))
         found_dB.append(20 * float(np.log10((at - 0.25 * (before - after) * shift) / energy)))
-    return Measured(np.array(found_ms), np.array(found_dB))
+    return np.array(found_ms), np.array(found_dB)
 
 
-def demand_certified(name: str, settings: Settings, onset_ms: Mapping[str, float]) -> None:
-    """Raise DeviceError unless the device has a certificate of these settings that keeps a study's bounds, in ms.
+def demand_certified(vibrator: Vibrator, onset_ms: Mapping[str, float]) -> None:
+    """Raise DeviceError unless the open device has a certificate of its settings that keeps a study's bounds, in ms.
 
     `onset_ms` has bounds by `p50`, `p99` or `max`.
     """
+    name = vibrator.name
     advice = f"palpate rig certify {name} --sensor NAME --write"
-    certificate: Any = settings.certificate
+    certificate: Any = vibrator.settings.certificate
     if certificate is None:
         raise DeviceError(f"{name}: the study bounds its onset, and it was never certified: {advice}")
-    if certificate.settings != settings.certified_digest():
+    if certificate.settings != vibrator.certified_digest():
         raise DeviceError(f"{name}: its settings have changed since it was certified on {certificate.date}: {advice}")
     for key, most_ms in onset_ms.items():
         if (found := getattr(certificate, KEYS[key])) > most_ms:

@@ -289,6 +289,10 @@ class Vibrator:
         self.output.drain(self.player.silent)
         self.output.stop()
 
+    def certified_digest(self) -> str:
+        """Return the digest of what a certificate of the open device depends on."""
+        return self.settings.certified_digest("" if self.calibration is None else self.calibration.summary)
+
     def describe(self) -> Mapping[str, Any]:
         """Return the settings with limits and certificate, the calibration in one line, and the exposure so far."""
         settings = self.settings.model_dump(mode="json", exclude_none=True)
@@ -301,7 +305,7 @@ class Vibrator:
         certificate = self.settings.certificate
         facts = {**self.output.facts(), "onset": "never certified"}
         if certificate is not None:
-            held = "" if certificate.settings == self.settings.certified_digest() else ", of other settings"
+            held = "" if certificate.settings == self.certified_digest() else ", of other settings"
             facts["onset"] = f"{certificate.p50_ms:.2f} ms (median), {certificate.p99_ms:.2f} ms (p99){held}"
         summary = str(fault) if fault else self.calibration.summary if self.calibration else "not calibrated"
         dated = self.settings.calibrated if self.calibration is None else self.calibration.date

@@ -33,7 +33,8 @@ class Limits(Strict):
 class Certificate(Strict):
     """What `palpate rig certify` measured: from command to onset, in ms, and the error of the level, in dB.
 
-    `settings` is the digest of the settings that it holds for.
+    `late_ms` is from the onset that replies report to the measured one. `settings` is the digest of the settings and
+    the calibration that it holds for.
     """
 
     date: Date
@@ -42,6 +43,7 @@ class Certificate(Strict):
     p50_ms: Finite
     p99_ms: Finite
     most_ms: Finite
+    late_ms: Finite
     level_dB: Finite
     settings: str
 
@@ -77,9 +79,10 @@ class Settings(Strict):
             raise ValueError(f"{problem}, what the sound card gives at full scale")
         return self
 
-    def certified_digest(self) -> str:
-        """Return the digest of all settings that a certificate depends on: all but itself and the dates."""
-        return digest(self.model_dump(mode="json", exclude={"certificate", "calibrated"}))[:16]
+    def certified_digest(self, response: str) -> str:
+        """Return the digest of what a certificate depends on: all settings but itself and dates, and the response."""
+        settings = self.model_dump(mode="json", exclude={"certificate", "calibrated"})
+        return digest({**settings, "response": response})[:16]
 
 
 MEANINGS: Mapping[str, str] = {
@@ -108,8 +111,9 @@ MEANINGS: Mapping[str, str] = {
     "certificate.p50_ms": "median time from command to onset, ms",
     "certificate.p99_ms": "99th percentile of it, ms",
     "certificate.most_ms": "longest, ms",
+    "certificate.late_ms": "median time from the onset in the replies (`onset_ns`) to the measured one, ms",
     "certificate.level_dB": "level measured above the level commanded, median, dB",
-    "certificate.settings": "digest of the settings that it holds for",
+    "certificate.settings": "digest of the settings and the calibration that it holds for",
     "delay_ms": "how late the twin moves, ms",
     "jitter_ms": "by how much that varies (SD), ms",
 }

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from palpate.devices.device import Device, Presents, Records, Sensor
+from palpate.devices.device import Device, DeviceError, Presents, Records, Sensor
 from palpate.devices.door.link.codes import FOLLOWS_FROM
 from palpate.devices.kinds import KINDS
 from palpate.devices.rig.opened import OpenRig
@@ -125,8 +125,12 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
         if plan.study.onset_ms is not None:
             from palpate.devices.rig.certification import demand_certified
 
-            bounds = plan.study.onset_ms.model_dump(exclude_none=True)
-            demand_certified(vibrator.name, vibrator.settings, bounds)
+            demand_certified(vibrator, plan.study.onset_ms.model_dump(exclude_none=True))
+    elif plan.study.onset_ms is not None:
+        raise DeviceError(
+            f"{plan.study.study} bounds onset_ms, and none of its devices can be certified: only a vibrator can (needs:"
+            " [vibration])"
+        )
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(study_files.folder)

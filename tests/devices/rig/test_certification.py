@@ -13,6 +13,7 @@ from palpate.devices.rig.certification import certify, demand_certified, measure
 from palpate.devices.rig.commands import rig
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.vibrator_calibration import bench_of
+from palpate.devices.vibrator.device import make
 from tests.devices.rig.test_vibrator_calibration import job_for
 
 SAMPLE_MS = 1000 / 3000
@@ -27,6 +28,7 @@ def test_every_delay_of_the_twin_is_recovered_within_a_sample_of_the_sensor(tmp_
     assert np.abs(result.onset_ms - truth).max() < SAMPLE_MS
     assert abs((result.onset_ms - truth).mean()) < 0.1 and (result.onset_ms - truth).std() < 0.05
     assert np.abs(result.level_dB).max() < 0.2
+    assert np.abs(result.late_ms - truth).max() < 1.5 * SAMPLE_MS, "the twin reports when its output plays"
 
 
 def test_the_command_writes_a_certificate_that_holds_for_these_settings_only(tmp_path):
@@ -38,15 +40,24 @@ def test_the_command_writes_a_certificate_that_holds_for_these_settings_only(tmp
     settings = read_rig(job.file.path).devices["shaker"]
     assert settings.certificate.p50_ms == pytest.approx(4.0, abs=SAMPLE_MS) == figures["p50_ms"]
     assert settings.certificate.p50_ms <= settings.certificate.p99_ms <= settings.certificate.most_ms < 4.5
-    demand_certified("shaker", settings, {"p99": 5.0, "max": 5.0})
+
+    def demand(onset_ms, **changes):
+        shaker = make("shaker", settings.model_copy(update=changes), tmp_path)
+        shaker.open()
+        demand_certified(shaker, onset_ms)
+        return shaker
+
+    shaker = demand({"p99": 5.0, "max": 5.0})
+    assert "ms (p99)" in shaker.health(0.0).facts["onset"] and "other settings" not in shaker.health(0.0).facts["onset"]
     with pytest.raises(DeviceError, match=r"shaker: onset p99 is [34].\d+ ms .* at most 2 ms"):
-        demand_certified("shaker", settings, {"p99": 2.0})
-    changed = settings.model_copy(update={"delay_ms": 30.0})
+        demand({"p99": 2.0})
     with pytest.raises(DeviceError, match="its settings have changed since it was certified on 2026-11-28"):
-        demand_certified("shaker", changed, {"p99": 5.0})
-    bare = settings.model_copy(update={"certificate": None})
+        demand({"p99": 5.0}, delay_ms=30.0)
     with pytest.raises(DeviceError, match="never certified: palpate rig certify shaker --sensor NAME --write"):
-        demand_certified("shaker", bare, {"p99": 5.0})
+        demand({"p99": 5.0}, certificate=None)
+    shaker.calibration = shaker.calibration.model_copy(update={"linear_dB": 1.0})
+    with pytest.raises(DeviceError, match="its settings have changed"):  # another calibration under the same name
+        demand_certified(shaker, {"p99": 5.0})
 
 
 def test_a_sensor_that_feels_nothing_certifies_nothing():
@@ -58,7 +69,7 @@ def test_a_sensor_that_feels_nothing_certifies_nothing():
         onsets(noise[:100], 3000, template, [0.1])
     noise[400:520] += 50 * -template
     flipped = onsets(noise, 3000, template, [0.1])
-    assert flipped.onset_ms[0] == pytest.approx(1000 * (400 / 3000 - 0.1), abs=0.1)
+    assert flipped[0][0] == pytest.approx(1000 * (400 / 3000 - 0.1), abs=0.1)
 
 
 def test_only_a_vibrator_is_certified(tmp_path):
