@@ -88,7 +88,7 @@ lab_forms.questions: high kind levels low name optional text unit
 reply: feel moves vibration
 reply.by: experimenter
 reply.recorded: drift_ppm gaps lost rate_hz samples
-reply.vibration: blank level_db onset_ns rate_hz reference seconds sha256 waveform
+reply.vibration: blank hand_arm_m2_s3 level_db onset_ns rate_hz reference seconds sha256 waveform
 request ask: anchor
 request present: anchor live
 request.do: confirm

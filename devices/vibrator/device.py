@@ -37,6 +37,7 @@ class Prepared:
     acceleration: Array
     volts: Array
     sha256: str
+    hand_arm_m2_s3: float
 
     def record(self, rate_hz: float) -> dict[str, Any]:
         """Return what the ledger keeps of it, beside its onset."""
@@ -44,6 +45,7 @@ class Prepared:
         return {
             "waveform": self.vibration.waveform, "reference": self.vibration.reference, **level,
             "seconds": round(len(self.acceleration) / rate_hz, 9), "rate_hz": rate_hz, "sha256": self.sha256,
+            "hand_arm_m2_s3": float(f"{self.hand_arm_m2_s3:.6g}"),
         }  # fmt: skip
 
 
@@ -93,6 +95,7 @@ class Vibrator:
 
         Raises VibrationError for a bad parameter, DeviceError where the calibration or a limit does not allow it.
         """
+        from palpate.devices.vibrator.exposure import weighted_energy
         from palpate.signals.vibration import read_vibration, waveform, waveform_sha256
 
         columns = dict(stimulus.columns)
@@ -110,7 +113,10 @@ class Vibrator:
             self._demand_level(vibration, volts)
             if len(self._prepared) >= MOST_CACHED:
                 self._prepared.clear()
-            self._prepared[key] = Prepared(vibration, acceleration, volts, waveform_sha256(acceleration))
+            self._prepared[key] = Prepared(
+                vibration, acceleration, volts, waveform_sha256(acceleration),
+                weighted_energy(acceleration, self.settings.rate_hz),
+            )  # fmt: skip
         return self._prepared[key]
 
     def check(self, stimulus: Stimulus, seconds: float | None = None) -> None:
@@ -288,6 +294,17 @@ class Vibrator:
         self.player.halt()
         self.output.drain(self.player.silent)
         self.output.stop()
+
+    def limit_dose(self, hand_arm_m2_s3: float) -> None:
+        """Count the weighted energy of the vibrations that the participant has had today.
+
+        Raises DeviceError if the daily exposure is used up.
+        """
+        self.exposure.total = hand_arm_m2_s3
+        if self.exposure.a8_m_s2 >= self.settings.limits.a8_m_s2:
+            had = f"the participant has had a daily exposure A(8) of {self.exposure.a8_m_s2:.2f} m/s^2"
+            most = f"at most limits.a8_m_s2 = {self.settings.limits.a8_m_s2:g}"
+            raise DeviceError(f"{self.name}: {had}; {most}: wait until tomorrow")
 
     def certified_digest(self) -> str:
         """Return the digest of what a certificate of the open device depends on."""

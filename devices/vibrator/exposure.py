@@ -40,7 +40,7 @@ def weighted_energy(acceleration: Array, rate_hz: float) -> float:
 class Exposure:
     """What the skin was given since the device was opened; any thread may ask.
 
-    `recent` decays with the window's time constant; `total` is the integral since the device was opened.
+    `recent` decays with the window's time constant; `total` is the integral of the day, or since the device was opened.
     """
 
     device: str
@@ -53,7 +53,7 @@ class Exposure:
 
     @property
     def a8_m_s2(self) -> float:
-        """Return the exposure so far as the steady weighted acceleration over 8 hours, A(8), in m/s^2."""
+        """Return the exposure of `total` as the steady weighted acceleration over 8 hours, A(8), in m/s^2."""
         return math.sqrt(self.total / DAY_S)
 
     def refuse(self, acceleration: Array) -> str | None:

@@ -102,7 +102,7 @@ MEANINGS: Mapping[str, str] = {
     "limits.longest_s": "longest vibration, s",
     "limits.hand_arm_m_s2": "largest frequency-weighted RMS over window_s (ISO 5349-1), m/s^2",
     "limits.window_s": "window of hand_arm_m_s2, s",
-    "limits.a8_m_s2": "largest daily exposure A(8), from opening to closing the device (2002/44/EC), m/s^2",
+    "limits.a8_m_s2": "largest daily exposure A(8) of a participant (2002/44/EC), m/s^2",
     "calibration": "file in the rig file's folder, written by `palpate rig calibrate`; levels in dB need it",
     "certificate": "written by `palpate rig certify`",
     "certificate.date": "when it was measured",

@@ -62,7 +62,7 @@ class Hardware:
             simulated(self.study_files.study, self.study_files.folder, self.lab).check(plan)
         if self.file is not None:
             from palpate.devices.rig.opened import open_rig
-            from palpate.studies.live.noise_dose import demand_dose
+            from palpate.studies.live.daily_dose import demand_dose
             from palpate.studies.live.station import demand_follows, demand_within_limits
 
             self.opened = open_rig(self.file, self._names())

@@ -8,15 +8,17 @@ import pytest
 from palpate.devices.device import DeviceError
 from palpate.devices.rig.file import rig_path
 from palpate.devices.sound.dose import share_of_day
+from palpate.devices.vibrator.exposure import weighted_energy
 from palpate.protocols.canonical import encoded
 from palpate.protocols.events import Event
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.signals.vibration import read_vibration, waveform
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live import opening as live_rig
-from palpate.studies.live.noise_dose import demand_dose, local_day, share_in, share_of_day_had
+from palpate.studies.live.daily_dose import _seconds_on, demand_dose, local_day, noise_had, runs_on, vibration_had
 from palpate.studies.live.opening import live_plan
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.sessions.record import read
@@ -75,10 +77,19 @@ def test_the_ledger_says_when_what_was_felt_and_which_limits_held_and_the_noise_
     day = local_day(opened)
     seconds = (record.events[-1].t_ns - requests[0].t_ns) / 1e9
     expected = share_of_day(devices["noise"]["db_a"], seconds)
-    assert share_of_day_had(lab, "P001", day) == pytest.approx(expected, rel=1e-9) and expected > 0
-    assert share_of_day_had(lab, "P002", day) == share_of_day_had(lab, "P001", day + timedelta(1)) == 0.0
+    assert noise_had(lab, "P001", day) == pytest.approx(expected, rel=1e-9) and expected > 0
+    assert noise_had(lab, "P002", day) == noise_had(lab, "P001", day + timedelta(1)) == 0.0
+    energy = sum(event.value["vibration"]["hand_arm_m2_s3"] for event in felt)
+    assert energy == pytest.approx(
+        sum(weighted_energy(waveform(read_vibration(s.id, s.columns), 8000), 8000) for s in study_files.study.stimuli),
+        rel=1e-5,
+    )
+    assert vibration_had(lab, "P001", day) == pytest.approx(energy) and vibration_had(lab, "P002", day) == 0.0
+    rig_path(lab).write_text(RIG.replace("bits: 24", "bits: 24, limits: {a8_m_s2: 0.0001}"), encoding="utf-8")
+    with pytest.raises(DeviceError, match=r"shaker: the participant has had a daily exposure A\(8\) of .* tomorrow"):
+        start(lab, plan, live_plan(study_files, lab, LiveOptions()), 2)
     (lab / "sessions" / "vibrations_P001_s9.sqlite").write_bytes(b"no ledger")
-    assert share_of_day_had(lab, "P001", day) == pytest.approx(expected)
+    assert noise_had(lab, "P001", day) == pytest.approx(expected)
 
 
 def test_a_study_that_takes_longer_than_the_dose_lasts_is_refused_before_anything_is_recorded(lab):
@@ -109,10 +120,10 @@ def test_only_the_runs_of_the_day_count_and_pauses_do_not():
     run_notes = [SimpleNamespace(kind=kind, events=n, value={"at": at}) for kind, n, at in notes]
     record = SimpleNamespace(events=events, run_notes=run_notes)
     first, second = (local_day(at) for _, _, at in (notes[1], notes[3]))
-    assert share_in(record, 80.0, first) == pytest.approx(40 / 28_800)
-    assert share_in(record, 80.0, second) == pytest.approx(60 / 28_800)
-    assert share_in(record, 80.0, date(2026, 1, 1)) == 0.0
+    assert [_seconds_on(run) for run in runs_on(record, first)] == [40.0]
+    assert [_seconds_on(run) for run in runs_on(record, second)] == [60.0]
+    assert not list(runs_on(record, date(2026, 1, 1)))
 
 
 def test_a_study_without_noise_has_no_dose():
-    demand_dose(None, SimpleNamespace(study=SimpleNamespace(needs=("window",))), None)
+    demand_dose(None, compile_plan(vibrations(None, needs=["window"]).study, ParticipantRow("P001")), None)

@@ -1,0 +1,105 @@
+"""The noise and vibration that a participant has had today, by the lab's ledgers, and how much more may follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from datetime import date, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from palpate.protocols.events import NS, Event
+from palpate.protocols.plan import Plan
+from palpate.studies.sessions.environment import wall_time
+from palpate.studies.sessions.record import LedgerError, Record, read, read_header
+from palpate.studies.sessions.session_files import ledgers_in
+
+if TYPE_CHECKING:
+    from palpate.devices.rig.opened import OpenRig
+    from palpate.devices.sound.device import MaskingNoise
+    from palpate.devices.vibrator.device import Vibrator
+
+
+def demand_dose(rig: OpenRig, plan: Plan, lab: Path, now: Callable[[], str] = wall_time) -> None:
+    """Limit masking noise and vibration to what is left of the participant's dose of the day.
+
+    Raises DeviceError if nothing is left, or less noise than the study's `minutes` need.
+    """
+    who = plan.who.participant
+    if "masking_noise" in plan.study.needs:
+        noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
+        measured = noise.settings.db_spl_at_0_dbfs is not None
+        noise.limit_dose(noise_had(lab, who, local_day(now())), plan.study.minutes if measured else None)
+    if "vibration" in plan.study.needs:
+        vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
+        vibrator.limit_dose(vibration_had(lab, who, local_day(now())))
+
+
+def local_day(at: str) -> date:
+    """Return the day of a moment by this machine's time zone."""
+    return datetime.fromisoformat(at).astimezone().date()
+
+
+def noise_had(lab: Path, participant: str, day: date) -> float:
+    """Return the share of the daily dose of noise in a participant's live sessions of that day; 1 is all of it."""
+    from palpate.devices.sound.dose import share_of_day
+
+    return sum(
+        share_of_day(db_a, _seconds_on(events))
+        for header, events in runs_of(lab, participant, day)
+        if (db_a := _level(header)) is not None
+    )
+
+
+def vibration_had(lab: Path, participant: str, day: date) -> float:
+    """Return the weighted energy of the vibrations in a participant's live sessions of that day, in m^2/s^3."""
+    replies = (
+        event.value["vibration"]
+        for _, events in runs_of(lab, participant, day)
+        for event in events
+        if event.kind == "reply" and "vibration" in event.value
+    )
+    return sum(float(played.get("hand_arm_m2_s3", 0.0)) for played in replies)
+
+
+def runs_of(lab: Path, participant: str, day: date) -> Iterator[tuple[dict[str, Any], tuple[Event, ...]]]:
+    """Yield the header of each live session of the participant and the events of each run that was begun that day.
+
+    Sessions at twins count too: a ledger does not know who took part. One that cannot be read is left out.
+    """
+    for path in ledgers_in(lab):
+        try:
+            header = read_header(path)
+            if header["participant"] == participant and header["rig"]["kind"] == "live":
+                yield from ((header, events) for events in runs_on(read(path), day))
+        except LedgerError:
+            continue
+
+
+def _level(header: dict[str, Any]) -> float | None:
+    """Return the level of the masking noise in dB(A); None if there was none, or nobody measured it."""
+    described = (header["rig"].get("devices") or {}).values()
+    return next((float(one["db_a"]) for one in described if one.get("kind") == "masking_noise" and "db_a" in one), None)
+
+
+def runs_on(record: Record, day: date) -> Iterator[tuple[Event, ...]]:
+    """Yield the events of each run of a session that was begun on that day."""
+    notes = record.run_notes
+    for place, note in enumerate(notes):
+        if note.kind == "opened" and local_day(note.value["at"]) == day:
+            end = next((later.events for later in notes[place + 1 :]), len(record.events))
+            yield record.events[note.events : end]
+
+
+def _seconds_on(events: tuple[Event, ...]) -> float:
+    """Return how long the noise was on: from a run's first presentation to its last event, without pauses."""
+    begun_ns = next((e.t_ns for e in events if e.kind == "request" and e.value["do"] == "present"), None)
+    if begun_ns is None:
+        return 0.0
+    on_ns, since_ns = 0, begun_ns
+    paused = False
+    for event in (event for event in events if event.t_ns >= begun_ns and event.kind == "experimenter"):
+        if event.value["do"] == "pause" and not paused:
+            on_ns, paused = on_ns + event.t_ns - since_ns, True
+        elif event.value["do"] == "go_on" and paused:
+            since_ns, paused = event.t_ns, False
+    return (on_ns + (0 if paused else events[-1].t_ns - since_ns)) / NS
