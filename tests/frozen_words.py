@@ -339,12 +339,14 @@ figure order_effect: adjust bins carry_over confidence position response_time st
 figure order_effect.adjust =: none stimulus
 figure predicted: actual attribute band colour high low panels predicted sd stimulus unit
 figure predicted.band =: global panel
+figure psychometric: columns
 figure raincloud: by confidence families whiskers
 figure raincloud.whiskers =: none
 figure rating_heatmap: by order
 figure rating_heatmap.order =: number similarity
 figure similarity_bars: bars clusters confidence dots each p stars whiskers
 figure similarity_bars.whiskers =: between cousineau_morey sd
+figure track: columns
 figure treemap: height_in threshold width_in words
 figure treemap.words =: all kept
 figure trends: by confidence families whiskers

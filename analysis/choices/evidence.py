@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import logsumexp, xlogy
 
 from palpate.analysis.choices.maximising import Problem
-from palpate.analysis.choices.specification import FunctionSpec, Levels, log_likelihood, problem_of, quantities
+from palpate.analysis.choices.specification import FunctionSpec, Levels, log_likelihood, problem_of, quantities, unit_of
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NoEstimate
 
@@ -111,6 +111,32 @@ def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -
         float(rate[1] if spec.equal_rates else rate[0]),
         float(rate[1]),
     )
+
+
+def curve_of(
+    answers: Levels, spec: FunctionSpec, levels: Floats, confidence: float = SURE
+) -> tuple[Floats, Floats, Floats]:
+    """Return the posterior mean of the share of hits at `levels`, and the ends of its pointwise interval."""
+    problem = problem_of(answers, spec)
+    grid = _grid(spec, *_reach(float(problem.t[-1])), COARSE)
+    log_mass = _log_mass(grid, problem, spec)
+    mass = np.exp(log_mass - log_mass.max()).ravel()
+    kept = np.flatnonzero(mass > NEGLIGIBLE * mass.max())
+    weights = mass[kept] / mass[kept].sum()
+    at, wide, low, high = np.unravel_index(kept, log_mass.shape)
+    spread = grid.width[wide] / (spec.shape.place(0.95) - spec.shape.place(0.05))
+    centre = grid.place[at] - spec.shape.place(spec.threshold) * spread
+    lapse = grid.lapse[high]
+    guess = lapse if spec.equal_rates else grid.guess[low]
+    if spec.shape.logarithmic:
+        t = np.log(levels / answers.levels[0])
+    else:
+        unit = unit_of(answers, spec)
+        t = (answers.levels[-1] - levels if spec.falling else levels - answers.levels[0]) / unit
+    shares = [guess + (1 - guess - lapse) * spec.shape.share((place - centre) / spread) for place in t]
+    tail = (1 - confidence) / 2
+    ends = [[_quantile(share, weights, end) for share in shares] for end in (tail, 1 - tail)]
+    return np.array([float(weights @ share) for share in shares]), np.array(ends[0]), np.array(ends[1])
 
 
 def refuse_guessing(answers: Levels, spec: FunctionSpec) -> float:

@@ -40,5 +40,7 @@ FIGURES: Registry[FigureKind] = Registry(
         "matching": f"{_FIGURES}.matching:MATCHING",
         "likert": f"{_FIGURES}.likert:LIKERT",
         "map": f"{_FIGURES}.map:MAP",
+        "psychometric": f"{_FIGURES}.psychometric:PSYCHOMETRIC",
+        "track": f"{_FIGURES}.track:TRACK",
     }
 )

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.choices.evidence import EXCESS, SURE, evidence_of, lapse_excess, no_threshold, outside_of
+from palpate.analysis.choices.evidence import (
+    EXCESS,
+    SURE,
+    curve_of,
+    evidence_of,
+    lapse_excess,
+    no_threshold,
+    outside_of,
+)
 from palpate.analysis.choices.intervals import CORRECTING_DRAWS, profile_interval, resampled_answers
 from palpate.analysis.choices.psychometric import Psychometric, fit_function
 from palpate.analysis.choices.specification import FunctionSpec, Levels, gather_levels
@@ -32,6 +40,7 @@ NUMBERS = (
     "jnd_low", "jnd_high", "standard", "weber", "weber_low", "weber_high", "slope", "guess", "lapse",
     "likelihood_ratio", "deviance", "df", "p_deviance",
 )  # fmt: skip
+POINTS = 61
 SUMMED = ("threshold", "jnd", "weber")
 HOW = {
     "corrected": "profile likelihood with Bartlett's correction",
@@ -49,16 +58,19 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
     require_columns(table, by)
     rows: list[dict[str, Any]] = []
     levels: list[pd.DataFrame] = []
+    curves: list[Row] = []
     for where, part in parts_of(table, by):
         row, shown = function_row(selected, settings, part)
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
+        curves += [{**where, **point} for point in curve_rows(settings, part)]
     if all(row["threshold"] is None and row["outside"] is None for row in rows):
         raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
     joined = pd.concat(levels, ignore_index=True)
     more: dict[str, tuple[Row, ...]] = {
         "summary": tuple(summary_rows(rows, by, SUMMED, settings.confidence)),
         "levels": rows_of(joined[[*by, *(column for column in joined if column not in by)]]),
+        "curve": tuple(curves),
         "trials": tuple(_trial_rows(table, by)),
     }
     return _answer(selected, settings, rows, by, more)
@@ -173,6 +185,22 @@ def _estimate(
         "guess": evidence.guess,
         "lapse": evidence.lapse,
     }, notes, None  # fmt: skip
+
+
+def curve_rows(settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
+    """Return points of a function for drawing: the share expected by the posterior, and its pointwise interval."""
+    try:
+        design, used = track_design(part)
+        spec = spec_of(settings, design)
+        given = gather_levels(used, "level", design.hits)
+        low, high = float(given.levels[0]), float(given.levels[-1])
+        room = 0.04 * (high - low)
+        at = np.linspace(low if spec.shape.logarithmic else low - room, high + room, POINTS)
+        curve = curve_of(given, spec, at, settings.confidence)
+    except (StatisticsError, DataRefused):
+        return []
+    rows = zip(at.tolist(), *(part.tolist() for part in curve), strict=True)
+    return [{"level": x, "share": y, "low": a, "high": b} for x, y, a, b in rows]
 
 
 def _all_alike(given: Levels) -> bool:

@@ -93,3 +93,18 @@ def rows(levels: Any, correct: Any, participant: str = "P001", **columns: Any) -
         other = table["target"].map({"first": "second", "second": "first"})
         table["chosen"] = table["target"].where(right, other)
     return table
+
+
+def tracks() -> pd.DataFrame:
+    """Two observers in three procedures of 64 trials each; the second guesses in the last."""
+    parts = []
+    for n, who in enumerate(("P001", "P002")):
+        for track, name, procedure in (
+            ("f40", "constant", constant), ("f160", "staircase", staircase), ("f250", "questplus", QuestPlus()),
+        ):  # fmt: skip
+            guesses = who == "P002" and track == "f250"
+            truth: Truth = (lambda level: 0.5 + 0.0 * level) if guesses else weibull_db
+            levels, hits = procedure(np.random.default_rng([4, n]), 64, truth)
+            table = rows(levels, hits, who, track=track, procedure=name)
+            parts.append(table.assign(trial=table["trial"] + 64 * (len(parts) % 3)))
+    return pd.concat(parts, ignore_index=True)

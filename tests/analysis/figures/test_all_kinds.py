@@ -14,7 +14,13 @@ from palpate.analysis.figures.figure_kind import FigureData, FigureInput
 from palpate.analysis.figures.style import drawing, inline_svg
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused
-from tests.analysis.figures import test_map, test_matching_and_likert, test_predictions, test_similarity_bars
+from tests.analysis.figures import (
+    test_function_figures,
+    test_map,
+    test_matching_and_likert,
+    test_predictions,
+    test_similarity_bars,
+)
 from tests.analysis.figures.specimens import answer, data_of, draw_svg, inputs_of
 from tests.analysis.figures.test_treemap import relevant
 
@@ -27,8 +33,10 @@ KINDS: dict[str, tuple[Callable[[], FigureInput], dict]] = {
     "matching": (lambda: inputs_of(test_matching_and_likert.doors()), {}),
     "likert": (lambda: inputs_of(test_matching_and_likert.forms({"Realism": [4, 5, 5]})), {"points": (1, 7)}),
     "map": (lambda: inputs_of(answers=test_map.configuration()), {"tests": ("map", "words")}),
+    "psychometric": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
+    "track": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",), "columns": 2}),
 }
-RATED = [name for name in KINDS if name not in ("treemap", "map")]
+RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track")]
 
 
 @pytest.mark.parametrize("name", KINDS)

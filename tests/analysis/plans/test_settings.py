@@ -30,6 +30,7 @@ from palpate.analysis.regenerating.plan_figures import figure_data
 from palpate.analysis.regenerating.regeneration import by_name, run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
+from tests.analysis.choices.collected_for_tests import tracks
 
 Settings = dict[str, Any]
 Effects = list[tuple[str, str]]
@@ -290,6 +291,7 @@ REQUESTS: Mapping[str, list[Settings]] = {
 """The tests in which every setting is tried, by kind."""
 
 SHOWN = [
+    {"name": "functions", "test": "psychometric", "source": "choices", "draws": 19},
     {"name": "map", "test": "mds", **MDS}, {"name": "arrows", "test": "vectors", "starts": 2, "draws": 19},
     {"name": "parts", "test": "pca", "draws": 19}, {"name": "cloths", "test": "pairs", "factor": "dose", **FIRST},
     {"name": "ranks", "test": "wilcoxon", "factor": "dose", **FIRST},
@@ -320,6 +322,8 @@ FIGURE_CASES: Mapping[str, list[Settings]] = {
     ],
     "matching": [{"target": "wish", "attribute_column": "of"}],
     "likert": [{"source": "forms"}, {"source": "forms", "style": "bars", "where": {"session": "1"}}],
+    "psychometric": [{"tests": ["functions"]}],
+    "track": [{"tests": ["functions"]}],
     "map": [
         {"tests": ["map", "arrows"]}, {"tests": ["map", "arrows"], "class_column": "cloth"},
         {"tests": ["map", "arrows"], "vectors": False},
@@ -331,7 +335,7 @@ OTHER: Settings = {
     "adjust": "none", "alternatives": 4, "attribute": "kind", "attribute_column": "about", "bars": "wish",
     "antonyms": [["Soft", "Warm"]], "band": "panel", "between": ["hand"], "bins": 4, "bounds": [-9, 20],
     "bounds_dz": 0.9, "by": ["stimulus"], "carry_over": True, "cases": ["session", "stimulus"], "category": "none",
-    "class_column": "dose", "clusters": "wish", "coding": "sum", "colour": "Calm", "confidence": 0.6,
+    "class_column": "dose", "clusters": "wish", "coding": "sum", "colour": "Calm", "columns": 2, "confidence": 0.6,
     "correct": "other", "correction": "bonferroni", "count": "twice", "dimensions": 1, "dots": False, "draws": 150,
     "each": {"y": "cloths"}, "ellipses": False, "ends": ["no", "yes"], "eta": "partial", "exact": False,
     "factor": "wish", "falling": True, "families": "cloth", "family": 40, "first": "first", "fixed": ["stimulus"],
@@ -395,7 +399,11 @@ def materials() -> Mapping[str, Any]:
     table = rated.ratings.table.assign(value=rated.ratings.table["value"].round(-1))  # with ties
     points = rated.forms["value"].where(rated.forms["attribute"] != "fun", 5.0 - rated.forms["value"] % 2)
     rated = replace(
-        rated, people=everybody, forms=rated.forms.assign(value=points), ratings=replace(rated.ratings, table=table)
+        rated,
+        people=everybody,
+        forms=rated.forms.assign(value=points),
+        ratings=replace(rated.ratings, table=table),
+        choices=tracks(),
     )
     first = ticked.words.iloc[:5]
     written = first.assign(kind=["further"] * 3 + ["own"] * 2, word=["light", "Light", "soft", "big", "light"])

@@ -1,0 +1,88 @@
+"""What figures of psychometric functions share: a panel for each function of a test, and its settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+from matplotlib.figure import Figure
+from pydantic import Field
+
+from palpate.analysis.figures.columns import answer_of_test
+from palpate.analysis.figures.figure_kind import FigureInput, FigureSettings
+from palpate.analysis.figures.lettering import elide, letters_that_fit
+from palpate.analysis.figures.style import SOFT, quiet_axes
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.protocols.study import Whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from palpate.analysis.plans.answers import Answer, Row
+
+MOST = 24
+PANEL_IN = (2.75, 2.25)
+NAMED = ("level", "share", "low", "high", "n", "hits", "expected", "deviance_residual", "correct")
+"""Columns of the tables beside a test's rows that do not name its functions."""
+
+
+class FunctionSettings(FigureSettings):
+    """The settings of a figure with a panel for each function of a test `psychometric` with `source: choices`.
+
+    `columns` is the number of panels in a row.
+    """
+
+    columns: Annotated[Whole, Field(ge=1, le=6)] = 3
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that have no effect in combination with the others."""
+        rows = ("outcomes", "where", "table", "source", "normalise")
+        yield from (Idle(name, "in this figure, which shows the functions of its test as they are") for name in rows)
+
+
+def functions_of(inputs: FigureInput, settings: FunctionSettings) -> tuple[Answer, tuple[str, ...]]:
+    """Return the answer that the figure shows, and the columns that name a function.
+
+    Raises DataRefused where the test has no functions, or more than 24.
+    """
+    name = settings.tests[0] if settings.tests else ""
+    answer = answer_of_test(settings, inputs, name)
+    if "curve" not in answer.more or "trials" not in answer.more:
+        raise DataRefused(
+            f"figure {settings.name!r}: `tests` must name a test of kind psychometric with `source: choices`"
+        )
+    if len(answer.rows) > MOST:
+        raise DataRefused(
+            f"figure {settings.name!r}: {len(answer.rows)} functions; up to {MOST} have a place, name fewer in the"
+            " `where` of the test"
+        )
+    return answer, tuple(key for key in answer.more["trials"][0] if key not in NAMED)
+
+
+def name_of(row: Row, by: Sequence[str]) -> str:
+    """Return the name of a function's panel."""
+    return ", ".join(str(row[key]) for key in by) or "all choices"
+
+
+def panels(names: Sequence[str], columns: int, labels: tuple[str, str]) -> tuple[Figure, Mapping[str, Axes]]:
+    """Return a figure with a titled panel for each name; labels of axes stand at the edges only."""
+    across = min(columns, len(names))
+    down = math.ceil(len(names) / across)
+    figure = Figure(figsize=(PANEL_IN[0] * across + 0.4, PANEL_IN[1] * down + 0.35), layout="constrained")
+    axes = figure.subplots(down, across, squeeze=False)
+    result: dict[str, Any] = {}
+    for n, name in enumerate(names):
+        panel = axes[n // across][n % across]
+        panel.set_title(elide(name, letters_that_fit(PANEL_IN[0] - 0.5)), fontsize=9)
+        panel.tick_params(labelsize=8)
+        quiet_axes(panel)
+        if n + across >= len(names):
+            panel.set_xlabel(labels[0], fontsize=8.5, color=SOFT)
+        if n % across == 0:
+            panel.set_ylabel(labels[1], fontsize=8.5, color=SOFT)
+        result[name] = panel
+    for n in range(len(names), across * down):
+        axes[n // across][n % across].set_axis_off()
+    return figure, result
