@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.field_buttons import KEYS
+from palpate.devices.window.screens.writing import with_hangul
 from palpate.protocols.fields import Asked, Choice, Confidence, NumberQuestion, ScaleQuestion, TextQuestion
 
 ONE_LINE = 60
@@ -43,6 +46,23 @@ def shown(page: Page, question: Asked) -> ShownQuestion:
         case NumberQuestion():
             return ShownQuestion(question, text, unit=page.say(question.unit) if question.unit else "")
     return ShownQuestion(question, text)
+
+
+def fields_hint(page: Page, questions: Sequence[ShownQuestion], lone: bool) -> str:
+    """Return which keys answer the form; `lone`: one choice is all that is asked."""
+    if lone:
+        count = min(KEYS, len(questions[0].labels))
+        return page.texts("choice_hint", keys=f"1 – {count}" if count > 2 else "1, 2")
+    keys = ["fields_hint"]
+    if any(isinstance(question.asked, Choice | Confidence) for question in questions):
+        keys.append("fields_number_hint")
+    elif any(isinstance(question.asked, ScaleQuestion) for question in questions):
+        keys.append("fields_line_hint")
+    if any(question.many_lines for question in questions):
+        keys.append("fields_text_hint")
+    hint = "   ".join(map(page.texts, keys))
+    writes = any(isinstance(question.asked, TextQuestion) for question in questions)
+    return with_hangul(page, hint) if writes else hint
 
 
 def expected_number(page: Page, question: NumberQuestion) -> str:

@@ -14,29 +14,23 @@ from palpate.devices.window.geometry import Box, WindowError
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.base import Base, Missing, back_and_next
-from palpate.devices.window.screens.demographics import number_in
 from palpate.devices.window.screens.elements import Element, Label
+from palpate.devices.window.screens.field_answers import FieldAnswers, count_of, index_of, option_of
 from palpate.devices.window.screens.field_buttons import KEYS, OptionButton, large_buttons
 from palpate.devices.window.screens.field_cards import PlacedField, cards_of
-from palpate.devices.window.screens.field_words import ShownQuestion, expected_number, shown
+from palpate.devices.window.screens.field_words import ShownQuestion, expected_number, fields_hint, shown
 from palpate.devices.window.screens.frame import STEPS, Frame, fitted, trial_frame
 from palpate.devices.window.screens.sliders import Track, keyed, share_of
 from palpate.devices.window.screens.targets import Points
-from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.devices.window.screens.writing import FieldOn
 from palpate.protocols.events import Ask
-from palpate.protocols.fields import (
-    Asked,
-    Choice,
-    Confidence,
-    Fields,
-    NumberQuestion,
-    ScaleQuestion,
-    TextQuestion,
-)
+from palpate.protocols.fields import Asked, Choice, Fields, NumberQuestion, ScaleQuestion
 
 LONE_STEPS = (10.0, 9.0, 8.0, 7.0, 6.4, *STEPS)
 SHORTEST = 40
 """A question of more characters is shortened where it is named as missing."""
+DIGITS = tuple(str(n) for n in range(1, KEYS + 1))
+ARROWS = {"left": -1, "up": -1, "right": 1, "down": 1}
 
 
 class FieldsScreen(Base):
@@ -44,36 +38,31 @@ class FieldsScreen(Base):
 
     def __init__(self, ask: Ask, form: Fields, page: Page) -> None:
         self.form = form
-        self.answers: dict[str, Any] = {}
-        self.at_s: dict[str, float] = {}
         self.questions = [self._shown(page, question) for question in form.questions]
         self.lone = len(form.questions) == 1 and isinstance(form.questions[0], Choice)
         frame = self._frame_for(page, ask)
         self._fixed: tuple[Element, ...] = ()
         self._sheets = self._lone_choice(page, frame.body) if self.lone else cards_of(page, self.questions, frame.body)
         super().__init__(frame, len(self._sheets), ask.may_go_back)
-        self.fields = {
-            place.number: self._field(place, place.field)
-            for sheet in self._sheets
-            for place in sheet
-            if place.field is not None
-        }
+        places = [place for sheet in self._sheets for place in sheet]
+        self.fields = {place.number: self._field(place, place.field) for place in places if place.field is not None}
+        self.given = FieldAnswers(form, self.fields)
         self.show(ask.previous or {})
         self.turned()
 
     # What is on it.
 
+    def _shown(self, page: Page, question: Asked) -> ShownQuestion:
+        """Return a question with its words."""
+        return shown(page, question)
+
     def _frame_for(self, page: Page, ask: Ask) -> Frame:
         left, right = back_and_next(page)
+        hint = fields_hint(page, self.questions, self.lone)
         if self.lone:
-            count = min(KEYS, len(self.questions[0].labels))
-            hint = page.texts("choice_hint", keys=f"1 – {count}" if count > 2 else "1, 2")
-            return replace(
-                trial_frame(page, ask, "fields_prompt", hint, left if ask.may_go_back else (), ()), prompt=""
-            )
-        hint = page.texts("fields_hint")
-        writes = any(isinstance(question, TextQuestion) for question in self.form.questions)
-        return trial_frame(page, ask, "fields_prompt", with_hangul(page, hint) if writes else hint, left, right)
+            left = left if ask.may_go_back else ()
+            return replace(trial_frame(page, ask, "fields_prompt", hint, left, ()), prompt="")
+        return trial_frame(page, ask, "fields_prompt", hint, left, right)
 
     def _lone_choice(self, page: Page, room: Box) -> list[list[PlacedField]]:
         """Return the question above large buttons, both in the middle of the room."""
@@ -91,6 +80,11 @@ class FieldsScreen(Base):
         buttons = Box(room.left, text.bottom + apart, room.width, row.height)
         return [[PlacedField(0, (), row.placed(page, buttons, "question 0", within=False))]]
 
+    def _field(self, place: PlacedField, box: Box) -> FieldOn:
+        name, writing = f"question {place.number}", Writing(many_lines=self.questions[place.number].many_lines)
+        latin = isinstance(self.form.questions[place.number], NumberQuestion)
+        return FieldOn(self.page, f"{name} field", box, place.size, writing, name, hangul_on=not latin)
+
     def body(self) -> Iterator[Element]:
         yield from self._fixed
         for place in self._sheets[self.sheet]:
@@ -103,13 +97,11 @@ class FieldsScreen(Base):
 
     def _looks(self, place: PlacedField, target: Element) -> Element:
         """Return a target as it looks with the present answer."""
-        question = self.form.questions[place.number]
-        answer = self.answers.get(question.name)
+        question, answer = self.form.questions[place.number], self.given.of(place.number)
         match target:
             case OptionButton() if isinstance(question, Choice):
-                number = int(target.name.rpartition(" ")[2])
-                chosen = answer == question.options[number]
-                return replace(target, chosen=chosen, stop=self.lone or self._is_stop(place, target.name))
+                chosen = answer == question.options[_place_in(target.name)]
+                return replace(target, chosen=chosen, stop=self.lone or target.name == self._stop_of(place))
             case Track() if isinstance(question, ScaleQuestion):
                 share = None if answer is None else share_of(question.scale, answer)
                 return replace(target, share=share, held=target.name == self.held)
@@ -120,54 +112,43 @@ class FieldsScreen(Base):
     # What is answered.
 
     def value(self) -> dict[str, Any]:
-        answers = {question.name: self._answer(n) for n, question in enumerate(self.form.questions)}
-        at_s = {name: self.at_s[name] for name, answer in answers.items() if answer is not None and name in self.at_s}
-        return {"answers": answers, "at_s": at_s}
+        return self.given.value()
 
     def show(self, answers: Mapping[str, Any]) -> None:
-        for number, question in enumerate(self.form.questions):
-            answer = answers.get(question.name)
-            if answer is None:
-                continue
-            self.answers[question.name] = answer
-            if number in self.fields:
-                writing = self.fields[number].writing
-                writing.text = repr(answer) if isinstance(answer, int | float) else str(answer)
-                writing.caret = len(writing.text)
+        self.given.show(answers)
 
     def missing(self) -> Sequence[Missing]:
-        places = [place for place in self._sheets[self.sheet] if self._problem(place.number)]
+        places = [place for place in self._sheets[self.sheet] if self.given.is_missing(place.number)]
         return [(self._stop_of(place), self._short(place.number)) for place in places]
 
     def complain(self, missing: Sequence[Missing], /, key: str = "please_answer") -> None:
+        """Name what is missing; where a number is typed that is not valid, say which is expected."""
         super().complain(missing, key)
-        place = next(place for place in self._sheets[self.sheet] if self._problem(place.number))
+        place = next(place for place in self._sheets[self.sheet] if self.given.is_missing(place.number))
         question = self.form.questions[place.number]
-        field = self.fields.get(place.number)
-        if field is not None and field.writing.text.strip() and isinstance(question, NumberQuestion):
+        if self.given.text(place.number) and isinstance(question, NumberQuestion):
             expected = expected_number(self.page, question)
             self.notice = (f"{self._short(place.number)} {expected}", expected)
 
-    def _answer(self, number: int) -> Any:
-        question = self.form.questions[number]
-        if number not in self.fields:
-            return self.answers.get(question.name)
-        text = self.fields[number].writing.text.strip()
-        return number_in(text) if isinstance(question, NumberQuestion) else text or None
-
-    def _problem(self, number: int) -> bool:
-        """Return whether the question has no valid answer yet; a field of which no number can be read has none."""
-        answer = self._answer(number)
-        unread = answer is None and number in self.fields and bool(self.fields[number].writing.text.strip())
-        return unread or self.form.questions[number].problem(answer) is not None
-
     def _put(self, number: int, answer: Any) -> None:
-        """Set an answer, None to take it back, with its time."""
-        name = self.form.questions[number].name
-        self.answers[name], self.at_s[name] = answer, round(self.now_s, 3)
+        self.given.put(number, answer, self.now_s)
         self.notice = ()
         if self.lone and answer is not None:
             self.finish()
+
+    def _mark(self, place: PlacedField, value: float) -> None:
+        """Set a mark to the nearest value of its scale."""
+        question = self.form.questions[place.number]
+        if isinstance(question, ScaleQuestion):
+            self._put(place.number, float(question.scale.nearest(value)) + 0.0)  # a plain float, and never -0.0
+
+    def _choose(self, place: PlacedField, index: int) -> None:
+        """Choose an option or a point; of an optional question the present answer is taken back."""
+        question = self.form.questions[place.number]
+        answer = option_of(question, index)
+        if isinstance(question, Choice):
+            self.focus = place.targets[index].name
+        self._put(place.number, None if question.optional and self.given.of(place.number) == answer else answer)
 
     # What is done to it.
 
@@ -178,57 +159,65 @@ class FieldsScreen(Base):
     def pressed(self, name: str, event: Pressed) -> None:
         if (place := self._place_of(name)) is None:
             return
-        question, target = self.form.questions[place.number], place.targets[0] if place.targets else None
-        if place.number in self.fields:
-            self.fields[place.number].press(event.x, event.y)
-        elif isinstance(question, Choice):
-            self._choose(place, int(name.rpartition(" ")[2]))
-        elif isinstance(target, Points):
-            self._choose(place, target.nearest(event.x))
-        else:
-            self._drag(place, event)
+        target = place.targets[0] if place.targets else None
+        match target:
+            case OptionButton():
+                self._choose(place, _place_in(name))
+            case Points():
+                self._choose(place, target.nearest(event.x))
+            case Track():
+                self._drag(place, target, event)
+            case _:
+                self.fields[place.number].press(event.x, event.y)
 
     def dragged(self, name: str, event: Moved | Released) -> None:
         place = self._place_of(name)
-        if place is not None and isinstance(self.form.questions[place.number], ScaleQuestion):
-            self._drag(place, event)
+        if place is not None and place.targets and isinstance(track := place.targets[0], Track):
+            self._drag(place, track, event)
+
+    def _drag(self, place: PlacedField, track: Track, event: Pressed | Moved | Released) -> None:
+        question = self.form.questions[place.number]
+        if isinstance(question, ScaleQuestion):
+            scale = question.scale
+            self._mark(place, scale.low + track.share_at(event.x) * (scale.high - scale.low))
 
     def typed(self, name: str | None, text: str, /) -> None:
         place = self._place_of(name)
         if place is not None and place.number in self.fields:
-            self._write(place.number, text)
-        elif text in _DIGITS:
+            self.given.write(place.number, text, self.now_s)
+            self.notice = ()
+        elif text in DIGITS:
             self._choose_by_number(place, int(text) - 1)
 
     def key(self, name: str | None, event: Key, /) -> bool:
-        place = self._place_of(name)
-        if place is not None and place.number in self.fields:
-            if self._key_in_field(place.number, event):
-                return True
-        elif place is not None and self._key_on(place, name or "", event):
+        place, by = self._place_of(name), ARROWS.get(event.name)
+        if place is not None and self._key_on(place, name or "", event):
             return True
-        if self.lone and event.name in _ARROWS:
-            self.move_focus(_ARROWS[event.name], [target.name for target in self._sheets[0][0].targets])
-            return True
-        if event.name in ("up", "down") and not self.lone:
-            self._go_to(place, _ARROWS[event.name])
-            return True
-        return False
+        if by is not None and self.lone:
+            self.move_focus(by, [target.name for target in self._sheets[0][0].targets])
+        elif by is not None and event.name in ("up", "down"):
+            if place is not None:
+                self.focus = self._stop_of(place)
+            self.move_focus(by, [self._stop_of(one) for one in self._sheets[self.sheet]])
+        else:
+            return False
+        return True
 
     def _key_on(self, place: PlacedField, name: str, event: Key) -> bool:
-        """Handle a key on buttons, round buttons or a line; return whether it had an effect."""
-        question = self.form.questions[place.number]
-        before = self.answers.get(question.name)
+        """Handle a key on what answers a question; return whether it had an effect there."""
+        number, question = place.number, self.form.questions[place.number]
+        if number in self.fields:
+            self.notice = ()
+            return self.given.press_key(number, event)
+        before = self.given.of(number)
         if event.name == "delete" and question.optional:
-            self._put(place.number, None)
+            self._put(number, None)
         elif isinstance(question, ScaleQuestion):
             if (value := keyed(question.scale, before, event)) is None:
                 return False
-            self._put(place.number, _nearest(question, value))
-        elif event.name == "space" or (event.name == "enter" and self.lone):
-            if not isinstance(question, Choice):
-                return False
-            self._choose(place, int(name.rpartition(" ")[2]))
+            self._mark(place, value)
+        elif isinstance(question, Choice) and (event.name == "space" or (event.name == "enter" and self.lone)):
+            self._choose(place, _place_in(name))
         elif event.name in ("left", "right", "home", "end") and not self.lone:
             self._step(place, event.name, before)
         else:
@@ -237,74 +226,27 @@ class FieldsScreen(Base):
 
     def _step(self, place: PlacedField, key: str, before: Any) -> None:
         """Choose the option or the point beside the present one; the first or the last where there is none yet."""
-        last = _count(self.form.questions[place.number]) - 1
-        at = None if before is None else self._index(place.number, before)
-        left = last if at is None else max(0, at - 1)
-        right = 0 if at is None else min(last, at + 1)
-        number = {"left": left, "right": right, "home": 0, "end": last}[key]
-        if number != at:
-            self._choose(place, number)
-
-    def _choose(self, place: PlacedField, number: int) -> None:
-        """Choose an option or a point; of an optional question the present answer is taken back."""
         question = self.form.questions[place.number]
-        answer = question.options[number] if isinstance(question, Choice) else number + 1
-        again = question.optional and self.answers.get(question.name) == answer
-        if isinstance(question, Choice):
-            self.focus = place.targets[number].name
-        self._put(place.number, None if again else answer)
+        last, at = count_of(question) - 1, None if before is None else index_of(question, before)
+        left, right = (last, 0) if at is None else (max(0, at - 1), min(last, at + 1))
+        index = {"left": left, "right": right, "home": 0, "end": last}[key]
+        if index != at:
+            self._choose(place, index)
 
-    def _choose_by_number(self, place: PlacedField | None, number: int) -> None:
+    def _choose_by_number(self, place: PlacedField | None, index: int) -> None:
         """Choose by a number key, in the question with the focus or the first open one; then go on to the next one."""
         places = self._sheets[self.sheet]
         if place is None:
-            place = next((one for one in places if self._problem(one.number)), None)
-        if place is None or not 0 <= number < _count(self.form.questions[place.number]):
+            place = next((one for one in places if self.given.is_missing(one.number)), None)
+        if place is None or not 0 <= index < count_of(self.form.questions[place.number]):
             return
-        if self.answers.get(self.form.questions[place.number].name) != self._option(place.number, number):
-            self._choose(place, number)
-        following = [one for one in places if self._answer(one.number) is None and one.number > place.number]
+        if self.given.of(place.number) != option_of(self.form.questions[place.number], index):
+            self._choose(place, index)
+        following = [one for one in places if one.number > place.number and self.given.of(one.number) is None]
         if following and self.reply is None:
             self.focus, self.by_key = self._stop_of(following[0]), True
 
-    def _drag(self, place: PlacedField, event: Pressed | Moved | Released) -> None:
-        question, track = self.form.questions[place.number], place.targets[0]
-        if isinstance(question, ScaleQuestion) and isinstance(track, Track):
-            scale = question.scale
-            self._put(place.number, _nearest(question, scale.low + track.share_at(event.x) * (scale.high - scale.low)))
-
-    def _write(self, number: int, text: str) -> None:
-        """Type into a field; what would make the text longer than the question allows is not written."""
-        field, question = self.fields[number], self.form.questions[number]
-        before = replace(field.writing), field.composed_to
-        field.type(text)
-        if isinstance(question, TextQuestion) and len(field.writing.text) > question.longest:
-            field.writing, field.composed_to = before
-        self._note_written(number, before[0].text)
-
-    def _key_in_field(self, number: int, event: Key) -> bool:
-        before, handled = self.fields[number].writing.text, self.fields[number].key(event)
-        self._note_written(number, before)
-        return handled
-
-    def _note_written(self, number: int, before: str) -> None:
-        """Note the time of a change of a field's text."""
-        if self.fields[number].writing.text != before:
-            self.at_s[self.form.questions[number].name] = round(self.now_s, 3)
-            self.notice = ()
-
-    def _go_to(self, place: PlacedField | None, by: int) -> None:
-        stops = [self._stop_of(one) for one in self._sheets[self.sheet]]
-        if place is not None:
-            self.focus = self._stop_of(place)
-        self.move_focus(by, stops)
-
     # Where things are.
-
-    def _field(self, place: PlacedField, box: Box) -> FieldOn:
-        name, writing = f"question {place.number}", Writing(many_lines=self.questions[place.number].many_lines)
-        latin = isinstance(self.form.questions[place.number], NumberQuestion)
-        return FieldOn(self.page, f"{name} field", box, place.size, writing, name, hangul_on=not latin)
 
     def _place_of(self, name: str | None) -> PlacedField | None:
         """Return the question that a target belongs to."""
@@ -318,41 +260,16 @@ class FieldsScreen(Base):
         if not place.targets:
             return f"question {place.number} field"
         names = [target.name for target in place.targets]
-        answer = self.answers.get(self.form.questions[place.number].name)
         if self.focus in names:
             return str(self.focus)
-        return names[0 if len(names) == 1 or answer is None else self._index(place.number, answer)]
-
-    def _is_stop(self, place: PlacedField, name: str) -> bool:
-        return name == self._stop_of(place)
-
-    def _index(self, number: int, answer: Any) -> int:
-        question = self.form.questions[number]
-        return question.options.index(answer) if isinstance(question, Choice) else int(answer) - 1
-
-    def _option(self, number: int, index: int) -> Any:
-        question = self.form.questions[number]
-        return question.options[index] if isinstance(question, Choice) else index + 1
+        answer = self.given.of(place.number)
+        return names[0 if len(names) == 1 or answer is None else index_of(self.form.questions[place.number], answer)]
 
     def _short(self, number: int) -> str:
         text = self.questions[number].text
         return f"“{text}”" if len(text) <= SHORTEST else f"“{text[: SHORTEST - 2].rstrip()} …”"
 
-    def _shown(self, page: Page, question: Asked) -> ShownQuestion:
-        """Return a question with its words."""
-        return shown(page, question)
 
-
-_DIGITS = tuple(str(n) for n in range(1, KEYS + 1))
-_ARROWS = {"left": -1, "up": -1, "right": 1, "down": 1}
-
-
-def _count(question: Asked) -> int:
-    """Return how many options or points a question has; 0 if it has none."""
-    if isinstance(question, Choice):
-        return len(question.options)
-    return question.points if isinstance(question, Confidence) else 0
-
-
-def _nearest(question: ScaleQuestion, value: float) -> float:
-    return float(question.scale.nearest(value)) + 0.0  # a plain float, and never -0.0
+def _place_in(name: str) -> int:
+    """Return the place of an option's button in its row."""
+    return int(name.rpartition(" ")[2])

@@ -44,9 +44,11 @@ def test_every_kind_is_answered_by_keys_alone():
 
 def test_a_box_of_number_keys_answers_choices_and_confidence_one_after_the_other():
     on = hand(CHOICE, SURE).type("2").type("3")
-    assert on.screen.answers == {"which": "second", "sure": 3} and on.screen.reply is None
+    assert on.screen.value()["answers"] == {"which": "second", "sure": 3} and on.screen.reply is None
     on.type("1").type("9").type("0")
-    assert on.screen.answers == {"which": "second", "sure": 1}, "the last question keeps the focus; 9 and 0 are none"
+    assert on.screen.value()["answers"] == {"which": "second", "sure": 1}, (
+        "the last question keeps the focus; 9 and 0 are none"
+    )
     assert on.key("enter").value["at_s"] == {"which": 0.1, "sure": 0.3}
 
 
@@ -76,7 +78,7 @@ def test_one_choice_alone_is_answered_by_a_key(keys, typed, answer):
 
 def test_a_key_that_is_no_option_answers_nothing():
     on = hand(CHOICE).type("4").type("0").type("x").key("enter", "space", "home", "backspace")
-    assert on.screen.reply is None and on.screen.at_s == {}
+    assert on.screen.reply is None and on.screen.given.at_s == {}
 
 
 def test_what_is_not_answered_is_named_and_gets_the_focus():
@@ -130,8 +132,11 @@ def test_a_long_text_has_lines_and_enter_breaks_them():
 
 def test_arrows_move_between_questions_and_change_what_is_chosen():
     on = hand(CHOICE, SURE, SCALE).key("right", "right", "down", "left", "left", "down", "home", "up")
-    assert on.screen.answers == {"which": "second", "sure": 3, "nice": 0.0} and on.screen.focus == "question 1 points"
-    assert on.key("up", "left").screen.answers["which"] == "first"
+    assert (
+        on.screen.value()["answers"] == {"which": "second", "sure": 3, "nice": 0.0}
+        and on.screen.focus == "question 1 points"
+    )
+    assert on.key("up", "left").screen.value()["answers"]["which"] == "first"
 
 
 def test_many_questions_are_asked_on_several_sheets_each_to_be_answered_first():
@@ -168,7 +173,7 @@ def test_a_mark_is_dragged_along_its_line():
 def test_a_release_elsewhere_changes_no_other_answer():
     on = hand(SCALE, SURE)
     on.do(Pressed, *on.point("question 0 line", 0.4)).do(Released, *on.point("question 1 points"))
-    assert list(on.screen.answers) == ["nice"]
+    assert list(on.screen.given.known) == [0]
 
 
 def test_a_scale_without_words_shows_its_numbers_and_a_question_without_text_its_name():
