@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from benchmarks.statistics import choices, mixed_models, ordinal, regenerating, reliability, spaces
+from benchmarks.statistics import choices, mixed_models, ordinal, regenerating, reliability, sensitivity, spaces
 from benchmarks.statistics.families import family_cases
 from benchmarks.statistics.inputs import (
     Answer,
@@ -22,7 +22,7 @@ from benchmarks.statistics.methods import BETWEEN, EXACT, ORDINARY, REPORTED, Me
 from palpate.protocols.bench import Case
 
 AREA = "statistics"
-PARTS = (mixed_models, ordinal, reliability, spaces, choices, regenerating)
+PARTS = (mixed_models, ordinal, reliability, spaces, choices, sensitivity, regenerating)
 """Modules with further cases of this area."""
 WORST = "relative, worst of F, p, epsilon, eta squared"
 

@@ -32,13 +32,16 @@ def binomial_mixed_answer(selected: Selected, settings: BinomialMixedModel) -> A
     names = [""] if conditions is None else [str(label) for label in conditions.labels]
     which = np.zeros(len(table), dtype=np.int64) if conditions is None else conditions.codes
     middle, unit = float(level.mean()), float(level.std()) or 1.0
-    x = (level - middle) / unit
-    fixed = np.zeros((len(table), 2 * len(names)))
-    fixed[np.arange(len(table)), 2 * which] = 1.0
-    fixed[np.arange(len(table)), 2 * which + 1] = x
+    # Trials of one participant, condition and level are counted together: the likelihood is the same, and faster.
+    keys, cell = np.unique(np.column_stack([people.codes, which, level]), axis=0, return_inverse=True)
+    hits, trials = (np.bincount(cell.ravel(), weights=part).astype(np.float64) for part in (hits, count))
+    place, x = np.arange(len(keys)), (keys[:, 2] - middle) / unit
+    fixed = np.zeros((len(keys), 2 * len(names)))
+    fixed[place, 2 * keys[:, 1].astype(np.int64)] = 1.0
+    fixed[place, 2 * keys[:, 1].astype(np.int64) + 1] = x
     effects = 2 if settings.random == "intercept_and_slope" else 1
-    random = np.column_stack([np.ones(len(table)), x])[:, :effects]
-    counts = Counts(hits, count, np.asarray(people.codes, dtype=np.int64), fixed, random)
+    random = np.column_stack([np.ones(len(keys)), x])[:, :effects]
+    counts = Counts(hits, trials, keys[:, 0].astype(np.int64), fixed, random)
     fit = fit_binomial_mixed(counts, settings.link, settings.nodes)
     rows = [_condition(fit, i, name, middle, unit, settings) for i, name in enumerate(names)]
     spread: Row = {
