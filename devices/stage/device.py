@@ -163,6 +163,10 @@ class Stage:
             return aside
         if self.settings.driver == "twin":
             return self._simulated(request, window, desk, now_ns)
+        if request.part is not None and (request.part.blank or request.part.sides):
+            return self.hand.perform(
+                request, window, desk, now_ns
+            )  # nothing, or several samples: no code confirms that
         try:
             scanning = self._start_scanning(request, desk)
             event = self.hand.perform(request, window, scanning, now_ns)

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from palpate.devices.device import DeviceError
 from palpate.devices.stage.device import Settings, Stage, make
 from palpate.devices.stage.scanner import Lines, Scanner, known_codes
-from palpate.protocols.events import Aside, Fault, Present, Reply
+from palpate.protocols.events import Aside, Fault, Part, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 STIMULI = [trial_of("T07").stimulus, trial_of("T12").stimulus]
@@ -209,3 +209,16 @@ def test_by_hand_it_is_as_ever_and_the_twin_takes_its_time():
 def test_settings_that_make_no_sense_are_refused(given, message):
     with pytest.raises(ValidationError, match=message):
         settings(**given)
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        (Part(1, 2, blank=True), "Interval 1 of 2: put nothing in place"),
+        (Part(2, 2, sides=("", "T07")), "Put in place left: nothing, right: T07 (sandpaper P60, box 3)"),
+    ],
+)
+def test_nothing_and_several_at_once_are_confirmed_by_the_key_without_a_code(part, says):
+    stage, clock, desk = Stage("stage", settings(key_confirms=False)), Clock(), Desk(confirms=[2.0])
+    reply = stage.perform(Present(trial_of("T07"), part=part), Window(clock), desk, clock)
+    assert reply.value == {"presented": True, "by": "experimenter", "seconds": 2.0} and desk.demands == [says]
