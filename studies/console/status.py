@@ -122,15 +122,26 @@ def status_of(plan: Plan, state: SessionState, ends: Sequence[Remark] = ()) -> S
     )
 
 
+def hides_level(plan: Plan, trial: Trial) -> bool:
+    """Return whether the console does not show the level of a trial, because its column is blind."""
+    grids = () if trial.track is None else trial.track.procedure.grids
+    return any(grid.column in plan.study.blind for grid in grids)
+
+
 def track_end(plan: Plan, state: SessionState, event: Event) -> Remark | None:
-    """Return a remark that a track has ended, and why; None for an event that ends none. `state` is that before it."""
+    """Return a remark that a track has ended, why, and what is known of its threshold; None for any other event.
+
+    `state` is that before the event.
+    """
     request, trial = state.request, None if event.trial is None else plan.trials[event.trial - 1]
     if trial is None or trial.track is None or trial.practice:
         return None
     name = trial.track.name
     track = "a track" if plan.study.blind else f"track {name}"
     if event.kind == "reply" and request is not None and request.value["do"] == "choose" and "stop" in event.value:
-        return Remark(event.t_ns, f"{track} ended: {hider(plan.study, TELLING)(str(event.value['why']))}")
+        known = "" if hides_level(plan, trial) else event.value.get("estimate", {}).get("text", "")
+        text = "; ".join(filter(None, (str(event.value["why"]), known)))
+        return Remark(event.t_ns, f"{track} ended: {hider(plan.study, TELLING)(text)}")
     if event.kind == "trial_ended" and event.value["as"] == ANSWERED:
         members = (other.number for other in reversed(plan.trials) if other.track is not None)
         last = next(n for n in members if (of := plan.trials[n - 1].track) is not None and of.name == name)

@@ -11,7 +11,7 @@ from palpate.protocols.events import NS, Event
 from palpate.protocols.forms import FORMS
 from palpate.protocols.trial import Trial
 from palpate.protocols.wording import phrase
-from palpate.studies.console.status import SessionStatus
+from palpate.studies.console.status import SessionStatus, hides_level
 
 DOING = {
     "present with anchor": "feeling a reference",
@@ -50,11 +50,9 @@ def doing_now(status: SessionStatus, waits: bool = False) -> str:
     trial, body = status.current(), status.doing
     if trial is None or body is None or waits or "interval" not in body:
         return doing(body, waits)
-    grids = () if trial.track is None else trial.track.procedure.grids
-    hidden = any(grid.column in status.plan.study.blind for grid in grids)
     of = getattr(getattr(trial.form, "intervals", None), "of", body["interval"])
     text = f"presenting {of} at once" if "sides" in body else f"presenting interval {body['interval']} of {of}"
-    if hidden:
+    if hides_level(status.plan, trial):
         return text
     if body.get("blank"):
         return f"{text}, without a stimulus"

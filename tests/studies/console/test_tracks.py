@@ -87,11 +87,15 @@ def remarks(one):
 
 @pytest.mark.parametrize(
     ("blind", "text"),
-    [((), "track A ended: 3 reversals were made"), (("level_db",), "a track ended: 3 reversals were made")],
+    [
+        ((), "track A ended: 3 reversals were made; threshold -11.8 (SD 1.1)"),
+        (("level_db",), "a track ended: 3 reversals were made"),
+    ],
 )
 def test_the_end_of_a_track_is_told_with_its_reason(blind, text):
     one = desk(plan(blind))
-    for event in events(STARTED, CHOOSE, ("reply", {"stop": True, "why": "3 reversals were made"})):
+    stop = {"stop": True, "why": "3 reversals were made", "estimate": {"text": "threshold -11.8 (SD 1.1)"}}
+    for event in events(STARTED, CHOOSE, ("reply", stop)):
         one.watch(event)
     assert remarks(one) == [text] and one.display.lines[-1] == f"[0:02] {text}"
 
