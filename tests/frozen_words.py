@@ -34,11 +34,13 @@ reply.rendered.met: held muted quiet restarts sounding
 reply.switches: at_s to
 request: do
 request ask: back do form items previous
+request choose: past track
 request confirm: do text what
 request instruct: do page
 request present: do stimulus wish
 request rest: do done total
 request sense: device do seconds
+request show: page seconds
 samples: streams
 samples.form: channels count dtype rate_hz t0_ns units
 session_ended: as trials
@@ -105,9 +107,9 @@ fault.what: emergency_stop firmware heartbeat_lost limit link_lost not_a_number 
 """The words that faults are counted by: a ledger holds them, and analyses select by them."""
 STUDIES = """
 settings of ranking: again
-study: adjectives analysis anchors attributes capture closing console eligible groups instructions interview lexicon
-    live minutes navigation needs noise opening order participants practice questionnaire questions rest scale settings
-    setup sides simulation stimuli study task title
+study: adjectives analysis anchors ask attributes capture closing console eligible feedback groups instructions
+    intervals interview lexicon live minutes navigation needs noise onset_ms opening order participants practice
+    procedure questionnaire questions rest resume scale settings setup sides simulation stimuli study task title
 study.adjectives: further order words
 study.adjectives.order =: as_listed random
 study.adjectives.words: source word
@@ -115,6 +117,17 @@ study.analysis: families pooled within
 study.anchors: before rated stimuli
 study.anchors.before =: block session
 study.anchors.stimuli: attribute id label value wish
+study.ask choice: kind name of optional options text
+study.ask choice.kind =: choice
+study.ask choice.of =: intervals
+study.ask confidence: ends kind name optional points text
+study.ask confidence.kind =: confidence
+study.ask number: above from high kind low name optional text to unit
+study.ask number.kind =: number
+study.ask scale: ends kind name optional scale text
+study.ask scale.kind =: scale
+study.ask text: kind longest name optional text
+study.ask text.kind =: text
 study.attributes: category explanation high low name outcome
 study.capture: device seconds
 study.capture.device =: camera door_sensors tool
@@ -122,6 +135,12 @@ study.closing =: interview questionnaire suggestions
 study.console: blind
 study.eligible: answer name text
 study.eligible.answer =: no yes
+study.feedback: after seconds
+study.feedback.after =: all practice
+study.intervals: at_once catch count design gap_s names seconds standard
+study.intervals.catch: absent easy exclude_above
+study.intervals.catch.absent: every
+study.intervals.design =: forced_choice oddity same_different yes_no
 study.interview: name text
 study.lexicon: at_least
 study.live: show_force
@@ -129,34 +148,69 @@ study.navigation =: back_and_forward forward
 study.needs =: camera door door_generator door_sensors masking_noise samples skin_temperature texture_renderer tool
     vibration window
 study.noise: at_most_db_a
+study.onset_ms: max p50 p99
 study.opening =: consent demographics eligibility
 study.order: blocks design over_sessions repeats seed within
-study.order.blocks: by design
+study.order.blocks: by design instructions
 study.order.blocks.design =: as_listed latin random williams
 study.order.design =: as_listed latin random williams
 study.order.over_sessions =: mirrored next_row same
 study.order.within =: block group
 study.participants: apart_days per_group planned sessions
-study.practice: stimuli
+study.practice: at_most stimuli until
+study.practice.until: correct of
+study.procedure constant: easier kind level name repeats stimuli
+study.procedure constant.easier =: higher lower
+study.procedure constant.kind =: constant
+study.procedure constant.level: column from high low of points to values
+study.procedure constant.level.of =: stimuli
+study.procedure limits: direction easier jitter kind level name step stimuli stop
+study.procedure limits.direction =: alternating ascending descending
+study.procedure limits.easier =: higher lower
+study.procedure limits.kind =: limits
+study.procedure limits.stop: at_least reversals series threshold_sd trials
+study.procedure questplus: easier interest kind level model name stimuli stop
+study.procedure questplus.easier =: higher lower
+study.procedure questplus.interest =: gradient guess lapse slope threshold
+study.procedure questplus.kind =: questplus
+study.procedure questplus.model: gradient guess lapse scale shape slope threshold
+study.procedure questplus.model.scale =: db linear log10
+study.procedure questplus.model.shape =: gaussian logistic weibull
+study.procedure questplus.model.threshold: from high low points spacing to
+study.procedure questplus.model.threshold.spacing =: linear log
+study.procedure staircase: down easier kind last level name start step stimuli stop up weight
+study.procedure staircase.easier =: higher lower
+study.procedure staircase.kind =: staircase
 study.questionnaire: ends items points
 study.rest: button every
+study.resume: repeat within_h
+study.resume.repeat =: block instructions
 study.scale: from high labels length_mm low start step ticks to
 study.scale.start =: unset
 study.scale.ticks =: labels none steps
-study.simulation: anchored answer_s bias_sd gain_sd lapse_rate latents noise_sd present_s revise_rate vocabulary
+study.simulation: anchored answer_s bias_sd gain_sd lapse_rate latents noise_sd observer present_s revise_rate
+    vocabulary
+study.simulation.observer: guess lapse scale shape slope threshold threshold_sd yes
+study.simulation.observer.scale =: db linear log10
+study.simulation.observer.shape =: gaussian logistic weibull
 study.stimuli: columns id sha256
-study.task =: adjective_selection authoring capture free_lexicon matching ranking similarity slider_rating
-tasks: adjective_selection authoring capture free_lexicon matching ranking similarity slider_rating
+study.task =: adjective_selection authoring capture free_lexicon intervals matching ranking similarity slider_rating
+tasks: adjective_selection authoring capture free_lexicon intervals matching ranking similarity slider_rating
 """
 """Keys of a study. Its definition is stored in every ledger, and the digest of the plan is made of it."""
 COLLECTED = """
 anchors: attribute block felt label number seq session stimulus value
 answers: form item kind number seq session value
+choices: alternatives attempt block catch chosen confidence correct counts design hit level level_2 participant
+    practice procedure rt_s seq session session_number standard stimulus target track trial
 events: attempt body hash kind seq session t_ns trial
+fields: attempt block counts kind number participant practice question response_time_s seq session session_number trial
+    value
 ledgers: mtime_ns session size wal_mtime_ns wal_size
 palpate: version
 participants: group_name participant row study
-rankings: attempt attribute block counts participant position practice rank seq session set_size stimulus trial
+rankings: attempt attribute block counts participant position practice rank seq session session_number set_size
+    stimulus trial
 ratings: antonym attribute block group_name number participant practice response_time_s revised session simulated
     status stimulus study trial value
 responses: antonym attempt attribute counts response_time_s revised session trial value

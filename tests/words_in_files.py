@@ -31,9 +31,12 @@ from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
 from palpate.protocols import event_shapes, events
+from palpate.protocols.fields import KINDS as QUESTIONS
 from palpate.protocols.needs import NEEDS, Need, needs_with
+from palpate.protocols.procedures import KINDS as PROCEDURES
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
+from palpate.protocols.tasks.intervals import Intervals
 from palpate.signals.models.card import Card
 from palpate.studies.collecting import schema as collected_schema
 from palpate.studies.participants import identities, lab
@@ -200,7 +203,10 @@ def of_studies() -> Words:
     """Return the keys of a study, which its plan and its digest are made of, and the names of tasks and needs."""
     names = {"tasks": set(TASKS), "study.task =": set(TASKS), "study.needs =": set(NEEDS)}
     settings = {f"settings of {name}": task.settings for name, task in TASKS.items() if task.settings is not None}
-    return of_models(study=Study, **settings) | names | {"study.capture.device =": set(needs_with("records"))}
+    loaded = {"study.intervals": Intervals}
+    loaded |= {f"study.procedure {name}": schema for name, schema in PROCEDURES.items()}
+    loaded |= {f"study.ask {name}": schema for name, schema in QUESTIONS.items()}
+    return of_models(study=Study, **settings, **loaded) | names | {"study.capture.device =": set(needs_with("records"))}
 
 
 def of_participants() -> Words:
