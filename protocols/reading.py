@@ -17,6 +17,12 @@ from palpate.protocols.study import Study, is_number
 from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Document, Path
 
+TASK_KEYS = (
+    "attributes", "scale", "sides", "ask", "intervals", "procedure", "feedback", "adjectives", "lexicon", "capture",
+    "live", "settings",
+)  # fmt: skip
+"""The keys that belong to some tasks; they are listed so that reading a study imports its own task alone."""
+
 
 class StudyError(ValueError):
     """A study file that cannot be used; the message lists the problems, one line each."""
@@ -232,16 +238,13 @@ def _repeated_at(names: Sequence[str], path: Path, what: str) -> Iterator[Proble
 def parts_of_task(study: Study) -> Iterator[Problem]:
     """Yield a problem for each part that the task requires and the file does not have, or that the task cannot have."""
     task = TASKS[study.task]
-    tasks_with: dict[str, list[str]] = {}
-    for name, other in TASKS.items():
-        for key in other.keys:
-            tasks_with.setdefault(key, []).append(name)
-    present = {key for key in tasks_with if getattr(study, key)}
+    present = {key for key in TASK_KEYS if getattr(study, key)}
     for key in task.required:
         if key not in present:
             yield Problem((key,), f"this key is required for task {study.task}")
     for key in sorted(present - {*task.keys}):
-        yield Problem((key,), f"belongs to task {' or '.join(tasks_with[key])}, and this one is {study.task}")
+        others = " or ".join(name for name, other in TASKS.items() if key in other.keys)  # imports every task
+        yield Problem((key,), f"belongs to task {others}, and this one is {study.task}")
     yield from task.check(study)
     yield from _of_ends(study)
     if task.forward_only and study.navigation == "back_and_forward":

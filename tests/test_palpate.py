@@ -10,13 +10,20 @@ from palpate import command_line
 HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib", "pingouin", "statsmodels")
 
 
-def imported_by(*command_lines):
-    """The heavy packages that each of these command lines imports, one after another in a process of its own."""
+THRESHOLDS = (
+    "palpate.protocols.fields", "palpate.protocols.procedures", "palpate.protocols.tasks.intervals",
+    "palpate.studies.procedures", "palpate.devices.vibrator", "palpate.devices.fed_desk", "palpate.signals.vibration",
+)  # fmt: skip
+"""What studies with procedures and vibrations need, and no other study."""
+
+
+def imported_by(*command_lines, among=HEAVY):
+    """The packages that each of these command lines imports, one after another in a process of its own."""
     code = (
         "import sys\nfrom palpate import command_line\nbefore = set()\n"
         f"for words in {command_lines!r}:\n"
         "    try: command_line.main(list(words))\n    except SystemExit: pass\n"
-        f"    now = {{name for name in {HEAVY!r} if name in sys.modules}}\n"
+        f"    now = {{name for name in {among!r} if name in sys.modules}}\n"
         "    print('imported', *sorted(now - before), file=sys.stderr)\n    before = now"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -38,7 +45,13 @@ def test_the_help_of_every_verb_is_helpful(verb, run_palpate):
 
 def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
     words = ("run", "door_ratings", "--participant", "P001", "--simulate", "--lab", str(tmp_path))
-    assert imported_by(words) == {words: ["sqlalchemy"]}
+    assert imported_by(words, among=HEAVY + THRESHOLDS) == {words: ["sqlalchemy"]}
+
+
+def test_a_threshold_session_imports_arrays_and_still_no_tables(tmp_path):
+    words = ("run", "roughness_discrimination", "--participant", "P001", "--simulate", "--lab", str(tmp_path))
+    [imported] = imported_by(words, among=HEAVY + THRESHOLDS).values()
+    assert imported == [*sorted(THRESHOLDS[:4]), "sqlalchemy"]
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["bench", "statistics", "--quick"], ["bench", "--help"]])

@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.devices.samples import TELLING
 from palpate.protocols.blinding import hider
-from palpate.protocols.events import ANSWERED, NS, Event
+from palpate.protocols.events import ANSWERED, NS, STOPPED, Event
 from palpate.protocols.plan import Plan
 from palpate.protocols.session_state import Pause, SessionState, active_ns
 from palpate.protocols.trial import Trial
@@ -29,7 +29,8 @@ class Remark:
 class SessionStatus:
     """The session so far.
 
-    `trial` is the number of the trial under way, `coming_place` the place of the next in the plan.
+    `passed_over` are the trials that do not come, because their tracks ended. `trial` is the number of the trial under
+    way, `coming_place` the place of the next in the plan.
 
     `doing` is the body of the request under way and `since_ns` its time. `done` are the trials with an answer or a
     recording that counts; `pause` is the one that the session is in.
@@ -42,6 +43,7 @@ class SessionStatus:
     attempt: int = 1
     coming_place: int = 0
     done: frozenset[int] = frozenset()
+    passed_over: frozenset[int] = frozenset()
     doing: Mapping[str, Any] | None = None
     since_ns: int = 0
     pauses: tuple[Pause, ...] = ()
@@ -58,8 +60,8 @@ class SessionStatus:
 
     @property
     def total(self) -> int:
-        """How many trials the plan has."""
-        return len(self.plan.trials)
+        """How many trials the plan has, without those that are passed over."""
+        return len(self.plan.trials) - len(self.passed_over)
 
     @property
     def has_tracks(self) -> bool:
@@ -92,8 +94,8 @@ class SessionStatus:
         if self.first_trial_ns is None or not self.done:
             return None
         first, last, now = (active_ns(self.pauses, t) for t in (self.first_trial_ns, self.last_done_ns, t_ns))
-        pace_ns = (last - first) / len(self.done)
-        left = max(0.0, pace_ns * (self.total - len(self.done)) - min(now - last, pace_ns))
+        pace_ns, waiting = (last - first) / len(self.done), self.total - len(self.done)
+        left = max(0.0, pace_ns * waiting - min(now - last, pace_ns))
         return 0.0 if self.ended is not None else left / NS
 
 
@@ -111,6 +113,7 @@ def status_of(plan: Plan, state: SessionState, ends: Sequence[Remark] = ()) -> S
         attempt=attempts[-1].number if attempts else 1,
         coming_place=attempts[-1].trial if under_way else state.next_trial - 1,
         done=frozenset(attempt.trial for attempt in attempts if attempt.valid),
+        passed_over=_passed_over(plan, state),
         doing=None if state.request is None else state.request.value,
         since_ns=0 if state.request is None else state.request.t_ns,
         pauses=tuple(state.pauses),
@@ -148,6 +151,23 @@ def track_end(plan: Plan, state: SessionState, event: Event) -> Remark | None:
         if last == trial.number:
             return Remark(event.t_ns, f"{track} ended: all its trials are done")
     return None
+
+
+def _passed_over(plan: Plan, state: SessionState) -> frozenset[int]:
+    """Return the trials of tracks that have ended, where they were not answered; none if the study has no tracks."""
+    if not plan.study.procedure:
+        return frozenset()
+    tracks = {trial.number: trial.track.name for trial in plan.trials if trial.track is not None}
+    ended = {
+        tracks[number]
+        for number, trial in state.trials.items()
+        if trial.attempts[-1].ended_as == STOPPED and not trial.attempts[-1].withdrawn
+    }
+    return frozenset(
+        number
+        for number, name in tracks.items()
+        if name in ended and (number not in state.trials or state.trials[number].counting is None)
+    )
 
 
 def _remark(plan: Plan, state: SessionState, event: Event) -> Remark:

@@ -1,7 +1,8 @@
 import pytest
 
-from palpate.protocols.reading import StudyError, study_from
+from palpate.protocols.reading import TASK_KEYS, StudyError, study_from
 from palpate.protocols.study import Scale, Study
+from palpate.protocols.tasks import TASKS
 from palpate.protocols.yaml_text import load
 
 GOOD = """\
@@ -184,3 +185,7 @@ def test_blocks_by_a_column_that_is_not_there():
 def test_a_list_is_no_study():
     with pytest.raises(StudyError, match="keys and values are expected"):
         read("- a\n- b\n")
+
+
+def test_the_keys_that_belong_to_some_tasks_are_listed():
+    assert {*TASK_KEYS} == {key for task in TASKS.values() for key in task.keys}

@@ -121,3 +121,11 @@ def test_the_page_shows_the_interval_while_a_mounted_sample_is_felt_and_the_key_
     assert "waiting for the stimulus" in printed(view) and "trial 1 of at most 4" in printed(view)
     assert "presenting interval 2 of 2" in printed(replace(view, states={"window": "interval 2"}))
     assert "B the block" in printed(view)
+
+
+def test_trials_that_are_passed_over_are_no_longer_expected():
+    of = plan()
+    before = status(of, STARTED, CHOOSE)
+    stop = ("reply", {"stop": True, "why": "enough"})
+    after = status(of, STARTED, CHOOSE, stop, ("trial_ended", {"as": "stopped"}))
+    assert (before.total, after.total) == (4, 0) and after.passed_over == {1, 2, 3, 4}
