@@ -49,7 +49,7 @@ def track(lapses: Sequence[float], trials: int, **changes: Any) -> Track:
 def staircase() -> Track:
     """Return a staircase, 2 down and 1 up, of 8 reversals."""
     return _track({
-        "kind": "staircase", "level": GRID, "start": -4, "down": 2, "step": [8, 4, 2, 1], "last": 6,
+        "kind": "staircase", "level": GRID, "start": -10, "down": 2, "step": [4, 2, 1], "last": 6,
         "stop": {"trials": 400, "reversals": 8},
     })  # fmt: skip
 
@@ -213,7 +213,7 @@ def psychopy_staircase(trials: int, observers: int) -> Thresholds:
     target = level_of(staircase())
     for seed in range(observers):
         stair = StairHandler(
-            startVal=-4, nReversals=8, stepSizes=[8, 4, 2, 1], stepType="lin", nTrials=0, nUp=1, nDown=2, minVal=-40,
+            startVal=-10, nReversals=8, stepSizes=[4, 2, 1], stepType="lin", nTrials=0, nUp=1, nDown=2, minVal=-40,
             maxVal=0, applyInitialRule=False,
         )  # fmt: skip
         for level, draw in zip(stair, draws(seed, trials), strict=False):

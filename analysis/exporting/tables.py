@@ -163,6 +163,8 @@ def _without_answers(table: Table, items: frozenset[str], free_text: bool) -> Ta
 
     Free text of an interview is left out too unless `free_text`: it leaves the lab only on request.
     """
+    if table.name == "fields" and not free_text:
+        return replace(table, rows=lambda: (row for row in table.rows() if row["kind"] != "text"))
     if table.name != "answers":
         return table
 
@@ -179,7 +181,10 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
     if TASKS[study.task].answers == "ratings":
         description = "One row for each rating, revised ones too."
         yield _table(source, "ratings", description, _rating_columns(study))
-    if (own := own_tables().get(TASKS[study.task].answers)) is not None:
+    asks_more = any(question.kind != "confidence" and getattr(question, "of", None) is None for question in study.ask)
+    for name in (TASKS[study.task].answers, *(("fields",) if asks_more else ())):
+        if (own := own_tables().get(name)) is None:
+            continue
         columns = tuple(
             Column(column.name, column.description, column.kind, column.unit, key=column.key) for column in own.columns
         )
