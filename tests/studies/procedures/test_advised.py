@@ -41,10 +41,11 @@ def choices(events):
     return [reply.value for asked, reply in before if asked.value.get("do") == "choose" and reply.kind == "reply"]
 
 
-def test_cut_after_each_event_a_session_of_two_tracks_goes_on_to_the_uninterrupted_one():
-    of = plan(SHORT)
+def test_cut_after_each_event_a_session_of_two_tracks_goes_on_to_the_uninterrupted_one(full_run):
+    trials = 8 if full_run else 4
+    of = plan({**QUESTPLUS, "stop": {"trials": trials}})
     whole = ran(of)
-    assert len(choices(whole)) == 16 and len({choice["index"] for choice in choices(whole)}) > 4
+    assert len(choices(whole)) == 2 * trials and len({choice["index"] for choice in choices(whole)}) > 3
     for cut in range(1, len(whole) + 1):
         assert ran(of, whole[:cut]) == whole
 
