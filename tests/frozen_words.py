@@ -214,8 +214,8 @@ rankings: attempt attribute block counts participant position practice rank seq 
 ratings: antonym attribute block group_name number participant practice response_time_s revised session simulated
     status stimulus study trial value
 responses: antonym attempt attribute counts response_time_s revised session trial value
-sessions: duration_s events file file_sha256 first_hash group_name head_hash number palpate_version participant row
-    seed session simulated sittings started_at status study study_digest trials_answered trials_planned
+sessions: certificates duration_s events file file_sha256 first_hash group_name head_hash number palpate_version
+    participant row seed session simulated sittings started_at status study study_digest trials_answered trials_planned
 streams: attempt block channels clock first rate_hz samples seq session sha256 stream t0_ns trial units
 studies: definition study study_digest title
 switches: at_s n seq session side trial

@@ -23,7 +23,8 @@ from palpate.studies.messages import database_reason, describe_url
 
 _SESSIONS = text(
     "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
-    " head_hash, file, file_sha256, number, duration_s FROM sessions WHERE study = :study ORDER BY participant, session"
+    " head_hash, file, file_sha256, number, duration_s, certificates"
+    " FROM sessions WHERE study = :study ORDER BY participant, session"
 )
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
@@ -50,6 +51,8 @@ class SessionRow:
     file_sha256: str
     number: int = 1
     duration_s: float = 0.0
+    certificates: str = "{}"
+    """What was measured of the onset of stimuli, as JSON: {device: certificate}."""
 
 
 @dataclass(frozen=True)

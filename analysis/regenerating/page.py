@@ -5,6 +5,7 @@ The page is one self-contained HTML file with interactive figures.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,6 +19,7 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import AnalysisPlan
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.sample import sample_facts
+from palpate.analysis.ratings.session_choice import SessionRow
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
 from palpate.analysis.reports.figures import DrawnFigure
 from palpate.analysis.reports.page import (
@@ -41,8 +43,10 @@ from palpate.analysis.reports.page import (
     page_html,
 )
 from palpate.analysis.reports.tables import Head, NumberedTable, Table, text_table, value_table
+from palpate.protocols.canonical import parse
 from palpate.protocols.wording import count
 
+ONSET = {"p50": "p50_ms", "p99": "p99_ms", "maximum": "most_ms"}
 BRIEF = 50
 """The most letters of a sentence that fits half a line."""
 MOST_AT_ONCE = 3
@@ -313,11 +317,22 @@ def facts(study: RegeneratedStudy) -> list[tuple[str, str]]:
     return [
         ("Participants", f"{len(material.participants):,}"),
         *sample_facts(study.sample),
+        *onset_facts(material.sessions),
         ("Trials", f"{len(material.trials):,}"),
         *([(what, f"{values:,}")] if values else []),
         ("Exclusion ledger", count(len(lines), "line") if lines else "nothing left out"),
         ("Plan, SHA-256", study.plan.sha256[:12]),
     ]
+
+
+def onset_facts(sessions: Sequence[SessionRow]) -> list[tuple[str, str]]:
+    """Return what the rig's certificates say of the onset of stimuli, a line for each device and certificate."""
+    lines: Counter[str] = Counter()
+    for session in sessions:
+        for device, certificate in parse(session.certificates.encode()).items():
+            times = ", ".join(f"{name} {certificate[key]:.1f} ms" for name, key in ONSET.items())
+            lines[f"{device}: {times}, level {certificate['level_dB']:+.2f} dB; {certificate['date']}"] += 1
+    return [("Command to onset, certified", f"{line} ({count(n, 'session')})") for line, n in sorted(lines.items())]
 
 
 def declared(study: RegeneratedStudy) -> list[str]:

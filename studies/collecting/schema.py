@@ -72,6 +72,7 @@ sessions = Table(
     Column("sittings", Integer, nullable=False),
     Column("duration_s", Float(53), nullable=False),
     Column("palpate_version", NAME, nullable=False),
+    Column("certificates", Text, nullable=False),
 )
 
 

@@ -228,6 +228,13 @@ def session_number(name: str) -> str:
     return name.rpartition("/")[2]
 
 
+def certificates_in(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what `palpate rig certify` measured of the session's devices, by their names in the rig file."""
+    settings = header["rig"].get("settings") or {}
+    devices = {name: own.get("certificate") for name, own in settings.items() if isinstance(own, Mapping)}
+    return {name: certificate for name, certificate in devices.items() if certificate is not None}
+
+
 def _session_row(record: Record) -> Row:
     header = record.header
     return {
@@ -252,6 +259,7 @@ def _session_row(record: Record) -> Row:
         "sittings": sum(note.kind == "opened" for note in record.run_notes),
         "duration_s": record.events[-1].t_ns / NS,
         "palpate_version": header["environment"]["palpate"],
+        "certificates": canonical(certificates_in(header)).decode(),
     }
 
 

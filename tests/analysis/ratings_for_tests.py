@@ -85,7 +85,8 @@ def add_session(
         "row": 0, "seed": 1, "simulated": False, "status": "complete" if answered_trials == planned else "interrupted",
         "trials_planned": len(planned), "trials_answered": len(answered_trials), "events": 9, "first_hash": "a" * 64,
         "head_hash": "b" * 64, "file": f"{STUDY}_{participant}_s{number}.sqlite", "file_sha256": "c" * 64,
-        "started_at": "2026-01-01T09:00:00Z", "sittings": 1, "duration_s": 60.0, "palpate_version": "0.1.0", **changes,
+        "started_at": "2026-01-01T09:00:00Z", "sittings": 1, "duration_s": 60.0, "palpate_version": "0.1.0",
+        "certificates": "{}", **changes,
     }  # fmt: skip
     trials = [
         {
