@@ -467,13 +467,15 @@ test pca.reference =: none normal permuted
 test procrustes: confidence dimensions draws groups halves items on over reflection scaled starts stretch ties
 test procrustes.on =: attributes classical nonmetric pca
 test procrustes.ties =: primary secondary
-test psychometric: alternatives by confidence correct draws falling function guess interval jnd lapse last level
-    level_unit method n order staircase task threshold
+test psychometric: alternatives by confidence correct draws easy_catch falling function guess interval jnd lapse last
+    level level_unit method n order prior staircase task threshold
+test psychometric.easy_catch =: counted left_out
 test psychometric.function =: gaussian logistic weibull weibull_db
 test psychometric.interval =: bootstrap corrected none posterior profile
 test psychometric.jnd =: half_interquartile x84_x50
 test psychometric.level_unit =: db linear
 test psychometric.method =: constant staircase
+test psychometric.prior =: declared_model levels
 test psychometric.task =: forced_choice symmetric yes_no
 test raters: least_r targets
 test relevance: confidence draws interval normalisation threshold

@@ -17,7 +17,15 @@ import numpy as np
 from scipy.special import logsumexp, xlogy
 
 from palpate.analysis.choices.maximising import Problem
-from palpate.analysis.choices.specification import FunctionSpec, Levels, log_likelihood, problem_of, quantities, unit_of
+from palpate.analysis.choices.specification import (
+    FunctionSpec,
+    Levels,
+    log_likelihood,
+    problem_of,
+    quantities,
+    to_level,
+    unit_of,
+)
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NoEstimate
 
@@ -72,22 +80,8 @@ class _Grid:
 
 def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -> Evidence:
     """Return the evidence of counted levels for a threshold."""
-    problem = problem_of(answers, spec)
-    span = float(problem.t[-1])
-    coarse = _grid(spec, *_reach(span), COARSE)
-    log_mass = _log_mass(coarse, problem, spec)
-    whole = float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
+    fine, mass, whole = _fine(answers, spec)
     ratio = whole - _flat(answers, spec)
-    ends = []
-    for axis, points in ((0, coarse.place), (1, np.log(coarse.width))):
-        marginal = np.exp(log_mass - log_mass.max()).sum(axis=tuple(j for j in range(4) if j != axis))
-        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
-        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
-        ends.append((float(points[first]), float(points[last])))
-    fine = _grid(spec, ends[0], ends[1], FINE)
-    log_mass = _log_mass(fine, problem, spec)
-    mass = np.exp(log_mass - log_mass.max())
-    mass /= mass.sum()
     place, width = (axis.ravel() for axis in np.meshgrid(fine.place, fine.width, indexing="ij"))
     spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
     at, size = quantities(
@@ -111,6 +105,36 @@ def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -
         float(rate[1] if spec.equal_rates else rate[0]),
         float(rate[1]),
     )
+
+
+def _fine(answers: Levels, spec: FunctionSpec) -> tuple[_Grid, Floats, float]:
+    """Return a grid where the posterior is not negligible, its mass, and the log of the average likelihood."""
+    problem = problem_of(answers, spec)
+    coarse = _grid(spec, *_reach(float(problem.t[-1])), COARSE)
+    log_mass = _log_mass(coarse, problem, spec)
+    whole = float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
+    ends = []
+    for axis, points in ((0, coarse.place), (1, np.log(coarse.width))):
+        marginal = np.exp(log_mass - log_mass.max()).sum(axis=tuple(j for j in range(4) if j != axis))
+        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
+        ends.append((float(points[first]), float(points[last])))
+    fine = _grid(spec, ends[0], ends[1], FINE)
+    log_mass = _log_mass(fine, problem, spec)
+    mass = np.exp(log_mass - log_mass.max())
+    mass /= mass.sum()
+    return fine, mass, whole
+
+
+def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Floats]:
+    """Return levels, the density of the posterior threshold at them, and that of the prior, per unit of the level."""
+    grid, mass, _ = _fine(answers, spec)
+    at = to_level(grid.place, spec, answers)
+    change = np.abs(np.gradient(at, grid.place))
+    density = mass.sum(axis=(1, 2, 3)) / ((grid.place[1] - grid.place[0]) * change)
+    low, high = _reach(float(problem_of(answers, spec).t[-1]))[0]
+    order = np.argsort(at, kind="stable")
+    return at[order], density[order], (1 / ((high - low) * change))[order]
 
 
 def curve_of(

@@ -24,6 +24,8 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     import pandas as pd
 
+    from palpate.protocols.tracks import Track
+
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Value: TypeAlias = float | int | str | bool | None
 Row: TypeAlias = Mapping[str, Value]
@@ -106,7 +108,7 @@ class Selected:
     `categories` map an attribute to the other end of its scale and to "physical" or "emotional". `scale` are the ends
     of the scale that `value` is on (None where it has none). `tables` are the plan's own tables by name. `seed` and
     `draws` are for whatever is resampled. `unanswered` are left out, as they did not answer a question about themselves
-    that is a column here.
+    that is a column here. `tracks` are those that the study declares, by name, for choices.
     """
 
     table: pd.DataFrame
@@ -122,6 +124,7 @@ class Selected:
     categories: Mapping[str, str] = field(default_factory=lambda: _NONE)
     tables: Mapping[str, pd.DataFrame] = field(default_factory=lambda: _NONE)
     unanswered: tuple[str, ...] = ()
+    tracks: Mapping[str, Track] = field(default_factory=lambda: _NONE)
 
     @property
     def outcome(self) -> str:

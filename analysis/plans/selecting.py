@@ -16,6 +16,7 @@ from palpate.analysis.figures.figure_kind import FigureSettings
 from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings, Takes, columns_named
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
 from palpate.analysis.plans.where import Range, Where, first_word, levels_of, matching_rows
+from palpate.analysis.ratings.collected_choices import study_tracks
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
 from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
@@ -259,6 +260,7 @@ class Selector:
             antonyms={} if ratings is None else ratings.antonyms,
             categories={} if ratings is None else ratings.categories,
             tables=self.tables,
+            tracks=study_tracks(study) if takes == "choices" and study is not None else {},
         )
         return replace(selected, unanswered=silent)
 

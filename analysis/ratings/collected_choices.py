@@ -23,13 +23,15 @@ from sqlalchemy import Connection, inspect, text
 
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.analysis.ratings.session_choice import query
+from palpate.protocols.tracks import tracks_in
 
 if TYPE_CHECKING:
     from palpate.analysis.ratings.session_choice import Choice
-    from palpate.protocols.study import Study
+    from palpate.protocols.study import Stimulus, Study
+    from palpate.protocols.tracks import Track
 
 TABLE = "choices"
-NO_CATCH = "none"
+NO_CATCH, EASY = "none", "easy"
 ADAPTIVE = ("staircase", "questplus")
 """Procedures whose levels follow from the answers, so that they concentrate on a few."""
 NOISE = ("noise", "same")
@@ -39,6 +41,18 @@ _CHOICES = text(
 )
 NUMBERS = ("level", "level_2", "standard", "confidence", "rt_s")
 TRUTHS = ("correct", "hit")
+
+
+def study_tracks(study: Study) -> dict[str, Track]:
+    """Return the tracks that a study declares, by name; {} where no procedure chooses levels."""
+    if not study.procedure or study.intervals is None:
+        return {}
+    standard, members = study.intervals.standard, dict[str, list[Stimulus]]()
+    for stimulus in study.stimuli:
+        if standard is None or stimulus.id != str(standard):
+            block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
+            members.setdefault(block, []).append(stimulus)
+    return {track.name: track for block, own in members.items() for track in tracks_in(study, block, own, ())}
 
 
 def read_choices(connection: Connection, study: Study, choice: Choice) -> list[dict[str, Any]]:
@@ -120,7 +134,7 @@ class TrackDesign:
 
     `falling`: hits become rarer as the level rises, which is so where every level is below the standard. `guess`: the
     bounds of the guess rate from trials without a signal (None: free). `catch`, `silent`: how many catch trials, and
-    trials without a signal, are not in the fit.
+    trials without a signal, are not in the fit. `easy`: how many catch trials at the easiest level are in it.
     """
 
     task: Literal["symmetric", "forced_choice", "yes_no"]
@@ -132,6 +146,7 @@ class TrackDesign:
     guess: tuple[float, float] | None = None
     catch: int = 0
     silent: int = 0
+    easy: int = 0
 
     @property
     def is_adaptive(self) -> bool:
@@ -139,13 +154,16 @@ class TrackDesign:
         return self.procedure in ADAPTIVE
 
 
-def track_design(rows: pd.DataFrame) -> tuple[TrackDesign, pd.DataFrame]:
+def track_design(rows: pd.DataFrame, with_easy: bool = False) -> tuple[TrackDesign, pd.DataFrame]:
     """Return the function of one track's choices, and the rows that it is fitted to.
 
-    Raises DataRefused for rows of several designs, procedures, standards or numbers of alternatives, for levels of two
+    `with_easy`: catch trials at the easiest level are among them, as they say how often somebody lapses. Raises
+    DataRefused for rows of several designs, procedures, standards or numbers of alternatives, for levels of two
     dimensions, and where no row has a level.
     """
-    catch = rows["catch"].astype(str) != NO_CATCH
+    kind = rows["catch"].astype(str)
+    easy = kind == EASY if with_easy else pd.Series(False, index=rows.index)
+    catch = (kind != NO_CATCH) & ~easy
     silent = ~catch & rows["target"].astype(str).isin(NOISE)
     used = rows[~catch & ~silent].dropna(subset=["level"])
     if not len(used):
@@ -155,7 +173,9 @@ def track_design(rows: pd.DataFrame) -> tuple[TrackDesign, pd.DataFrame]:
         raise DataRefused("the levels have two dimensions; a psychometric function has one")
     design, procedure, standard = str(one["design"]), str(one["procedure"]), one["standard"]
     alternatives = int(one["alternatives"])
-    numbers: dict[str, Any] = {"catch": int(catch.sum()), "silent": int(silent.sum()), "procedure": procedure}
+    numbers: dict[str, Any] = {
+        "catch": int(catch.sum()), "silent": int(silent.sum()), "easy": int(easy.sum()), "procedure": procedure,
+    }  # fmt: skip
     level = used["level"].to_numpy(dtype=np.float64)
     if design in ("yes_no", "same_different"):
         noise = rows[silent | (rows["catch"].astype(str) == "absent")]

@@ -5,32 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
 
 import numpy as np
 
-from palpate.protocols.procedures import Model, QuestPlus, values_of
+from palpate.protocols.procedures import QuestPlus
 from palpate.protocols.tracks import Past, Track
-from palpate.studies.procedures.adviser import SURE, End, Estimate, ProcedureKind, Step
+from palpate.studies.procedures.adviser import End, Estimate, ProcedureKind, Step
+from palpate.studies.procedures.model_grid import (
+    PARAMETERS,
+    Floats,
+    Table,
+    entropy,
+    estimate_of,
+    marginal_of,
+    tabulate,
+    uniform,
+    updated,
+)
 
-Floats: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
-PARAMETERS = ("threshold", "slope", "guess", "lapse", "gradient")
 TIES = 9
 """Decimals of the expected information, in nats: levels that differ by less are tied, and the lowest is taken."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """The model over its grid: `share[level, combination]` of hits, and the values of each parameter.
-
-    `share_and_entropy` has a second half of rows: the entropy of an answer, in nats, where the combination is known.
-    `shape` has the number of values of each parameter, in the order of PARAMETERS.
-    """
-
-    share: Floats
-    share_and_entropy: Floats
-    axes: dict[str, Floats]
-    shape: tuple[int, ...]
 
 
 @dataclass
@@ -73,13 +67,8 @@ class QuestPlusAdviser:
     def posterior(self, past: Past) -> Floats:
         """Return the probability of each combination of parameters after these answers."""
         if self._posterior is None or past[: len(self._past)] != self._past:
-            count = self.table.share.shape[1]
-            self._past, self._posterior = (), np.full(count, 1.0 / count)
-        weights = self._posterior
-        for index, hit in past[len(self._past) :]:
-            share = self.table.share[index]
-            weights = weights * (share if hit else 1.0 - share)
-            weights /= weights.sum()
+            self._past, self._posterior = (), uniform(self.table)
+        weights = updated(self.table, self._posterior, past[len(self._past) :])
         self._past, self._posterior = past, weights
         return weights
 
@@ -89,7 +78,7 @@ class QuestPlusAdviser:
         nuisance = [n for n, name in enumerate(PARAMETERS) if name not in interest and table.shape[n] > 1]
         if not nuisance:
             expected, known_entropy = np.split(table.share_and_entropy @ weights, 2)
-            plain: Floats = _entropy(expected) - known_entropy
+            plain: Floats = entropy(expected) - known_entropy
             return plain
         kept = [n for n in range(len(PARAMETERS)) if n not in nuisance]
         order = (*kept, *nuisance)
@@ -99,7 +88,7 @@ class QuestPlusAdviser:
         marginal = known.sum(axis=1)
         hit = np.einsum("lpm,pm->lp", share, known)
         ratio = np.divide(hit, marginal, out=np.zeros_like(hit), where=marginal > 0)
-        measured: Floats = _entropy(hit.sum(axis=1)) - _entropy(ratio) @ marginal
+        measured: Floats = entropy(hit.sum(axis=1)) - entropy(ratio) @ marginal
         return measured
 
     def loss(self, past: Past, index: int) -> float:
@@ -109,75 +98,11 @@ class QuestPlusAdviser:
 
     def marginal(self, past: Past, parameter: str = "threshold") -> tuple[Floats, Floats]:
         """Return the values of a parameter and their probabilities after these answers."""
-        place = PARAMETERS.index(parameter)
-        others = tuple(n for n in range(len(PARAMETERS)) if n != place)
-        return self.table.axes[parameter], self.posterior(past).reshape(self.table.shape).sum(axis=others)
+        return marginal_of(self.table, self.posterior(past), parameter)
 
     def estimate(self, past: Past) -> Estimate:
         """Return mean, SD and central interval of the threshold, or a bound where it may lie beyond the levels."""
-        values, weights = self.marginal(past)
-        low, high = quantiles(values, weights, ((1 - SURE) / 2, (1 + SURE) / 2))
-        firsts = [level[0] if isinstance(level, tuple) else level for level in self.track.levels]
-        lowest, highest = max(min(firsts), float(values[0])), min(max(firsts), float(values[-1]))
-        below, above = low < lowest + _half(values, lowest), high > highest - _half(values, highest)
-        if below and above:
-            return Estimate(outside="unknown")
-        if below or above:
-            bound = quantiles(values, weights, (SURE if below else 1 - SURE,))[0]
-            return Estimate(outside="below" if below else "above", bound=bound)
-        mean = float(weights @ values)
-        return Estimate(mean, math.sqrt(max(0.0, float(weights @ (values - mean) ** 2))), (low, high))
-
-
-def tabulate(model: Model, levels: tuple[Any, ...], falling: bool = False) -> Table:
-    """Return the table of a model at these levels; `falling`: hits become fewer as the level rises."""
-    axes = {name: np.array(values_of(getattr(model, name) if getattr(model, name) is not None else 0.0))
-            for name in PARAMETERS}  # fmt: skip
-    shape = tuple(len(axes[name]) for name in PARAMETERS)
-    grids = np.meshgrid(*(axes[name] for name in PARAMETERS), indexing="ij")
-    values = {name: grid.ravel() for name, grid in zip(PARAMETERS, grids, strict=True)}
-    pairs = np.array([level if isinstance(level, tuple) else (level, 0.0) for level in levels], dtype=np.float64)
-    threshold = values["threshold"] + values["gradient"] * pairs[:, 1:]
-    felt = rise(model.shape, model.scale, pairs[:, :1], threshold, values["slope"], falling)
-    share = values["guess"] + (1 - values["guess"] - values["lapse"]) * felt
-    return Table(share, np.vstack([share, _entropy(share)]), axes, shape)
-
-
-def rise(shape: str, scale: str, level: Floats, threshold: Floats, slope: Floats, falling: bool = False) -> Floats:
-    """Return F at the levels, from 0 to 1 (`Model` in palpate.protocols.procedures has the equations)."""
-    if shape == "weibull":
-        with np.errstate(over="ignore", under="ignore"):
-            if scale == "linear":
-                return -np.expm1(-((level / threshold) ** slope))
-            return -np.expm1(-(10.0 ** (slope * (level - threshold) / (20.0 if scale == "db" else 1.0))))
-    from scipy.special import expit, ndtr
-
-    z = slope * (threshold - level if falling else level - threshold)
-    result: Floats = expit(z) if shape == "logistic" else ndtr(z)
-    return result
-
-
-def quantiles(values: Floats, weights: Floats, shares: tuple[float, ...]) -> tuple[float, ...]:
-    """Return quantiles of a distribution over a grid, each point spread evenly over its cell."""
-    middles = (values[1:] + values[:-1]) / 2
-    edges = np.concatenate([[values[0] - (middles[0] - values[0])], middles, [values[-1] + (values[-1] - middles[-1])]])
-    cumulated = np.concatenate([[0.0], np.cumsum(weights)])
-    return tuple(float(np.interp(share, cumulated / cumulated[-1], edges)) for share in shares)
-
-
-def _half(values: Floats, at: float) -> float:
-    """Return half the width of the grid's cell at a value."""
-    place = min(max(int(np.searchsorted(values, at)), 1), len(values) - 1)
-    return float(values[place] - values[place - 1]) / 2
-
-
-def _entropy(share: Floats) -> Floats:
-    """Return the entropy of a yes/no answer with this probability, in nats."""
-    rest = 1.0 - share
-    with np.errstate(divide="ignore", invalid="ignore"):
-        total = share * np.log(share) + rest * np.log(rest)
-    result: Floats = -np.nan_to_num(total, nan=0.0)
-    return result
+        return estimate_of(*self.marginal(past), self.track.levels)
 
 
 def make(track: Track) -> QuestPlusAdviser:

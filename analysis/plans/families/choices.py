@@ -79,7 +79,10 @@ class PsychometricFunction(StatisticSettings):
 
     With `source: choices` the design in the table decides `task`, `alternatives`, `guess`, `falling` and the column of
     hits; functions are of participants and tracks unless `by` says otherwise, and the levels of staircases and QUEST+
-    have the posterior unless `interval` says otherwise.
+    have the posterior unless `interval` says otherwise. `prior` of the posterior of QUEST+ tracks: the model that the
+    study declares (declared_model, the default where it has one; `threshold` is then the model's own unless the plan
+    gives it), or one that follows from the levels presented (levels), as for all other tracks. `easy_catch: counted`
+    takes catch trials at the easiest level among the answers, since they tell how often somebody lapses.
     """
 
     test: Literal["psychometric"]
@@ -103,10 +106,17 @@ class PsychometricFunction(StatisticSettings):
     interval: Literal["corrected", "profile", "bootstrap", "posterior", "none"] | None = None
     draws: Draws | None = None
     confidence: Confidence = 0.95
+    prior: Literal["declared_model", "levels"] | None = None
+    easy_catch: Literal["left_out", "counted"] = "left_out"
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
+        if self.source != "choices":
+            yield Idle("prior", "without `source: choices`, whose study may declare a model")
+            yield Idle("easy_catch", "without `source: choices`, which has catch trials", "left_out")
+        elif self.interval not in (None, "posterior"):
+            yield Idle("prior", f"with `interval: {self.interval}`, which is not of a posterior")
         if self.method == "constant":
             yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
         if self.source == "choices":

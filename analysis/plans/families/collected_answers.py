@@ -13,6 +13,7 @@ from palpate.analysis.choices.evidence import (
     EXCESS,
     SURE,
     curve_of,
+    density_of,
     evidence_of,
     lapse_excess,
     no_threshold,
@@ -23,6 +24,13 @@ from palpate.analysis.choices.psychometric import Psychometric, fit_function
 from palpate.analysis.choices.specification import FunctionSpec, Levels, gather_levels
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import PsychometricFunction
+from palpate.analysis.plans.families.declared_answers import (
+    LEVELS,
+    declared_model,
+    declared_numbers,
+    threshold_share,
+    track_posterior,
+)
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
 from palpate.analysis.ratings.collected_choices import NO_CATCH, TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused
@@ -31,14 +39,15 @@ from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 
 if TYPE_CHECKING:
+    from palpate.analysis.choices.declared_model import DeclaredModel
     from palpate.analysis.plans.answers import Row, Selected
 
 PARTICIPANT = "participant"
 BY = (PARTICIPANT, "track")
 NUMBERS = (
     "trials", "threshold", "threshold_low", "threshold_high", "threshold_sd", "outside", "bound", "sure", "jnd",
-    "jnd_low", "jnd_high", "standard", "weber", "weber_low", "weber_high", "slope", "guess", "lapse",
-    "likelihood_ratio", "deviance", "df", "p_deviance",
+    "jnd_low", "jnd_high", "standard", "weber", "weber_low", "weber_high", "slope", "guess", "lapse", "threshold_at",
+    "prior", "likelihood_ratio", "deviance", "df", "p_deviance",
 )  # fmt: skip
 POINTS = 61
 SUMMED = ("threshold", "jnd", "weber")
@@ -59,11 +68,16 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
     rows: list[dict[str, Any]] = []
     levels: list[pd.DataFrame] = []
     curves: list[Row] = []
+    densities: list[Row] = []
+    models: dict[str, list[str]] = {}
     for where, part in parts_of(table, by):
         row, shown = function_row(selected, settings, part)
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
-        curves += [{**where, **point} for point in curve_rows(settings, part)]
+        for rows_so_far, more_rows in ((curves, curve_rows), (densities, density_rows)):
+            rows_so_far += [{**where, **point} for point in more_rows(selected, settings, part)]
+        for declared in _declared(selected, settings, part):
+            models.setdefault(declared.describe(), []).append(where.get("track", ""))
     if all(row["threshold"] is None and row["outside"] is None for row in rows):
         raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
     joined = pd.concat(levels, ignore_index=True)
@@ -71,9 +85,10 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
         "summary": tuple(summary_rows(rows, by, SUMMED, settings.confidence)),
         "levels": rows_of(joined[[*by, *(column for column in joined if column not in by)]]),
         "curve": tuple(curves),
+        "posterior": tuple(densities),
         "trials": tuple(_trial_rows(table, by)),
     }
-    return _answer(selected, settings, rows, by, more)
+    return _answer(selected, settings, rows, by, more, models)
 
 
 def parts_of(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
@@ -116,21 +131,29 @@ def function_row(
     notes: list[str] = []
     shown = None
     try:
-        design, used = track_design(part)
+        design, used = track_design(part, settings.easy_catch == "counted")
         row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
         spec = spec_of(settings, design)
         row["trials"] = len(used)
         given = gather_levels(used, "level", design.hits)
         shown = _shares(given)
-        numbers, more, fit = _estimate(selected, settings, design, spec, given)
+        declared, fit = declared_model(selected, settings, design, used), None
+        if declared is None:
+            numbers, more, fit = _estimate(selected, settings, design, spec, given)
+        else:
+            numbers, more = declared_numbers(settings, declared, used)
         row |= numbers
         notes += more
         if fit is not None:
             shown = fit.table
         if row["threshold"] is not None:
             row |= weber(row, design, settings.level_unit == "db")
-        for count, what in ((design.catch, "catch trial(s)"), (design.silent, "trial(s) without a signal")):
-            notes += [f"{count} {what} left out"] if count else []
+        for count, what in (
+            (design.catch, "catch trial(s) left out"),
+            (design.silent, "trial(s) without a signal left out"),
+            (design.easy, "catch trial(s) at the easiest level counted"),
+        ):
+            notes += [f"{count} {what}"] if count else []
     except StatisticsError as refusal:
         notes.append(str(refusal))
     except DataRefused as refusal:
@@ -179,6 +202,8 @@ def _estimate(
         "threshold_low": evidence.threshold_interval[0],
         "threshold_high": evidence.threshold_interval[1],
         "threshold_sd": evidence.sd,
+        "threshold_at": settings.threshold,
+        "prior": LEVELS,
         "jnd": evidence.jnd,
         "jnd_low": evidence.jnd_interval[0],
         "jnd_high": evidence.jnd_interval[1],
@@ -187,16 +212,45 @@ def _estimate(
     }, notes, None  # fmt: skip
 
 
-def curve_rows(settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
+def _declared(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> Iterator[DeclaredModel]:
+    """Yield the declared model of one function's choices, if it decides them."""
+    try:
+        model = declared_model(selected, settings, *track_design(part, settings.easy_catch == "counted"))
+    except DataRefused:
+        return
+    if model is not None:
+        yield model
+
+
+def density_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
+    """Return points of the posterior and prior density of a threshold, per unit of the level, for drawing."""
+    try:
+        design, used = track_design(part, settings.easy_catch == "counted")
+        declared = declared_model(selected, settings, design, used)
+        if declared is not None:
+            density = track_posterior(declared, used).density(threshold_share(settings, declared))
+        else:
+            density = density_of(gather_levels(used, "level", design.hits), spec_of(settings, design))
+    except (StatisticsError, DataRefused):
+        return []
+    rows = zip(*(part.tolist() for part in density), strict=True)
+    return [{"level": x, "density": y, "prior_density": z} for x, y, z in rows]
+
+
+def curve_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
     """Return points of a function for drawing: the share expected by the posterior, and its pointwise interval."""
     try:
-        design, used = track_design(part)
+        design, used = track_design(part, settings.easy_catch == "counted")
         spec = spec_of(settings, design)
         given = gather_levels(used, "level", design.hits)
         low, high = float(given.levels[0]), float(given.levels[-1])
         room = 0.04 * (high - low)
         at = np.linspace(low if spec.shape.logarithmic else low - room, high + room, POINTS)
-        curve = curve_of(given, spec, at, settings.confidence)
+        declared = declared_model(selected, settings, design, used)
+        if declared is None:
+            curve = curve_of(given, spec, at, settings.confidence)
+        else:
+            curve = track_posterior(declared, used).curve(at, settings.confidence)
     except (StatisticsError, DataRefused):
         return []
     rows = zip(at.tolist(), *(part.tolist() for part in curve), strict=True)
@@ -223,6 +277,7 @@ def _fitted(
         ends = [(again.threshold.low, again.threshold.high), (again.jnd.low, again.jnd.high)]
     return {
         "threshold": fit.threshold,
+        "threshold_at": fit.at,
         "threshold_low": ends[0][0],
         "threshold_high": ends[0][1],
         "jnd": fit.jnd,
@@ -313,12 +368,20 @@ def _answer(
     rows: list[dict[str, Any]],
     by: tuple[str, ...],
     more: dict[str, tuple[Row, ...]],
+    models: dict[str, list[str]],
 ) -> Answer:
     missing = [row for row in rows if row["threshold"] is None]
     jnd = "(x.75 - x.25) / 2 of F" if settings.jnd == "half_interquartile" else "x.84 - x.50 of F"
     how = HOW[settings.interval] if settings.interval else (
         "of constant levels profile likelihood with Bartlett's correction, of staircases and QUEST+ the posterior"
     )  # fmt: skip
+    declared = "".join(
+        f". Of {', '.join(sorted(set(filter(None, names)))) or 'QUEST+ tracks'} by the model that the study declares: "
+        f"{model}"
+        for model, names in models.items()
+    )
+    at = sorted({float(row["threshold_at"]) for row in rows if row["threshold_at"] is not None})
+    where_f = " or ".join(f"{share:.3g}" for share in at) or f"{settings.threshold:g}"
     parts = []
     for row in more["summary"]:
         where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
@@ -328,11 +391,13 @@ def _answer(
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
         method=f"Psychometric functions ({settings.function}) of collected choices, task and guess rate by their "
-        f"design; threshold where F = {settings.threshold:g}; {100 * settings.confidence:g}% intervals: {how}. There "
+        f"design; threshold where F = {where_f}; {100 * settings.confidence:g}% intervals: {how}. There "
         "is a threshold where the likelihood ratio against a flat function, averaged over a prior, is 20 or more "
-        "(Ville 1939)",
+        f"(Ville 1939){declared}",
         kinds={
-            "threshold": f"level where F = {settings.threshold:g}",
+            "threshold": f"level where F = {where_f}",
+            "threshold_at": "F at the threshold",
+            "prior": "prior of the posterior: the study's declared model, or one by the levels presented",
             "outside": "where the threshold is, if not within the levels",
             "bound": "the threshold is beyond it with the probability `sure`",
             "jnd": f"{jnd}; in a forced choice against a standard the distance of the threshold from it",
@@ -344,6 +409,13 @@ def _answer(
         participants=int(selected.table[PARTICIPANT].nunique()),
         values=sum(row["trials"] or 0 for row in rows),
         headline=f"Mean {'; '.join(parts[:6])}" if parts else "No threshold is within the levels",
-        notes=sentences([f"{len(missing)} of {len(rows)} functions have no number (see `note`)" if missing else ""]),
+        notes=sentences(
+            [
+                f"{len(missing)} of {len(rows)} functions have no number (see `note`)" if missing else "",
+                "thresholds are at different values of F (`threshold_at`) and cannot be compared; give `threshold`"
+                if len(at) > 1
+                else "",
+            ]
+        ),
         more=more,
     )

@@ -7,7 +7,8 @@ from palpate.protocols.procedures import procedures_from
 from palpate.protocols.study import Stimulus
 from palpate.protocols.tracks import Track
 from palpate.studies.procedures.adviser import End
-from palpate.studies.procedures.questplus import PARAMETERS, make, quantiles, rise
+from palpate.studies.procedures.model_grid import PARAMETERS, quantiles, rise
+from palpate.studies.procedures.questplus import make
 from tests.studies.procedures.tracks_for_tests import GRID, MODEL, QUESTPLUS, ran, share, track
 
 
