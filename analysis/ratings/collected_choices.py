@@ -47,7 +47,8 @@ def study_tracks(study: Study) -> dict[str, Track]:
     """Return the tracks that a study declares, by name; {} where no procedure chooses levels."""
     if not study.procedure or study.intervals is None:
         return {}
-    standard, members = study.intervals.standard, dict[str, list[Stimulus]]()
+    standard = study.intervals.standard
+    members: dict[str, list[Stimulus]] = {}
     for stimulus in study.stimuli:
         if standard is None or stimulus.id != str(standard):
             block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
