@@ -31,13 +31,22 @@ class Need:
     such need, apart from samples placed by hand. `records`: they record a stimulus while it is explored. `beside`: they
     run during presenting and recording; what they measure is stored with each reply. Without a role, no device of a rig
     is required. `makes` says that stimuli are made from wishes, `plays_models` that models play them.
+    `parameters` are the columns of a stimulus that its device takes: it can then present intervals at levels that
+    procedures choose.
     """
 
     role: Role | None = None
     takes: Mapping[str, Taken] = field(default_factory=dict)
     makes: bool = False
     plays_models: bool = False
+    parameters: frozenset[str] = frozenset()
 
+
+VIBRATION = frozenset({
+    "waveform", "level_db", "reference", "seconds", "ramp_s", "frequency_hz", "low_hz", "high_hz", "pulse_hz",
+    "pulse_s", "seed", "file",
+})  # fmt: skip
+"""The columns of a stimulus table that describe a vibration (`palpate.signals.vibration`)."""
 
 NEEDS: Registry[Need] = Registry(
     parts={
@@ -58,7 +67,7 @@ NEEDS: Registry[Need] = Registry(
         ),
         "texture_renderer": Need("presents", {"tablet": Taken(), "voice_coil": Taken()}, plays_models=True),
         "door_generator": Need("presents", {"door": Taken()}, makes=True, plays_models=True),
-        "vibration": Need("presents", {"vibrator": Taken()}),
+        "vibration": Need("presents", {"vibrator": Taken()}, parameters=VIBRATION),
         "camera": Need("records", {"camera": Taken()}),
         "masking_noise": Need("beside", {"masking_noise": Taken()}),
         "skin_temperature": Need("beside", {"thermometer": Taken("skin_temperature", 1.0)}),

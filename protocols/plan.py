@@ -191,11 +191,13 @@ def compile_plan(
 def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, session: int) -> tuple[Trial, ...]:
     """Return the trials of a study whose levels are chosen by procedures: those of several tracks, interleaved.
 
-    The study's order is that of the tracks in each round through a block. A track has as many trials as its cap.
+    A block goes through its tracks again and again, each time in the study's order, until all have had as many trials
+    as they may have.
     """
     occasion: tuple[Key, ...] = () if session == 1 else ("session", session)
     key = ("track", study.study, seed, who.participant, *occasion)
-    by_id = {s.id: s for s in study.stimuli_of(who.group) if s.id != str(study.intervals.standard)}
+    standard = study.intervals.standard
+    by_id = {s.id: s for s in study.stimuli_of(who.group) if standard is None or s.id != str(standard)}
     first = session - 1 if study.over_sessions == "next_row" else 0
     label = ("deal", study.study, who.group, study.order.seed)
     catch = study.intervals.catch
@@ -208,9 +210,10 @@ def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, 
         tracks += within
         queues = {track.name: slots_of(track, block, absent, easy) for track in within}
         names = list(queues)
-        for turn in range(max(map(len, queues.values()))):
+        for turn in range(max(map(len, queues.values()), default=0)):
             drawn = ordered(study.order.design, names, row + turn, (*label, block), (*chance, block, turn))
             main += [queues[name][turn] for name in drawn if turn < len(queues[name])]
+    main = main[::-1] if study.is_mirrored(session) else main
     practice = list(practice_slots(study, tracks))
     return tuple(
         replace(
@@ -249,7 +252,8 @@ def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
     """Return the number of trials, without practice, in a session with these stimuli; the cap of procedures."""
     if study.procedure:
-        compared = [stimulus for stimulus in stimuli if stimulus.id != str(study.intervals.standard)]
+        standard = study.intervals.standard
+        compared = [stimulus for stimulus in stimuli if standard is None or stimulus.id != str(standard)]
         catch = study.intervals.catch
         every = [c.every for c in (catch.absent, catch.easy) if c is not None] if catch is not None else []
         members: dict[str, list[Stimulus]] = {}

@@ -5,7 +5,9 @@ The procedures themselves are in `palpate.studies.procedures`, a module for each
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AliasChoices, Field, model_validator
@@ -15,8 +17,8 @@ from palpate.protocols.study import Level as Id
 from palpate.protocols.study import Name, Number, Text, Whole
 
 MOST_LEVELS, MOST_TRIALS = 1000, 2000
-ROUNDING = 9
-"""Decimals of a level: steps of a tenth are then written as tenths."""
+SIGNIFICANT = 12
+"""Significant digits of a level: steps of a tenth are then written as tenths."""
 Level = float | tuple[float, ...]
 """A level, or one for each dimension of the stimulus."""
 Points = Annotated[Whole, Field(ge=1, le=MOST_LEVELS)]
@@ -44,8 +46,10 @@ class Grid(KnownKeys):
             raise ValueError("one of {from, to, points}, {values} and {of: stimuli} is expected")
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"from ({self.low}) must be below to ({self.high})")
-        if self.values is not None and any(b <= a for a, b in zip(self.values, self.values[1:], strict=False)):
+        if self.values is not None and any(b <= a for a, b in pairwise(self.values)):
             raise ValueError("values: different levels are expected, from the lowest to the highest")
+        if len(set(self.levels)) < len(self.levels):
+            raise ValueError("levels so close to one another cannot be told apart")
         return self
 
     @property
@@ -56,7 +60,7 @@ class Grid(KnownKeys):
         if self.low is None or self.high is None or self.points is None:
             return ()
         width, last = self.high - self.low, self.points - 1
-        return tuple(round(float(self.low + width * n / last), ROUNDING) for n in range(self.points))
+        return tuple(float(f"{self.low + width * n / last:.{SIGNIFICANT}g}") for n in range(self.points))
 
 
 class Axis(KnownKeys):
@@ -270,6 +274,10 @@ class Model(KnownKeys):
             raise ValueError("slope: values above 0 are expected; say easier: lower for a falling function")
         if self.shape == "weibull" and self.scale == "linear" and min(values_of(self.threshold)) <= 0:
             raise ValueError("threshold: a Weibull function on a linear scale needs values above 0; or say scale: db")
+        for name in ("threshold", "slope", "guess", "lapse", "gradient"):
+            values = () if getattr(self, name) is None else values_of(getattr(self, name))
+            if any(b <= a for a, b in pairwise(values)):
+                raise ValueError(f"{name}: different values are expected, from the lowest to the highest")
         if len(values_of(self.threshold)) < 2:
             raise ValueError("threshold: two or more values are expected; with one there is nothing to measure")
         return self
@@ -283,7 +291,8 @@ class Model(KnownKeys):
         return count
 
 
-MOST_POINTS = 200_000
+MOST_POINTS, MOST_CELLS = 200_000, 20_000_000
+"""Combinations of parameters, and levels times combinations: a table of that size takes 160 MB."""
 
 
 class QuestPlus(Procedure):
@@ -307,12 +316,21 @@ class QuestPlus(Procedure):
             raise ValueError("two dimensions (level: [GRID, GRID]) and model: {gradient: ...} go together")
         if self.model.points > MOST_POINTS:
             raise ValueError(f"model: {self.model.points:,} combinations of parameters; at most {MOST_POINTS:,} are")
+        cells = self.model.points * math.prod(max(1, len(grid.levels)) for grid in self.grids)
+        if cells > MOST_CELLS:
+            raise ValueError(
+                f"levels times combinations of parameters are {cells:,}; at most {MOST_CELLS:,} are computed"
+            )
         if self.easier == "lower" and self.model.shape == "weibull":
             raise ValueError("easier: lower goes with shape: logistic or gaussian")
-        linear = self.model.shape == "weibull" and self.model.scale == "linear"
-        if linear and any(level <= 0 for level in self.grids[0].levels):
+        if self.needs_positive_levels and any(level <= 0 for level in self.grids[0].levels):
             raise ValueError("level: a Weibull function on a linear scale needs levels above 0; or say scale: db")
         return self
+
+    @property
+    def needs_positive_levels(self) -> bool:
+        """Return whether the model is one of ratios: a Weibull function on a linear scale."""
+        return self.model.shape == "weibull" and self.model.scale == "linear"
 
     @property
     def trials(self) -> int:

@@ -77,10 +77,17 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
     yield from _sample(study)
     if study.order.blocks is not None:
         yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
+        blocks = sorted({stimulus.columns.get(study.order.blocks.by, "") for stimulus in study.stimuli})
+        for level in study.order.blocks.instructions:
+            yield from _known(level, blocks, ("order", "blocks", "instructions", level), "a block")
+    elif study.resume is not None and "block" in study.resume.repeat:
+        yield Problem(("resume", "repeat"), "the study has no blocks: block would repeat the whole session")
     if study.practice is not None:
         ids = [s.id for s in study.stimuli]
         for index, name in enumerate(study.practice.stimuli):
             yield from _known(name, ids, ("practice", "stimuli", index), "a stimulus id")
+        if study.practice.until is not None and "procedure" not in TASKS[study.task].keys:
+            yield Problem(("practice", "until"), f"task {study.task} has no right answers to count")
     yield from _anchors(study)
     for index, column in enumerate(study.blind):
         yield from _column(study, column, ("console", "blind", index))

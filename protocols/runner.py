@@ -159,7 +159,8 @@ class _Recorder:
 class _Progress:
     """The participant's progress, by the numbers of trials: answers given, attempts made, the furthest place reached.
 
-    `steps` are the answers that tracks go by, `stopped` the tracks that need no more trials.
+    `steps` are the answers that tracks go by, `stopped` the tracks that need no more trials, `passed` the trials at
+    which that was said.
     """
 
     answers: dict[int, Mapping[str, Any]] = field(default_factory=dict)
@@ -167,11 +168,13 @@ class _Progress:
     furthest: int = -1
     steps: dict[int, tuple[int, bool]] = field(default_factory=dict)
     stopped: set[str] = field(default_factory=set)
+    passed: set[int] = field(default_factory=set)
 
     def begin(self, plan: Plan, position: int) -> Trial:
         """Return the trial at a place of the plan with the attempt's number and what was answered before."""
         trial = plan.trials[position]
         self.attempts[trial.number] = self.attempts.get(trial.number, 0) + 1
+        self.passed.discard(trial.number)
         attempted = replace(trial, attempt=self.attempts[trial.number], previous=self.answers.get(trial.number))
         if trial.track is None:
             return attempted
@@ -188,7 +191,8 @@ class _Progress:
 
     def first_repeated(self, plan: Plan, position: int, which: str) -> int:
         """Return the place from which on trials are repeated; places that were passed over do not count."""
-        begun = [place for place in range(position) if plan.trials[place].number in self.attempts]
+        answered = self.attempts.keys() - self.passed
+        begun = [place for place in range(position) if plan.trials[place].number in answered]
         if which == "last":
             return begun[-1] if begun else position
         first = position
@@ -248,6 +252,7 @@ def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder
         return first
     if isinstance(outcome, Stopped) and trial.track is not None:
         progress.stopped.add(trial.track.name)
+        progress.passed.add(trial.number)
     if isinstance(outcome, Answered):
         progress.answers[trial.number] = outcome.answers
         if outcome.step is not None:

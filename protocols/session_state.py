@@ -150,7 +150,8 @@ class SessionState:
         far.
         """
         number, which = event.trial or 1, event.value.get("which")
-        begun = sorted(trial for trial in self.trials if trial < number)
+        states = self.trials.items()
+        begun = sorted(n for n, state in states if n < number and state.attempts[-1].ended_as != STOPPED)
         if which == "last":
             return begun[-1:] or [number]
         if which != "block" or number not in self.trials:

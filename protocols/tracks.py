@@ -92,7 +92,7 @@ def tracks_in(study: Study, block: str, stimuli: Sequence[Stimulus], chance: tup
     The standard of the study's intervals, if it is a row of the table, is in no track.
     """
     rows = {stimulus.id: stimulus for stimulus in study.stimuli}
-    named = rows.get(str(study.intervals.standard))
+    named = None if study.intervals.standard is None else rows.get(str(study.intervals.standard))
     tracks = []
     for procedure in study.procedure:
         among = procedure.stimuli

@@ -144,13 +144,13 @@ def _recomputed(path: Path) -> dict[str, Any]:
     row = _replayed(path)
     if not row["ok"]:
         return row
-    from palpate.studies.procedures.recompute import described, recompute
+    from palpate.studies.procedures.recompute import describe_differences, recompute
     from palpate.studies.sessions.record import read
 
     choices, differences = recompute(read(path))
     row |= {"choices": choices, "choices_that_differ": len(differences)}
     if differences:
-        row |= {"ok": False, "verdict": "differs", "problem": "\n         ".join(described(differences))}
+        row |= {"ok": False, "verdict": "differs", "problem": "\n         ".join(describe_differences(differences))}
     return row
 
 

@@ -18,6 +18,7 @@ from palpate.protocols.events import Ask, Choose, Part, Present, Reply, Show
 from palpate.protocols.fields import Asked, Choice, Confidence, Fields, answered
 from palpate.protocols.forms import FIELDS_TABLE, FormKind, OwnColumn, OwnTable
 from palpate.protocols.keyed import normal, uniform
+from palpate.protocols.needs import NEEDS
 from palpate.protocols.strict import KnownKeys
 from palpate.protocols.study import (
     Feedback,
@@ -32,7 +33,7 @@ from palpate.protocols.study import (
     is_number,
 )
 from palpate.protocols.tasks.steps import Answered, Steps, Stopped, Task, TaskError
-from palpate.protocols.tracks import ABSENT, NO_CATCH, Track
+from palpate.protocols.tracks import ABSENT, NO_CATCH, PRACTICE, Track, tracks_in
 from palpate.protocols.trial import ParticipantRow, Trial
 from palpate.protocols.yaml_text import Path
 
@@ -131,8 +132,8 @@ class Intervals(KnownKeys):
             return "same" if absent else "different"
         return str(place)
 
-    def is_right(self, chosen: str, target: str) -> bool:
-        """Return whether the answer is right."""
+    def is_hit(self, chosen: str, target: str) -> bool:
+        """Return whether the answer names the interval of the stimulus, or whether there is one, or a difference."""
         return {"yes": "signal", "no": "noise"}.get(chosen, chosen) == target
 
 
@@ -160,7 +161,10 @@ class IntervalsForm(Fields):
 
 
 def choose_present_ask(trial: Trial) -> Steps:
-    """Choose the level, present the intervals, ask, and show whether the answer was right."""
+    """Choose the level, present the intervals, ask, and show whether the answer was right.
+
+    After the last trial of a track its procedure is asked once more, for its estimate.
+    """
     form, track = trial.form, trial.track
     if not isinstance(form, IntervalsForm) or track is None:
         raise TaskError(f"trial {trial.number}: no intervals to present")
@@ -175,22 +179,48 @@ def choose_present_ask(trial: Trial) -> Steps:
     place, parts = _parts(form, track, trial, index)
     for stimulus, part in parts:
         yield Present(replace(trial, stimulus=stimulus), part=part)
-    target = form.intervals.target(place, trial.catch == ABSENT)
-    level = {} if index is None else {"index": index, "level": track.levels[index]}
-    catch = {} if trial.catch == NO_CATCH else {"catch": trial.catch}
-    compared = {} if track.standard_level is None else {"standard": track.standard_level}
-    felt = trial.stimulus if index is None else track.stimulus_at(index)
-    context = {
-        "track": track.name, "stimulus": felt.id, "procedure": track.procedure.kind, **level, **compared,
-        "target": target, **catch,
-    }  # fmt: skip
+    context = _context(form, track, trial, index, place)
     reply = yield Ask(replace(form, context=context), trial)
     answers = reply.value["answers"]
-    right = form.intervals.is_right(answers[form.choice.name], target)
-    correct = _is_correct(form, right, _first(level.get("level")), compared.get("standard"))
+    hit = form.intervals.is_hit(answers[form.choice.name], context["target"])
+    correct = _is_correct(hit, context)
     if correct is not None and form.feedback is not None and (trial.practice or form.feedback.after == "all"):
         yield Show(RIGHT if correct else WRONG, form.feedback.seconds, trial)
-    return Answered(answers, None if index is None or trial.catch != NO_CATCH else (index, right))
+    if index is None or trial.catch != NO_CATCH:
+        return Answered(answers)
+    if trial.practice:
+        return Answered(answers, (index, hit if correct is None else correct))
+    past = (*trial.past, (index, hit))
+    if len(past) >= track.trials:
+        yield Choose(replace(trial, past=past))
+    return Answered(answers, past[-1])
+
+
+def _context(form: IntervalsForm, track: Track, trial: Trial, index: int | None, place: int) -> dict[str, Any]:
+    """Return what a trial is about, for the ledger.
+
+    `correct_if` is there where a comparison may be less than its standard: choosing it is then a miss.
+    """
+    felt = trial.stimulus if index is None else track.stimulus_at(index)
+    context: dict[str, Any] = {"track": track.name, "stimulus": felt.id, "procedure": track.procedure.kind}
+    if index is not None:
+        context |= {"index": index, "level": track.levels[index]}
+    if track.standard_level is not None:
+        context["standard"] = track.standard_level
+    context["target"] = form.intervals.target(place, trial.catch == ABSENT)
+    if trial.catch != NO_CATCH:
+        context["catch"] = trial.catch
+    if form.intervals.design == "forced_choice" and track.standard_level is not None and index is not None:
+        more = (_first(track.levels[index]) or 0.0) - track.standard_level
+        more = -more if track.procedure.easier == "lower" else more
+        context["correct_if"] = "hit" if more > 0 else "miss" if more < 0 else "neither"
+    return context
+
+
+def _is_correct(hit: bool, context: Mapping[str, Any]) -> bool | None:
+    """Return whether the answer is correct; None where the comparison equals its standard."""
+    correct_if = context.get("correct_if", "hit")
+    return None if correct_if == "neither" else hit == (correct_if == "hit")
 
 
 def _first(level: Any) -> float | None:
@@ -215,9 +245,10 @@ def _parts(
     level = None if index is None else track.levels[index]
     timing = {"seconds": design.seconds, "gap_s": design.gap_s}
     if design.at_once:
-        other = "" if standard is None else standard.id
-        sides = tuple(target.id if n == place else other for n in range(1, design.of + 1))
-        return place, [(target, Part(place, design.of, level, sides=sides, seconds=design.seconds))]
+        other, absent = "" if standard is None else standard.id, trial.catch == ABSENT
+        sides = tuple(target.id if n == place and not absent else other for n in range(1, design.of + 1))
+        shown = standard if absent and standard is not None else target
+        return place, [(shown, Part(place, design.of, level, sides=sides, seconds=design.seconds))]
     parts = []
     for n in range(1, design.of + 1):
         if n == place and trial.catch != ABSENT:
@@ -229,13 +260,6 @@ def _parts(
     return place, parts
 
 
-def _is_correct(form: IntervalsForm, right: bool, level: float | None, standard: float | None) -> bool | None:
-    """Return whether the answer is correct: of a standard that is the greater, the comparison is not; None if equal."""
-    if form.intervals.design != "forced_choice" or standard is None or level is None:
-        return right
-    return None if level == standard else right == (level > standard)
-
-
 def simulated(person: Any, ask: Ask, form: IntervalsForm) -> tuple[Reply, float]:
     """Choose by the study's psychometric function of observers, and answer the other questions by chance."""
     trial, context = ask.trial, form.context
@@ -244,9 +268,9 @@ def simulated(person: Any, ask: Ask, form: IntervalsForm) -> tuple[Reply, float]
     right = uniform(*person.moment("choice", ask, "")) < _share_right(person, trial, form, context)
     options, target = form.choice.options, context["target"]
     if right:
-        chosen = next(option for option in options if form.intervals.is_right(option, target))
+        chosen = next(option for option in options if form.intervals.is_hit(option, target))
     else:
-        wrong = [option for option in options if not form.intervals.is_right(option, target)]
+        wrong = [option for option in options if not form.intervals.is_hit(option, target)]
         chosen = wrong[math.floor(len(wrong) * uniform(*person.moment("wrong", ask, "")))]
     answers: dict[str, Any] = {}
     for question in form.questions:
@@ -288,7 +312,7 @@ def _rows(
     target, level, standard = context["target"], context.get("level"), context.get("standard")
     levels = level if isinstance(level, list) else [level, None]
     sure = next((answers[question.name] for question in form.questions if isinstance(question, Confidence)), None)
-    right = form.intervals.is_right(chosen, target)
+    right = form.intervals.is_hit(chosen, target)
     yield {
         "track": context["track"],
         "stimulus": context["stimulus"],
@@ -300,7 +324,7 @@ def _rows(
         "standard": standard,
         "target": target,
         "chosen": chosen,
-        "correct": _is_correct(form, right, levels[0], standard),
+        "correct": _is_correct(right, context),
         "hit": {"yes": True, "no": False, "different": True, "same": False}.get(chosen, right),
         "catch": context.get("catch", NO_CATCH),
         "confidence": None if sure is None else float(sure),
@@ -325,7 +349,7 @@ def _is_about(question: Asked) -> bool:
     return isinstance(question, Choice) and question.of is not None
 
 
-def _tracks(study: Study) -> Iterator[Problem]:
+def _problems(study: Study) -> Iterator[Problem]:
     """Yield problems between intervals, questions, procedures and the stimulus table."""
     if study.intervals is None or not study.procedure:
         return
@@ -336,11 +360,79 @@ def _tracks(study: Study) -> Iterator[Problem]:
         yield Problem(("ask",), "the question of: intervals cannot be optional")
     if study.order.repeats != 1:
         yield Problem(("order", "repeats"), "how often a level is presented is a matter of the procedure; leave it out")
-    yield from _standards(study)
-    if sum(procedure.grids[0].of is not None for procedure in study.procedure) not in (0, len(study.procedure)):
+    rows = [procedure.grids[0].of is not None for procedure in study.procedure]
+    if any(rows) != all(rows):
         yield Problem(("procedure",), "of: stimuli is expected for all procedures or for none")
+    problems = [*_standard(study, any(rows)), *_names(study)]
     for n, procedure in enumerate(study.procedure):
-        yield from _levels(study, procedure, ("procedure", n) if len(study.procedure) > 1 else ("procedure",))
+        path = ("procedure", n) if len(study.procedure) > 1 else ("procedure",)
+        problems += _levels(study, procedure, path)
+    problems += _devices(study)
+    yield from problems
+    if not problems:
+        yield from _coverage(study)
+
+
+def _standard(study: Study, rows: bool) -> Iterator[Problem]:
+    standard, ids = study.intervals.standard, [stimulus.id for stimulus in study.stimuli]
+    path: Path = ("intervals", "standard")
+    if standard is not None and str(standard) not in ids and not isinstance(standard, int | float):
+        yield Problem(path, f"found {standard!r}, expected a stimulus id or a level; {nearest(str(standard), ids)}")
+    if rows and (standard is None or str(standard) not in ids):
+        yield Problem(path, "of: stimuli needs a standard: the id of one stimulus of the table")
+    two = any(len(procedure.grids) > 1 for procedure in study.procedure)
+    if two and standard is not None and str(standard) not in ids:
+        yield Problem(path, "a level as a standard has one dimension, and the procedure has two; name a stimulus")
+
+
+def _names(study: Study) -> Iterator[Problem]:
+    """Yield problems of names that are used and not there, or that mean something else."""
+    ids = [stimulus.id for stimulus in study.stimuli]
+    by = study.order.blocks.by if study.order.blocks is not None else None
+    blocks = sorted({stimulus.columns.get(by, "") for stimulus in study.stimuli}) if by is not None else []
+    if PRACTICE in ids or PRACTICE in blocks:
+        yield Problem(("stimuli",), f"{PRACTICE!r} is the name of the practice trials; choose another one")
+    standard = study.intervals.standard
+    for n, name in enumerate(study.practice.stimuli if study.practice is not None else ()):
+        if standard is not None and name == str(standard):
+            yield Problem(
+                ("practice", "stimuli", n), f"{name!r} is the standard, which is in no track; name another one"
+            )
+    observer = study.simulation.observer if study.simulation is not None else None
+    if observer is not None and isinstance(observer.threshold, dict):
+        named = [procedure.name for procedure in study.procedure]
+        tracks = [
+            *ids,
+            *(f"{name} {procedure}" for name in [*ids, *blocks, "main"] for procedure in named),
+            *blocks,
+            "main",
+        ]
+        for name in observer.threshold:
+            if name not in tracks:
+                path: Path = ("simulation", "observer", "threshold", name)
+                yield Problem(path, f"found {name!r}, expected a stimulus or a track; {nearest(name, ids)}")
+
+
+def _devices(study: Study) -> Iterator[Problem]:
+    """Yield problems between intervals, levels and the need that presents them."""
+    presenting = next((NEEDS[need] for need in study.needs if NEEDS[need].role == "presents"), None)
+    if presenting is None:
+        return
+    intervals: Intervals = study.intervals
+    if not presenting.parameters:
+        yield Problem(("needs",), "task intervals is presented by vibration, or by samples that are placed by hand")
+        return
+    if intervals.at_once:
+        yield Problem(("intervals", "at_once"), "one device presents the stimuli: it cannot present two at once")
+    if intervals.standard is None and intervals.seconds is None and intervals.design != "oddity":
+        yield Problem(("intervals",), "seconds: N is expected: how long is an interval that is blank?")
+    for procedure in study.procedure:
+        for grid in procedure.grids:
+            if grid.of is None and grid.column not in presenting.parameters:
+                known = nearest(grid.column, sorted(presenting.parameters))
+                yield Problem(
+                    ("procedure",), f"level: the column {grid.column!r} changes nothing that is presented; {known}"
+                )
 
 
 def _levels(study: Study, procedure: Any, path: Path) -> Iterator[Problem]:
@@ -356,25 +448,44 @@ def _levels(study: Study, procedure: Any, path: Path) -> Iterator[Problem]:
     if bad := [n for n, value in enumerate(values) if not is_number(value)]:
         found = f"stimulus {ids[bad[0]]!r} has {values[bad[0]]!r} in {grid.column!r}"
         yield Problem(path, f"{found}, not a finite number")
-    elif procedure.kind == "staircase" and float(procedure.start) not in map(float, values):
-        yield Problem(path, f"start ({procedure.start}) is not a level of the grid")
+        return
+    if procedure.kind == "questplus" and procedure.needs_positive_levels and min(map(float, values)) <= 0:
+        yield Problem(path, "a Weibull function on a linear scale needs levels above 0; or say scale: db")
 
 
-def _standards(study: Study) -> Iterator[Problem]:
-    standard, ids = study.intervals.standard, [stimulus.id for stimulus in study.stimuli]
-    if standard is not None and str(standard) not in ids and not isinstance(standard, int | float):
-        yield Problem(("intervals", "standard"), f"found {standard!r}, expected a stimulus id or a level")
-    rows = any(grid.of is not None for procedure in study.procedure for grid in procedure.grids)
-    if rows and (standard is None or str(standard) not in ids):
-        yield Problem(("intervals", "standard"), "of: stimuli needs a standard: the id of one stimulus of the table")
-    if rows and len(study.stimuli_of(None)) < 3:
-        yield Problem(("stimuli",), "a standard and two stimuli to compare it with are expected at least")
+def _coverage(study: Study) -> Iterator[Problem]:
+    """Yield problems of groups and blocks without a track, and of starts and levels within each of them."""
+    by = study.order.blocks.by if study.order.blocks is not None else None
+    if by is not None and any(by not in stimulus.columns for stimulus in study.stimuli):
+        return
+    covered: set[str] = set()
+    for group in study.groups or (None,):
+        stimuli = study.stimuli_of(group)
+        for block in sorted({"main" if by is None else stimulus.columns[by] for stimulus in stimuli}):
+            members = [s for s in stimuli if by is None or s.columns[by] == block]
+            where = f" of block {block}" if by is not None else f" of group {group}" if group is not None else ""
+            tracks = tracks_in(study, block, members, ())
+            covered |= {stimulus.id for track in tracks for stimulus in track.stimuli}
+            if not tracks:
+                yield Problem(("procedure",), f"no procedure is for the stimuli{where}")
+            for track in tracks:
+                if len(track.levels) < 2:
+                    yield Problem(("procedure",), f"track {track.name!r} has fewer than two levels")
+                if len(set(track.levels)) < len(track.levels):
+                    yield Problem(("procedure",), f"track {track.name!r}: two stimuli have one level")
+                start = getattr(track.procedure, "start", None)
+                if start is not None and float(start) not in track.levels:
+                    yield Problem(("procedure",), f"start ({start}) is not a level of track {track.name!r}")
+    standard = study.intervals.standard
+    for stimulus in study.stimuli:
+        if stimulus.id not in covered and (standard is None or stimulus.id != str(standard)):
+            yield Problem(("procedure",), f"no procedure is for the stimulus {stimulus.id!r}, which is never presented")
 
 
 TASK = Task(
     "Stimuli are presented in intervals, at levels that a procedure chooses, and one interval is chosen.",
     choose_present_ask, keys=("intervals", "procedure", "ask", "feedback"), required=("intervals", "procedure"),
-    form=_form, answers="choices", forward_only=True, check=_tracks,
+    form=_form, answers="choices", forward_only=True, check=_problems,
     summary=lambda study: f"{DESIGNS[study.intervals.design]} by {', '.join(p.kind for p in study.procedure)}",
 )  # fmt: skip
 FORM = FormKind(

@@ -68,8 +68,6 @@ class Resumed:
 
         What was felt in an interval before the interruption cannot be compared: the trial is repeated.
         """
-        if getattr(request, "trial", None) is None:
-            return None
         if self.block:
             self.block = self.between_intervals = False
             return Aside({"do": "repeat", "which": "block"})
@@ -136,7 +134,10 @@ class LiveWorld:
         return event
 
     def _once_more(self, resumed: Resumed, request: Request) -> WorldEvent | None:
-        """Show the pages that are repeated, then return what comes before the request."""
+        """Show the pages that are repeated, then return what comes before the first request of a trial."""
+        trial = getattr(request, "trial", None)
+        if trial is None or trial.number < 1:  # a reference is no trial
+            return None
         if resumed.pages:
             page = resumed.pages[0]
             event = self.presenter.perform(page, self.desk, self.clock)

@@ -1,1 +1,1 @@
-"""The procedures that choose levels: each kind is a module of this folder, found by its name."""
+"""The procedures that choose levels: each kind is a module of this folder, listed in `adviser.py`."""

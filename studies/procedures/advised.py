@@ -70,6 +70,8 @@ class Advised:
         """Return what the adviser says. Raises _Refused."""
         adviser = self.advisers[track.name]
         advice = self._in_time(lambda: _checked(track, adviser.advise(past)))
+        if len(past) >= track.trials and not isinstance(advice, End):
+            advice = End(f"{len(past)} trials")
         value: dict[str, Any] = (
             {"stop": True, "why": advice.why}
             if isinstance(advice, End)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import exp, fsum, lgamma, log
 from typing import Any, Protocol
 
 from palpate.protocols.registry import Registry
@@ -19,8 +20,8 @@ SURE = 0.95
 class Estimate:
     """The threshold of a track, in units of its level, with its uncertainty `sd` and the central interval of 95 %.
 
-    `outside` is set where the answers do not place the threshold within the levels: below or above `bound` with a
-    probability of `sure`, or `unknown` where the answers exclude nothing. There is no threshold then.
+    `outside` is set where the answers do not place the threshold within the levels: below or above `bound`, with a
+    probability of `sure` if that is known, or `unknown`. There is no threshold then.
     """
 
     threshold: float | None = None
@@ -28,7 +29,7 @@ class Estimate:
     interval: tuple[float, float] | None = None
     outside: str | None = None
     bound: float | None = None
-    sure: float = SURE
+    sure: float | None = SURE
 
     def to_dict(self) -> dict[str, Any]:
         """Return the estimate as JSON data, without what is not known."""
@@ -37,15 +38,18 @@ class Estimate:
         if self.interval is not None:
             rounded["interval"] = [round(value, DECIMALS) for value in self.interval]
         if self.outside is not None:
-            rounded |= {"outside": self.outside} | ({} if self.bound is None else {"sure": self.sure})
+            rounded["outside"] = self.outside
+            if self.bound is not None and self.sure is not None:
+                rounded["sure"] = self.sure
         return rounded
 
     def __str__(self) -> str:
         """Return the estimate as a sentence without an end."""
         if self.outside in ("above", "below") and self.bound is not None:
-            return f"threshold {self.outside} {self.bound:g}, {self.sure:.0%} sure"
+            sure = "" if self.sure is None else f", {self.sure:.0%} sure"
+            return f"threshold {self.outside} {self.bound:g}{sure}"
         if self.threshold is None:
-            return "threshold unknown: the answers exclude no level"
+            return "threshold unknown"
         spread = "" if self.sd is None else f" (SD {self.sd:.2g})"
         return f"threshold {self.threshold:.4g}{spread}"
 
@@ -120,8 +124,19 @@ def at_the_edge(track: Track, past: Past, target: float) -> Estimate | None:
     return None
 
 
+def too_rare(past: Past, target: float) -> bool:
+    """Return whether hits are rarer than a staircase would have them, all levels together (one-sided, 95 %)."""
+    hits = sum(hit for _, hit in past)
+    return _at_least(len(past) - hits, len(past), 1 - target) <= 1 - SURE
+
+
 def _at_least(hits: int, trials: int, share: float) -> float:
     """Return the probability of so many hits or more."""
-    from math import comb
-
-    return sum(comb(trials, k) * share**k * (1 - share) ** (trials - k) for k in range(hits, trials + 1))
+    if share in (0.0, 1.0):
+        return float(hits == 0 or share == 1.0)
+    logs = (log(share), log(1 - share))
+    terms = (
+        lgamma(trials + 1) - lgamma(k + 1) - lgamma(trials - k + 1) + k * logs[0] + (trials - k) * logs[1]
+        for k in range(hits, trials + 1)
+    )
+    return fsum(map(exp, terms))

@@ -58,17 +58,20 @@ class LimitsAdviser:
         return several
 
     def estimate(self, past: Past) -> Estimate:
-        """Return the mean of the points between the last two levels of each series, or that nothing is known."""
-        points, levels = [], self.track.levels
-        for series in self.series(past)[:-1]:
+        """Return the mean of the points between the last two levels of each series.
+
+        Series that ran to an end of the levels, or ended at their first level, have no such point. If most have none,
+        the threshold is unknown; if none has one, the statement is to which end they ran.
+        """
+        ended, levels = self.series(past)[:-1], self.track.levels
+        points = []
+        for series in ended:
             if series.crossed and len(series.indexes) > 1:
                 last, before = (float(levels[index]) for index in (series.indexes[-1], series.indexes[-2]))  # type: ignore[arg-type]
                 points.append((last + before) / 2)
-        ended = self.series(past)[:-1]
-        edges = [series for series in ended if not series.crossed or len(series.indexes) < 2]
-        if ended and len(edges) == len(ended):
+        if ended and not points:
             return self._beyond(ended)
-        if edges or not points:
+        if len(points) <= len(ended) / 2:
             return Estimate(outside="unknown")
         mean = math.fsum(points) / len(points)
         if len(points) < 2:
@@ -76,17 +79,14 @@ class LimitsAdviser:
         return Estimate(mean, math.sqrt(math.fsum((point - mean) ** 2 for point in points) / (len(points) - 1)))
 
     def _beyond(self, ended: list[Series]) -> Estimate:
-        """Return which end of the levels all series ran to or began at; it is not a matter of probability."""
+        """Return which end of the levels all series ran to or began at, without a probability: there is no model."""
         always_hit = [series.towards_easier == series.crossed for series in ended]
         if any(always_hit) != all(always_hit):
             return Estimate(outside="unknown")
         hardest = len(self.track.levels) - 1 - self.track.easiest
         level = self.track.levels[hardest if always_hit[0] else self.track.easiest]
         beyond = "below" if always_hit[0] == (self.rules.easier == "higher") else "above"
-        share = 0.5 ** len(ended)
-        if share > 0.05:
-            return Estimate(outside="unknown")
-        return Estimate(outside=beyond, bound=float(level), sure=1 - share)  # type: ignore[arg-type]
+        return Estimate(outside=beyond, bound=float(level), sure=None)  # type: ignore[arg-type]
 
     def _new(self, number: int) -> Series:
         direction = self.rules.direction

@@ -17,6 +17,8 @@ from palpate.studies.procedures.adviser import SURE, Estimate
 
 Floats: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 PARAMETERS = ("threshold", "slope", "guess", "lapse", "gradient")
+IMPOSSIBLE = 1e-12
+"""The share of an answer that the model excludes."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,11 @@ def uniform(table: Table) -> Floats:
 def updated(table: Table, weights: Floats, answers: Iterable[tuple[int, bool]]) -> Floats:
     """Return the probability of each combination after further answers, as (row of the table, hit)."""
     for row, hit in answers:
-        share = table.share[row]
-        weights = weights * (share if hit else 1.0 - share)
-        weights /= weights.sum()
+        share = table.share[row] if hit else 1.0 - table.share[row]
+        following = weights * share
+        if not following.sum() > 0:  # no combination allows this answer: it is as unlikely as can be
+            following = weights * np.maximum(share, IMPOSSIBLE)
+        weights = following / following.sum()
     return weights
 
 

@@ -35,8 +35,7 @@ class QuestPlusAdviser:
     """
 
     track: Track
-    _past: Past = ()
-    _posterior: Floats | None = field(default=None, repr=False)
+    _latest: tuple[Past, Floats] | None = field(default=None, repr=False)
 
     @property
     def rules(self) -> QuestPlus:
@@ -66,10 +65,12 @@ class QuestPlusAdviser:
 
     def posterior(self, past: Past) -> Floats:
         """Return the probability of each combination of parameters after these answers."""
-        if self._posterior is None or past[: len(self._past)] != self._past:
-            self._past, self._posterior = (), uniform(self.table)
-        weights = updated(self.table, self._posterior, past[len(self._past) :])
-        self._past, self._posterior = past, weights
+        known: Past = ()
+        weights = uniform(self.table)
+        if self._latest is not None and past[: len(self._latest[0])] == self._latest[0]:
+            known, weights = self._latest
+        weights = updated(self.table, weights, past[len(known) :])
+        self._latest = past, weights
         return weights
 
     def information(self, weights: Floats) -> Floats:

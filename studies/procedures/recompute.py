@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from palpate.protocols.events import Choose, Reply, Request, WorldEvent
-from palpate.protocols.plan import Plan
 from palpate.protocols.runner import EndOfRecord, Recorded, run
-from palpate.studies.procedures.adviser import Adviser, End, adviser_for
+from palpate.studies.procedures.adviser import Adviser, End, Step, adviser_for
 from palpate.studies.sessions.record import Record
 from palpate.studies.sessions.replay import recompiled
 
@@ -34,11 +33,10 @@ class Difference:
 
 
 @dataclass
-class Asking:
+class RecomputingWorld:
     """A recorded session whose choices are made again beside their recorded replies; `count` of them so far."""
 
     tape: Recorded
-    plan: Plan
     count: int = 0
     differences: list[Difference] = field(default_factory=list)
     _advisers: dict[str, Adviser] = field(default_factory=dict)
@@ -58,8 +56,8 @@ class Asking:
         track, past = request.trial.track, request.trial.past
         if track is None:
             return
-        adviser = self._advisers.setdefault(track.name, adviser_for(track))
-        advice = adviser.advise(past)
+        adviser = self._advisers.get(track.name) or self._advisers.setdefault(track.name, adviser_for(track))
+        advice: Step | End = End(f"{len(past)} trials") if len(past) >= track.trials else adviser.advise(past)
         self.count += 1
         before = recorded.get("why", recorded.get("level"))
         ends = isinstance(advice, End)
@@ -76,13 +74,13 @@ def recompute(record: Record) -> tuple[int, list[Difference]]:
     """Return how many choices of a session were made again, and those that differ. Raises as a replay does."""
     plan = recompiled(record)
     tape = Recorded(record.events)
-    asking = Asking(tape, plan)
+    world = RecomputingWorld(tape)
     with suppress(EndOfRecord):
-        run(plan, asking, tape, record.header)
-    return asking.count, asking.differences
+        run(plan, world, tape, record.header)
+    return world.count, world.differences
 
 
-def described(differences: list[Difference], most: int = 8) -> Iterator[str]:
+def describe_differences(differences: list[Difference], most: int = 8) -> Iterator[str]:
     """Yield a line for each of the first differences, and how many there are beside."""
     yield from map(str, differences[:most])
     if len(differences) > most:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from palpate.protocols.procedures import Staircase
 from palpate.protocols.tracks import Past, Track
-from palpate.studies.procedures.adviser import End, Estimate, ProcedureKind, Step, at_the_edge
+from palpate.studies.procedures.adviser import End, Estimate, ProcedureKind, Step, at_the_edge, too_rare
 
 HARDER, EASIER = -1, 1
 
@@ -64,17 +64,20 @@ class StaircaseAdviser:
         return walk
 
     def estimate(self, past: Past) -> Estimate:
-        """Return the mean of the last reversals, or a statement where the staircase ran to an end of the levels."""
+        """Return the mean of the last reversals, or a statement where the staircase ran to an end of the levels.
+
+        There is no estimate of its uncertainty: reversals lie closer together than estimates of several staircases.
+        """
         if self.rules.target is not None and (beyond := at_the_edge(self.track, past, self.rules.target)) is not None:
             return beyond
         last = self.walk(past).reversals[-self.rules.last :]
         ends = {0, len(self.track.levels) - 1}
         if len(last) < self.rules.last or any(index in ends for index in last):
             return Estimate(outside="unknown")
+        if self.rules.target is not None and too_rare(past, self.rules.target):
+            return Estimate(outside="unknown")
         levels = [float(self.track.levels[index]) for index in last]  # type: ignore[arg-type]
-        mean = math.fsum(levels) / len(levels)
-        spread = math.sqrt(math.fsum((level - mean) ** 2 for level in levels) / (len(levels) - 1))
-        return Estimate(mean, spread)
+        return Estimate(math.fsum(levels) / len(levels))
 
 
 KIND = ProcedureKind(StaircaseAdviser)

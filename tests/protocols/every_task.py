@@ -26,7 +26,7 @@ PARTS = {
         "ask": [{"name": "chosen", "kind": "choice", "of": "intervals"}, {"name": "sure", "kind": "confidence"}],
         "procedure": {
             "kind": "staircase",
-            "level": {"column": "size", "from": 0, "to": 9, "points": 10},
+            "level": {"column": "level_db", "from": 0, "to": 9, "points": 10},
             "start": 5,
             "last": 2,
             "stop": {"trials": 1},

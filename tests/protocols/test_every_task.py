@@ -103,8 +103,10 @@ def test_parts_that_do_not_fit_are_named(task, changes, message):
     assert any(message in problem for problem in problems), problems
 
 
-FELT = {"door", "texture_renderer"}
-USED = dict.fromkeys(TASKS, FELT) | {"authoring": {"door_generator"}, "capture": FELT | {"tool"}}
+FELT = {"door", "texture_renderer", "vibration"}
+USED = dict.fromkeys(TASKS, FELT) | {
+    "authoring": {"door_generator"}, "capture": FELT | {"tool"}, "intervals": {"vibration"},
+}  # fmt: skip
 """Beside what any study may need, what a study of the task can present or record with."""
 
 

@@ -48,10 +48,17 @@ def test_where_hits_become_rarer_with_the_level_ascending_series_end_with_a_miss
 @pytest.mark.parametrize(("always", "outside", "bound"), [(True, "below", 0.0), (False, "above", 9.0)])
 def test_whoever_always_answers_the_same_gets_an_inequality(always, outside, bound):
     adviser, past, _ = presented({"stop": {"trials": 200, "series": 6}}, lambda _level: always)
-    assert (adviser.estimate(past).outside, adviser.estimate(past).bound) == (outside, bound)
-    assert adviser.estimate(past).threshold is None
-    few, short, _ = presented({"stop": {"trials": 200, "series": 2}}, lambda _level: always)
-    assert few.estimate(short).outside == "unknown"
+    estimate = adviser.estimate(past)
+    assert (estimate.outside, estimate.bound, estimate.threshold) == (outside, bound, None)
+    assert str(estimate) == f"threshold {outside} {bound:g}" and "sure" not in estimate.to_dict()
+
+
+def test_a_series_that_ran_to_the_end_does_not_hide_the_others():
+    adviser = LimitsAdviser(track({**SERIES, "direction": "ascending"}))
+    crossed = tuple((n, n == 4) for n in range(5))
+    at_once = ((0, True),)
+    assert adviser.estimate((*crossed, *at_once, *crossed)).threshold == 3.5
+    assert adviser.estimate((*crossed, *at_once, *at_once)).outside == "unknown"
 
 
 def test_the_cap_ends_a_series_too():

@@ -16,7 +16,7 @@ def recorded(folder):
 
 
 def test_choices_made_again_are_those_on_record_and_others_are_named_with_their_loss(tmp_path, monkeypatch):
-    assert recompute(read(recorded(tmp_path / "same"))) == (12, [])
+    assert recompute(read(recorded(tmp_path / "same"))) == (14, [])
     advise = QuestPlusAdviser.advise
 
     def worse(self, past):
@@ -27,11 +27,11 @@ def test_choices_made_again_are_those_on_record_and_others_are_named_with_their_
         other_version.setattr(QuestPlusAdviser, "advise", worse)
         path = recorded(tmp_path / "worse")
     count, differences = recompute(read(path))
-    assert count == 12 and sorted(difference.track for difference in differences) == ["f250", "f40"]
+    assert count == 14 and sorted(difference.track for difference in differences) == ["f250", "f40"]
     assert all(difference.recorded == -40.0 != difference.now for difference in differences)
     assert all(difference.loss_nats > 0.01 for difference in differences)
 
 
 def test_the_command_says_how_many_choices_were_made_again(tmp_path, run_palpate):
     output = run_palpate("replay", str(recorded(tmp_path)), "--recompute")
-    assert "12 choices of procedures made again, all as recorded" in output
+    assert "14 choices of procedures made again, all as recorded" in output

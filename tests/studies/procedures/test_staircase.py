@@ -78,4 +78,4 @@ def test_the_estimate_is_the_mean_of_the_last_reversals():
     adviser = StaircaseAdviser(track({**SHORT, "down": 1, "step": 1, "last": 2}))
     past = ((5, True), (4, False), (5, True), (4, False), (5, True))
     assert adviser.walk(past).reversals == [4, 5, 4, 5]
-    assert (adviser.estimate(past).threshold, adviser.estimate(past).sd) == pytest.approx((4.5, 0.5**0.5))
+    assert (adviser.estimate(past).threshold, adviser.estimate(past).sd) == (4.5, None)
