@@ -116,11 +116,17 @@ def check_request(request: PowerRequest) -> StatisticSettings:
     names = [test.name for test in plan.tests]
     if request.test not in names:
         raise PowerError(f"{plan.path}: no test {request.test!r}; {nearest(request.test, names)}")
-    if study.simulation is None or not study.simulation.latents:
+    observer = None if study.simulation is None or not study.procedure else study.simulation.observer
+    if study.simulation is None or (not study.simulation.latents and observer is None):
         raise PowerError(f"{request.study_file}: the study does not say how simulated people perceive (simulation:)")
     test = plan.tests[names.index(request.test)]
     if test.table is not None:
         raise PowerError(f"{request.test}: asks about the plan's table {test.table!r}, which nobody simulates")
+    if observer is not None and request.effect != 1 and not isinstance(observer.threshold, dict):
+        raise PowerError(
+            f"{request.study_file}: simulated people have one threshold for all tracks, so there is no difference that "
+            "--effect could change; give one for each track, simulation: {observer: {threshold: {TRACK: LEVEL}}}"
+        )
     known = [attribute.name for attribute in study.attributes]
     if request.outcome and known and request.outcome not in known:
         raise PowerError(f"{request.test}: no outcome {request.outcome!r}; {nearest(request.outcome, known)}")
@@ -265,7 +271,8 @@ class PValue(NamedTuple):
 def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
     """Return the p value of the requested row.
 
-    `row` is the text of a cell of it, or several separated by commas; "" means the first row that is no intercept.
+    `row` is the text of a cell of it, or several separated by commas; "" means the first row that is no intercept, or
+    the first difference where only differences have a p value, as those of thresholds.
     Raises PowerError if there is no such row or column, no p value at all, or more than one row.
     """
     match = next((row_of for row_of in answer.rows if INTERCEPT not in row_of.values()), None)
@@ -273,6 +280,8 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
         match = _row_with(answer, test, row)
     if match is None:
         raise PowerError(f"{test}: its answer has no row")
+    if not row and not column and not any(name in match for name in P_COLUMNS):
+        match = next(iter(answer.more.get("differences", ())), match)
     columns = [column] if column else [name for name in P_COLUMNS if name in match]
     known = [name for name in match if name == "p" or name.startswith("p_")]
     if not known:

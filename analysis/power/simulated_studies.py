@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from palpate.analysis.ratings.collected_choices import TABLE as CHOICES
 from palpate.analysis.ratings.reading import CollectedRows, Material, Rating, assembled, material_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow
 from palpate.protocols.canonical import digest
@@ -18,6 +19,7 @@ from palpate.protocols.study import Study
 from palpate.protocols.tasks import gives_ratings
 from palpate.studies.participants.lab_forms import lab_forms
 from palpate.studies.participants.row_assignment import allocate
+from palpate.studies.procedures.advised import advised
 from palpate.studies.sessions.tables import Answers, answers_of, session_name
 
 INTERCEPT = "intercept"
@@ -38,10 +40,16 @@ def with_effect(study: Study, effect: float) -> Study:
     """Return the study whose simulated people feel every difference between stimuli `effect` times as strongly.
 
     At 0 they feel none, so a test then detects something only by chance. Intercepts, noise and differences between
-    people are unchanged.
+    people are unchanged. Of thresholds the differences between tracks are multiplied, around their mean.
     """
     if study.simulation is None:
         return study
+    observer = study.simulation.observer
+    if observer is not None and isinstance(observer.threshold, dict):
+        mean = sum(observer.threshold.values()) / len(observer.threshold)
+        thresholds = {name: mean + effect * (value - mean) for name, value in observer.threshold.items()}
+        own = observer.model_copy(update={"threshold": thresholds})
+        return study.model_copy(update={"simulation": study.simulation.model_copy(update={"observer": own})})
     latents = {
         item: {column: weight if column == INTERCEPT else weight * effect for column, weight in weights.items()}
         for item, weights in study.simulation.latents.items()
@@ -62,7 +70,8 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
     answered: list[tuple[Plan, Answers]] = []
     for plan in plans:
         log = _Events()
-        run(plan, Simulated(simulated_participant(plan), _presented, VirtualClock()), log, {})
+        world = Simulated(simulated_participant(plan), _presented, VirtualClock())
+        run(plan, advised(plan, world), log, {})
         answered.append((plan, answers_of(plan, _session(plan), log.events)))
     sessions_run = [
         SessionRow(
@@ -87,6 +96,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
         trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
         words=[_with_person(plan, row) for plan, answers in answered for row in answers.words],
         answers=[_with_person(plan, row) for plan, answers in answered for row in answers.answers],
+        choices=[_with_person(plan, row) for plan, answers in answered for row in answers.own.get(CHOICES, ())],
     )
     ratings = [rating for plan, answers in answered for rating in _ratings(plan, answers)]
     return material_of(study, choice, assembled(study, choice, ratings) if gives_ratings(study) else None, rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,12 +36,13 @@ from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
 from palpate.analysis.ratings.collected_choices import NO_CATCH, TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.cells import coded
-from palpate.analysis.statistics.f_and_t import t_critical
+from palpate.analysis.statistics.f_and_t import adjusted, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 
 if TYPE_CHECKING:
     from palpate.analysis.choices.declared_model import DeclaredModel
     from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.statistics.doubles import Floats
 
 PARTICIPANT = "participant"
 BY = (PARTICIPANT, "track")
@@ -51,6 +53,8 @@ NUMBERS = (
 )  # fmt: skip
 POINTS = 61
 SUMMED = ("threshold", "jnd", "weber")
+MOST_COMPARED = 12
+"""The largest number of tracks of which every two are compared."""
 HOW = {
     "corrected": "profile likelihood with Bartlett's correction",
     "profile": "profile likelihood",
@@ -83,11 +87,13 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
     joined = pd.concat(levels, ignore_index=True)
     more: dict[str, tuple[Row, ...]] = {
         "summary": tuple(summary_rows(rows, by, SUMMED, settings.confidence)),
+        "differences": tuple(difference_rows(rows, by, SUMMED[:2], settings.confidence)),
         "levels": rows_of(joined[[*by, *(column for column in joined if column not in by)]]),
         "curve": tuple(curves),
         "posterior": tuple(densities),
         "trials": tuple(_trial_rows(table, by)),
     }
+    more = {name: table for name, table in more.items() if table or name != "differences"}
     return _answer(selected, settings, rows, by, more, models)
 
 
@@ -362,6 +368,56 @@ def summary_rows(
             }  # fmt: skip
 
 
+def difference_rows(
+    rows: list[dict[str, Any]], by: tuple[str, ...], names: tuple[str, ...], confidence: float
+) -> Iterator[Row]:
+    """Yield paired t tests of every two combinations of the columns but the participant, over those with both numbers.
+
+    `p_corrected` is by Holm's method over the pairs of a quantity. None where the rows are not of participants.
+    """
+    others = [name for name in by if name != PARTICIPANT]
+    if PARTICIPANT not in by or not others:
+        return
+    keys = list(dict.fromkeys(tuple(row[name] for name in others) for row in rows))
+    if not 2 <= len(keys) <= MOST_COMPARED:
+        return
+    for name in names:
+        values = {
+            key: {row[PARTICIPANT]: float(row[name]) for row in rows
+                  if row.get(name) is not None and tuple(row[other] for other in others) == key}
+            for key in keys
+        }  # fmt: skip
+        tests: list[dict[str, Any]] = []
+        for one, two in combinations(keys, 2):
+            both = [who for who in values[one] if who in values[two]]
+            found = np.array([values[one][who] - values[two][who] for who in both])
+            tests.append(
+                {"quantity": name, "one": ", ".join(map(str, one)), "two": ", ".join(map(str, two)), "n": len(both)}
+                | _paired(found, confidence)
+            )
+        known = [float(test["p"]) for test in tests if test["p"] is not None]
+        corrected = iter(adjusted(known, "holm") if known else ())
+        for test in tests:
+            yield {**test, "p_corrected": None if test["p"] is None else next(corrected)}
+
+
+def _paired(found: Floats, confidence: float) -> dict[str, Any]:
+    """Return the mean difference with its interval and t test; without p for fewer than two, or where all are equal."""
+    n = len(found)
+    mean = float(found.mean()) if n else None
+    sd = float(found.std(ddof=1)) if n > 1 else 0.0
+    if mean is None or sd == 0:
+        note = "all differences are equal" if n > 1 else "fewer than two participants have both"
+        missing = dict.fromkeys(("sd", "ci_low", "ci_high", "t", "df", "p"))
+        return {"difference": mean, **missing, "note": note}
+    error = sd / math.sqrt(n)
+    half = t_critical(n - 1, confidence) * error
+    return {
+        "difference": mean, "sd": sd, "ci_low": mean - half, "ci_high": mean + half, "t": mean / error, "df": n - 1,
+        "p": t_two_sided(mean / error, n - 1), "note": "",
+    }  # fmt: skip
+
+
 def _answer(
     selected: Selected,
     settings: PsychometricFunction,
@@ -405,6 +461,9 @@ def _answer(
             "likelihood_ratio": "against a flat function, averaged over the prior",
             "slope": "slope of the function at the threshold, per unit of level",
             "p_deviance": "p of the deviance, Monte Carlo",
+            "difference": "mean over participants of one minus two",
+            "p": "two-sided p of a paired t test, not corrected",
+            "p_corrected": "p, corrected by Holm's method over the pairs of a quantity",
         },
         participants=int(selected.table[PARTICIPANT].nunique()),
         values=sum(row["trials"] or 0 for row in rows),

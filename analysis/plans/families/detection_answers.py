@@ -9,7 +9,7 @@ import pandas as pd
 from palpate.analysis.choices.detection import Detection, detection_of_pairs, detection_of_share
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import DPrime
-from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, parts_of, summary_rows
+from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, difference_rows, parts_of, summary_rows
 from palpate.analysis.plans.families.spaces_answers import sentences
 from palpate.analysis.ratings.collected_choices import NO_CATCH, NOISE
 from palpate.analysis.ratings.dataset import DataRefused
@@ -46,6 +46,7 @@ def dprime_answer(selected: Selected, settings: DPrime) -> Answer:
         raise StatisticsError(f"no d' could be computed: {rows[0]['note']}")
     confidence = f"{100 * settings.confidence:g}%"
     summary: tuple[Row, ...] = tuple(summary_rows(rows, by, ("dprime", "criterion"), settings.confidence))
+    differences = tuple(difference_rows(rows, by, ("dprime", "criterion"), settings.confidence))
     means = [
         f"{', '.join(f'{n} {row[n]}' for n in by if n != PARTICIPANT)} {row['mean']:.2f} (n = {row['n']})".strip()
         for row in summary
@@ -61,6 +62,9 @@ def dprime_answer(selected: Selected, settings: DPrime) -> Answer:
             "dprime": "sensitivity, in standard deviations of one percept",
             "criterion": "criterion: c, of differencing the smallest difference that is called different",
             "se": "standard error, delta method",
+            "difference": "mean over participants of one minus two",
+            "p": "two-sided p of a paired t test, not corrected",
+            "p_corrected": "p, corrected by Holm's method over the pairs of a quantity",
             "hit_rate": "hits as used (forced choice of several, oddity: correct answers)",
             "false_alarm_rate": "false alarms as used",
         },
@@ -68,7 +72,7 @@ def dprime_answer(selected: Selected, settings: DPrime) -> Answer:
         values=sum(row["trials"] or 0 for row in rows),
         headline=f"Mean d' {'; '.join(means[:6])}",
         notes=sentences([f"{without} of {len(rows)} have no d' (see `note`)" if without else ""]),
-        more={"summary": summary},
+        more={"summary": summary} | ({"differences": differences} if differences else {}),
     )
 
 

@@ -218,6 +218,34 @@ def test_what_the_declared_model_overrides_is_said(questplus: Any) -> None:
     assert same["note"] == ""
 
 
+def test_thresholds_of_tracks_are_compared_within_people() -> None:
+    """Against scipy.stats.ttest_rel and Holm's steps by hand."""
+    from scipy.stats import ttest_rel
+
+    from palpate.analysis.plans.families.collected_answers import difference_rows
+
+    numbers = {"a": [1.0, 2.0, 4.0, 3.0], "b": [2.5, 2.0, 6.0, 5.0], "c": [0.5, 2.2, 3.9, None]}
+    found = [
+        {"participant": f"P{n}", "track": track, "threshold": value}
+        for track, values in numbers.items()
+        for n, value in enumerate(values)
+    ]
+    tests = list(difference_rows(found, ("participant", "track"), ("threshold",), 0.95))
+    assert [(test["one"], test["two"], test["n"]) for test in tests] == [("a", "b", 4), ("a", "c", 3), ("b", "c", 3)]
+    expected = [
+        ttest_rel(numbers[one][:n], numbers[two][:n]) for one, two, n in (("a", "b", 4), ("a", "c", 3), ("b", "c", 3))
+    ]
+    assert [test["p"] for test in tests] == pytest.approx([one.pvalue for one in expected], abs=1e-12)
+    low, high = expected[0].confidence_interval()
+    assert (tests[0]["ci_low"], tests[0]["ci_high"]) == pytest.approx((low, high), abs=1e-12)
+    ordered = sorted(float(one.pvalue) for one in expected)
+    holm = [3 * ordered[0], max(3 * ordered[0], 2 * ordered[1]), max(3 * ordered[0], 2 * ordered[1], ordered[2])]
+    assert sorted(float(test["p_corrected"] or 0) for test in tests) == pytest.approx(
+        [min(p, 1) for p in holm], abs=1e-12
+    )
+    assert list(difference_rows(found, ("track",), ("threshold",), 0.95)) == []
+
+
 def test_a_study_names_its_tracks() -> None:
     from tests.studies.procedures.tracks_for_tests import plan, study
 

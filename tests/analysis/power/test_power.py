@@ -64,7 +64,10 @@ def asking(lab, **changes):
     return PowerRequest(folder / "study.yaml", folder / "analysis.yaml", lab, "textures", **changes)
 
 
-@pytest.mark.parametrize(("name", "count"), [("texture_similarity", 3), ("door_lexicon", 2), ("door_authoring", 2)])
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("texture_similarity", 3), ("door_lexicon", 2), ("door_authoring", 2), ("roughness_discrimination", 2)],
+)
 def test_a_session_in_memory_answers_as_one_on_disk_does(tmp_path, name, count):
     study = read_study(SHIPPED / name / "study.yaml").study
     forms = lab_forms(study, tmp_path, live=False)
@@ -77,6 +80,9 @@ def test_a_session_in_memory_answers_as_one_on_disk_does(tmp_path, name, count):
     for table in ("trials", "words", "forms"):
         one, other = getattr(in_memory, table), getattr(stored, table)
         assert one[list(other.columns)].equals(other), table
+    choices = in_memory.choices
+    assert len(choices) == len(stored.choices)
+    assert not len(choices) or choices[list(stored.choices.columns)].equals(stored.choices)
     if stored.ratings is not None:
         columns = [name for name in stored.ratings.table.columns if name != "response_time_s"]
         assert in_memory.ratings.table[columns].equals(stored.ratings.table[columns])
@@ -174,6 +180,58 @@ def test_two_seeds_share_no_simulated_study(lab):
         [one_run((asking(lab, seed=seed), (4,), run))[4][0] for run in range(3)] for seed in (0, 1)
     )  # fmt: skip
     assert not set(one) & set(other)
+
+
+THRESHOLDS = """
+study: pairs
+task: intervals
+stimuli: [{id: f40, frequency_hz: 40}, {id: f250, frequency_hz: 250}]
+intervals: {seconds: 0.5}
+procedure:
+  kind: questplus
+  level: {column: level_db, from: -40, to: 0, points: 21}
+  model: {scale: db, threshold: {from: -40, to: 0, points: 21}, slope: [2, 3, 4], guess: 0.5}
+  stop: {trials: 24}
+order: {design: random}
+simulation: {observer: {threshold: {f40: -12, f250: -24}, threshold_sd: 2, scale: db}}
+"""
+THRESHOLD_PLAN = """
+study: pairs
+tests:
+  - {name: textures, test: psychometric, source: choices, level_unit: db}
+  - {name: sensitivity, test: dprime}
+"""
+
+
+@pytest.fixture
+def thresholds(lab):
+    folder = lab / "studies" / "pairs"
+    (folder / "study.yaml").write_text(THRESHOLDS)
+    (folder / "analysis.yaml").write_text(THRESHOLD_PLAN)
+    return lab
+
+
+def test_a_difference_of_thresholds_between_tracks_has_a_power(thresholds):
+    """12 dB between the tracks, of people with an SD of 2 dB: found in each study; without it hardly ever."""
+    (with_it,), (without,) = (power_curve(asking(thresholds, effect=effect), [5], 4) for effect in (1.0, 0.0))
+    assert with_it.by == "threshold, f40, f250: p_corrected"
+    assert (with_it.power, with_it.undefined) == (1.0, 0)
+    assert without.power < 1.0
+    jnd = one_run((asking(thresholds, row="jnd,f40,f250"), (4,), 0))[4]
+    assert jnd.by == "jnd, f40, f250: p_corrected"
+
+
+def test_sensitivity_has_a_power(thresholds):
+    found = one_run((replace(asking(thresholds), test="sensitivity"), (4,), 0))[4]
+    assert found.by == "dprime, f40, f250: p_corrected" and found.p is not None
+
+
+def test_an_effect_on_people_with_one_threshold_is_refused(thresholds):
+    file = thresholds / "studies" / "pairs" / "study.yaml"
+    file.write_text(file.read_text().replace("{f40: -12, f250: -24}", "-18"))
+    with pytest.raises(PowerError, match="one threshold for all tracks"):
+        check_request(asking(thresholds, effect=0.5))
+    check_request(asking(thresholds))
 
 
 def test_needed_is_the_first_size_from_which_on_the_power_holds():
