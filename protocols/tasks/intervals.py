@@ -415,7 +415,8 @@ def _names(study: Study) -> Iterator[Problem]:
 
 def _devices(study: Study) -> Iterator[Problem]:
     """Yield problems between intervals, levels and the need that presents them."""
-    presenting = next((NEEDS[need] for need in study.needs if NEEDS[need].role == "presents"), None)
+    needs = [NEEDS[need] for need in study.needs]
+    presenting = next((need for need in needs if need.role == "presents" and not need.makes), None)
     if presenting is None:
         return
     intervals: Intervals = study.intervals

@@ -22,7 +22,7 @@ PARTS = {
         "settings": {"again": True},
     },
     "intervals": {
-        "intervals": {"design": "forced_choice"},
+        "intervals": {"design": "forced_choice", "seconds": 0.5},
         "ask": [{"name": "chosen", "kind": "choice", "of": "intervals"}, {"name": "sure", "kind": "confidence"}],
         "procedure": {
             "kind": "staircase",

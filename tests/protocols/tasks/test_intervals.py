@@ -259,6 +259,74 @@ def test_a_declaration_that_cannot_be_is_named_with_its_place(changes, message):
     assert message in str(raised.value) and str(raised.value).startswith("study.yaml: line ")
 
 
+LARGE = (
+    QUEST[1]
+    .replace("to: 9, points: 9", "to: 9, points: 99")
+    .replace("slope: 3", "slope: {from: 1, to: 9, points: 900}")
+)
+VIBRATION = "needs: [vibration]"
+TWO = "[{column: x, from: 0, to: 9, points: 10}, {column: y, values: [0, 1]}]"
+TWO_DIMENSIONS = {"kind": QUEST[0], "level": TWO, "procedure": QUEST[1].replace("slope", "gradient: [0, 1], slope")}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"more": "needs: [door]"}, "task intervals is presented by vibration, or by samples"),
+        ({"more": VIBRATION, "intervals": ", seconds: 1"}, "column 'x' changes nothing that is presented"),
+        ({"more": VIBRATION}, "seconds: N is expected: how long is an interval that is blank?"),
+        ({"more": VIBRATION, "intervals": ", at_once: true"}, "it cannot present two at once"),
+        ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [A]"}, "no procedure is for the stimulus 'B'"),
+        ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [C]"}, "found 'C', expected a stimulus id"),
+        ({**TWO_DIMENSIONS, "intervals": ", standard: 3"}, "a level as a standard has one dimension"),
+        ({"kind": QUEST[0], "procedure": QUEST[1].replace("slope: 3", "slope: [3, 1]")}, "slope: different values"),
+        ({"kind": QUEST[0], "level": "{column: x, from: 0, to: 9, points: 1000}", "procedure": LARGE},
+         "at most 20,000,000 are"),
+        ({"level": "{column: x, from: 1, to: 1.00000000000001, points: 10}"}, "cannot be told apart"),
+        ({"more": "practice: {stimuli: [A]}", "intervals": ", standard: A"},
+         "'A' is the standard, which is in no track"),
+        ({"more": "resume: {repeat: [block]}"}, "the study has no blocks"),
+        ({"more": "simulation: {observer: {threshold: {a: 1}}}"}, "found 'a', expected a stimulus or a track"),
+    ],
+)  # fmt: skip
+def test_a_declaration_that_could_not_run_is_refused_before(changes, message):
+    document = load(STUDY.format(**{**OPTIONS, **changes}).encode(), "study.yaml")
+    with pytest.raises(StudyError) as raised:
+        study_from(document, [{"id": "A"}, {"id": "B"}], "study.yaml")
+    assert message in str(raised.value)
+
+
+def test_a_stimulus_cannot_have_the_name_of_practice():
+    document = load(STUDY.format(**OPTIONS).encode(), "study.yaml")
+    with pytest.raises(StudyError, match="'practice' is the name of the practice trials"):
+        study_from(document, [{"id": "A"}, {"id": "practice"}], "study.yaml")
+
+
+def test_after_the_last_trial_the_procedure_is_asked_for_its_estimate():
+    trial = plan(stimuli=AB[:1]).trials[-1]
+    requests, outcome = gone_through(replace(trial, past=((3, True),) * 11))
+    assert [type(request) for request in requests] == [Choose, Present, Present, Ask, Choose]
+    assert len(requests[-1].trial.past) == 12 and outcome.step is not None
+
+
+@pytest.mark.parametrize(("level", "chosen_is_correct"), [(3, True), (0, False)])
+def test_where_hits_become_rarer_with_the_level_less_is_the_right_choice(level, chosen_is_correct):
+    settings = {**STAIRCASE, "easier": "lower"}
+    trial = plan({"standard": 1.5}, settings, AB[:1], feedback={"seconds": 0.5}).trials[0]
+    index = trial.track.levels.index(float(level))
+    _, target = presented(trial, index)
+    requests, _ = gone_through(trial, index, chosen=target)
+    [shown] = [request.page for request in requests if isinstance(request, Show)]
+    assert shown == ("wrong_answer" if chosen_is_correct else "right_answer")
+
+
+def test_two_sides_are_equal_where_there_is_no_difference():
+    intervals = {"design": "same_different", "standard": "P120", "at_once": True, "catch": {"absent": {"every": 1}}}
+    absent = next(trial for trial in plan(intervals, ROWS, PAPERS).trials if trial.catch == "absent")
+    [present] = [request for request in gone_through(absent)[0] if isinstance(request, Present)]
+    assert present.part.sides == ("P120", "P120") and present.trial.stimulus.id == "P120"
+
+
 def test_the_declaration_that_the_others_change_is_good():
     document = load(STUDY.format(**OPTIONS).encode(), "study.yaml")
     study = study_from(document, [{"id": "A"}, {"id": "B"}], "study.yaml")

@@ -145,6 +145,16 @@ def test_the_same_past_gets_the_same_advice_whatever_was_asked_before():
     assert fresh.estimate(past) == used.estimate(past)
 
 
+def test_an_answer_that_the_model_excludes_is_not_the_end():
+    model = {"shape": "gaussian", "threshold": {"from": -40, "to": 0, "points": 5}, "slope": 10, "guess": 0, "lapse": 0}
+    of = track(QUESTPLUS, model=model, stop={"trials": 40})
+    adviser = make(of)
+    past = tuple((index, index < 20) for index in range(0, 41, 2))
+    weights = adviser.posterior(past)
+    assert np.isfinite(weights).all() and weights.sum() == pytest.approx(1.0)
+    assert adviser.estimate(past).to_dict() and 0 <= adviser.advise(past).index <= 40
+
+
 def test_quantiles_spread_each_point_over_its_cell():
     values, weights = np.array([0.0, 1.0, 2.0]), np.array([0.25, 0.5, 0.25])
     assert quantiles(values, weights, (0.0, 0.25, 0.5, 1.0)) == pytest.approx((-0.5, 0.5, 1.0, 2.5))
