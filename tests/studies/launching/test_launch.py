@@ -17,6 +17,7 @@ BY_THE_WALL_CLOCK = {
     "studies/sessions/environment.py": "wall_time, which dates sittings and the participants' records",
     "studies/commands_sessions.py": "the date of a live session, for the days between sessions",
     "devices/rig/commands_calibrate.py": "the date of a calibration",
+    "devices/rig/commands_certify.py": "the date of a certificate",
     "devices/window/commands_calibrate.py": "the date of a calibration",
 }
 

@@ -75,7 +75,7 @@ def test_the_block_under_way_begins_again_and_its_answers_no_longer_count(tmp_pa
         "blocks": {"by": "frequency_hz", "instructions": {"40": "Glove on"}},
     }
     of = plan(resume={"repeat": ["block"]}, order=order)
-    path = interrupted(tmp_path, of, "choose", 5)
+    path = interrupted(tmp_path, of, "choose", 6)  # the fourth is asked after the first block
     block = of.trials[4].block
     events, _ = resumed(path)
     assert {"do": "repeat", "which": "block"} in [event.value for event in events]

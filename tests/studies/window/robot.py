@@ -23,7 +23,7 @@ from palpate.devices.window.calibration import read_calibration
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.presenter_page import prepare
 from palpate.devices.window.screens.base import DOUBLE_CLICK_S
-from palpate.protocols.events import Ask, Confirm, Instruct, Present, Rest, Sense
+from palpate.protocols.events import Ask, Choose, Confirm, Instruct, Present, Rest, Sense, Show
 from palpate.protocols.runner import EndOfRecord, Recorded, run
 from palpate.studies.sessions.record import LedgerError, read
 from palpate.studies.sessions.replay import recompiled
@@ -167,7 +167,7 @@ class Robot:
                 if self.felt_in != (requests := [event.kind for event in record.events].count("request")):
                     self.felt_in = requests
                     self.feel(request, self.page_of(record))
-            case Present() | Sense():
+            case Present() | Sense() | Show() | Choose():
                 pass
             case Ask() | Instruct() | Rest():
                 self.answer(request, self.page_of(record))

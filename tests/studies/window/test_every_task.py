@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.protocols.events import Ask, Present, Sense
+from palpate.protocols.events import Ask, Present, Sense, Show
 from palpate.protocols.runner import Recorded, run
 from palpate.studies.catalogue import SHIPPED, read_study
 from palpate.studies.sessions.ledger import open_for_append
@@ -15,9 +15,9 @@ from tests.studies.window.robot import Robot, RunningSession
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 STUDIES = ("door_adjectives", "door_authoring", "door_lexicon", "door_matching", "door_ratings", "texture_capture",
-           "texture_similarity")  # fmt: skip
+           "texture_similarity", "vibration_threshold")  # fmt: skip
 """One of every task. Screens of all studies: tests/studies/test_shipped_screens.py."""
-FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon")
+FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon", "vibration_threshold")
 """Their last trial and their end are shown as those of door_ratings and texture_capture: no form follows the trials."""
 GROUP = {"texture_capture": ["--group", "pilot"]}
 
@@ -123,6 +123,6 @@ def answers(record, form):
 
 def trial_is_met(record):
     """What the first trial asks for was performed live."""
-    kinds = {"ask": Ask, "present": Present, "sense": Sense}
+    kinds = {"ask": Ask, "present": Present, "sense": Sense, "show": Show}
     first = [event.value["do"] for event in record.events if event.kind == "request" and event.trial == 1]
     return first and set(first) <= set(kinds)
