@@ -391,6 +391,7 @@ figure means: by confidence families whiskers
 figure means.whiskers =: between cousineau_morey loftus_masson none sd
 figure order_effect: adjust bins carry_over confidence position response_time stimulus
 figure order_effect.adjust =: none stimulus
+figure posterior: columns
 figure predicted: actual attribute band colour high low panels predicted sd stimulus unit
 figure predicted.band =: global panel
 figure psychometric: columns

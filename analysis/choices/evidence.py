@@ -39,6 +39,8 @@ COARSE, FINE = (81, 15), (81, 25)
 RATES = 9
 BEYOND, NARROWEST, WIDEST = 1.5, 1 / 12, 2.0  # ranges of levels
 NEGLIGIBLE = 1e-5
+BESIDE = 12
+"""Points of a density on either side of those where it is not negligible."""
 MOST_LAPSES = 0.5
 EXCESS = 3.0
 """The likelihood ratio of more lapses than the model allows from which on they are reported (Kass & Raftery 1995)."""
@@ -129,10 +131,14 @@ def _fine(answers: Levels, spec: FunctionSpec) -> tuple[_Grid, Floats, float]:
 def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Floats]:
     """Return levels, the density of the posterior threshold at them, and that of the prior, per unit of the level."""
     grid, mass, _ = _fine(answers, spec)
-    at = to_level(grid.place, spec, answers)
-    change = np.abs(np.gradient(at, grid.place))
-    density = mass.sum(axis=(1, 2, 3)) / ((grid.place[1] - grid.place[0]) * change)
     low, high = _reach(float(problem_of(answers, spec).t[-1]))[0]
+    ends = (np.linspace(low, grid.place[0], BESIDE + 1)[:-1], np.linspace(grid.place[-1], high, BESIDE + 1)[1:])
+    ends = tuple(end if end[-1] > end[0] else end[:0] for end in ends)
+    place = np.concatenate([ends[0], grid.place, ends[1]])
+    at = to_level(place, spec, answers)
+    change = np.abs(np.gradient(at, np.arange(len(at)))) / np.gradient(place, np.arange(len(at)))
+    within = mass.sum(axis=(1, 2, 3)) / (grid.place[1] - grid.place[0])
+    density = np.concatenate([np.zeros(len(ends[0])), within, np.zeros(len(ends[1]))]) / change
     order = np.argsort(at, kind="stable")
     return at[order], density[order], (1 / ((high - low) * change))[order]
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -54,7 +54,9 @@ def column_names(value: object) -> list[str]:
 
 def columns_named(settings: object, names: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
     """Return the columns in the settings `names` of a test or figure, without those of its `where`."""
-    return tuple(dict.fromkeys(name for key in names for name in column_names(getattr(settings, key, None))))
+    others = getattr(settings, "not_columns", ())
+    keys = (key for key in names if key not in others)
+    return tuple(dict.fromkeys(name for key in keys for name in column_names(getattr(settings, key, None))))
 
 
 OF_THE_DESIGN = frozenset({"participant", "session", "group", "stimulus", "attribute", "trial", "block", "value"})
@@ -68,9 +70,11 @@ class StatisticSettings(Strict):
     items (None: all of them), `where` keeps the rows whose columns have these levels, or numbers in a range. `table`
     names one of the plan's own tables instead of the study's answers, `source` another table of answers than the kind's
     own ("forms": a questionnaire's items; "choices": the choices of trials with intervals). `normalise` and `missing`
-    override the plan's own.
+    override the plan's own. `not_columns` are settings of the kind that name no columns, though those of other kinds
+    with this name do.
     """
 
+    not_columns: ClassVar[frozenset[str]] = frozenset()
     name: str
     test: str
     outcomes: tuple[str, ...] | None = None

@@ -42,5 +42,6 @@ FIGURES: Registry[FigureKind] = Registry(
         "map": f"{_FIGURES}.map:MAP",
         "psychometric": f"{_FIGURES}.psychometric:PSYCHOMETRIC",
         "track": f"{_FIGURES}.track:TRACK",
+        "posterior": f"{_FIGURES}.posterior:POSTERIOR",
     }
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -183,6 +183,7 @@ class BinomialMixedModel(StatisticSettings):
     effect (1: Laplace). A table of the plan's own has one row per trial (`correct` 0 or 1), or `correct` of `n`.
     """
 
+    not_columns: ClassVar[frozenset[str]] = frozenset({"random"})
     test: Literal["binomial_mixed_model"]
     level: Text = "level"
     correct: Text = "correct"

@@ -11,6 +11,7 @@ from scipy.special import gammaln, log_ndtr, logsumexp, ndtr
 
 from benchmarks.statistics.sensitivity import GLMER, cbpp
 from palpate.analysis.choices.binomial_mixed import BinomialMixed, Counts, fit_binomial_mixed
+from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
@@ -126,3 +127,11 @@ def test_a_plan_asks_for_the_population_of_each_condition() -> None:
     assert [row["quantity"] for row in result.more["differences"]] == ["pse", "slope"]
     with pytest.raises(DataRefused, match="has a guess rate"):
         kind.answer(Selected(table.assign(standard=np.nan), pd.DataFrame(), (), {}), settings)
+
+
+def test_the_random_effects_of_this_model_are_no_columns() -> None:
+    """A plan with `random: intercept` was refused: the study has no column 'intercept'."""
+    from palpate.analysis.plans.answers import columns_named
+
+    test = {"name": "x", "test": "binomial_mixed_model", "random": "intercept"}
+    assert columns_named(kinds.TESTS["binomial_mixed_model"].settings.model_validate(test)) == ()

@@ -23,6 +23,7 @@ from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.studies.catalogue import find, read_study
+from tests.analysis.figures import test_function_figures
 
 ENDS = ("Strongly disagree", "Strongly agree")
 
@@ -118,7 +119,16 @@ def _others(means: pd.DataFrame, row: pd.Series) -> float:
     return float((alike if len(alike) else others)["actual"].mean())
 
 
+def functions(_lab: Path) -> FigureInput:
+    """Functions of two observers written for tests, in three procedures."""
+    return FigureInput(nothing(), {"f": {"": test_function_figures.functions()}})
+
+
+FUNCTIONS = (functions, {"tests": ("f",)})
 SHOWN = {
+    "psychometric": FUNCTIONS,
+    "track": (functions, {"tests": ("f",), "columns": 2}),
+    "posterior": FUNCTIONS,
     "predicted": (predictions, {"panels": "attribute", "unit": "0 to 100"}),
     "predicted-class": (predictions, {"figure": "predicted", "panels": "class", "colour": "attribute"}),
     "similarity_bars": (similarity, {"tests": ("methods",)}),

@@ -35,8 +35,9 @@ KINDS: dict[str, tuple[Callable[[], FigureInput], dict]] = {
     "map": (lambda: inputs_of(answers=test_map.configuration()), {"tests": ("map", "words")}),
     "psychometric": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
     "track": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",), "columns": 2}),
+    "posterior": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
 }
-RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track")]
+RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track", "posterior")]
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -48,6 +48,22 @@ def test_a_track_shows_each_trial_and_the_reversals_of_staircases() -> None:
     assert len(draw_svg(FIGURES["track"], data)[1].marks) == 4 * 64
 
 
+def test_a_posterior_has_a_density_and_an_estimate_or_an_inequality_for_each_function() -> None:
+    data = data_of(FIGURES["posterior"], inputs_of(answers={"f": functions()}), tests=("f",))
+    table = pd.DataFrame(list(data.rows))
+    assert table["panel"].nunique() == 6
+    for _, own in table[table["shows"] == "density"].groupby("panel"):
+        for name in ("density", "prior_density"):
+            assert np.trapezoid(own[name], own["level"]) == pytest.approx(1, abs=0.02)
+    thresholds = table[table["shows"] == "threshold"].set_index("panel")
+    assert thresholds.loc["P002, f250", "note"].startswith("threshold above")
+    assert (thresholds["note"] == "").sum() == 5
+    drawn = draw_svg(FIGURES["posterior"], data)[1]
+    assert len(drawn.marks) == 5
+    low, high = drawn.figure.axes[0].get_xlim()
+    assert low > -40 and high < 10
+
+
 def test_reversals_are_the_last_trials_at_a_level_where_moves_turn() -> None:
     """Levitt 1971: down to 1, up to 3, down again."""
     assert _reversals([3, 2, 1, 1, 2, 3, 2]) == {3: "valley", 5: "peak"}
