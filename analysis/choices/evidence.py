@@ -133,8 +133,8 @@ def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Flo
     grid, mass, _ = _fine(answers, spec)
     low, high = _reach(float(problem_of(answers, spec).t[-1]))[0]
     ends = (np.linspace(low, grid.place[0], BESIDE + 1)[:-1], np.linspace(grid.place[-1], high, BESIDE + 1)[1:])
-    ends = tuple(end if end[-1] > end[0] else end[:0] for end in ends)
-    place = np.concatenate([ends[0], grid.place, ends[1]])
+    below, above = (end if end[-1] > end[0] else end[:0] for end in ends)
+    place = np.concatenate([below, grid.place, above])
     at = to_level(place, spec, answers)
     change = np.abs(np.gradient(at, np.arange(len(at)))) / np.gradient(place, np.arange(len(at)))
     within = mass.sum(axis=(1, 2, 3)) / (grid.place[1] - grid.place[0])
