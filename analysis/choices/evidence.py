@@ -138,7 +138,7 @@ def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Flo
     at = to_level(place, spec, answers)
     change = np.abs(np.gradient(at, np.arange(len(at)))) / np.gradient(place, np.arange(len(at)))
     within = mass.sum(axis=(1, 2, 3)) / (grid.place[1] - grid.place[0])
-    density = np.concatenate([np.zeros(len(ends[0])), within, np.zeros(len(ends[1]))]) / change
+    density = np.concatenate([np.zeros(len(below)), within, np.zeros(len(above))]) / change
     order = np.argsort(at, kind="stable")
     return at[order], density[order], (1 / ((high - low) * change))[order]
 
