@@ -5,10 +5,10 @@ Exclusions are counted by line: who, which trials, which ratings, and why.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import pandas as pd
 
@@ -102,7 +102,7 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
             keys = zip(*(table[name].tolist() for name in key), strict=True)
             return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
 
-        return _filtered(material, stays), lines
+        return material.filtered(stays), lines
     return _without_people(material, _bad_people(material, rule), rule.because)
 
 
@@ -165,7 +165,7 @@ def _keeps(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
 def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:
     whose = (material.trials if material.ratings is None else material.ratings.table)["participant"]
     lines = [Exclusion("participant", who, why, int((whose == who).sum())) for who in people]
-    return _filtered(material, lambda table: ~table["participant"].isin(people)), lines
+    return material.filtered(lambda table: ~table["participant"].isin(people)), lines
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
@@ -184,21 +184,6 @@ def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Mat
     ]
     ratings = replace(material.ratings, table=table[~far].reset_index(drop=True))
     return replace(material, ratings=ratings), lines
-
-
-def _filtered(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Material:
-    def part(table: pd.DataFrame) -> pd.DataFrame:
-        return table[stays(table)].reset_index(drop=True) if len(table) else table
-
-    ratings = material.ratings
-    return replace(
-        material,
-        ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
-        trials=part(material.trials),
-        words=part(material.words),
-        forms=part(material.forms),
-        choices=part(material.choices),
-    )
 
 
 @dataclass(frozen=True)

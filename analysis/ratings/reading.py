@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -267,6 +267,22 @@ class Material:
     versions: tuple[Input, ...] = ()
     """The versions of the study or of a model, if sessions had different ones, with the numbers of their sessions."""
 
+    def filtered(self, stays: Callable[[pd.DataFrame], Any]) -> Material:
+        """Return the material with the rows of each table for which `stays(table)` is true."""
+
+        def part(table: pd.DataFrame) -> pd.DataFrame:
+            return table[stays(table)].reset_index(drop=True) if len(table) else table
+
+        ratings = self.ratings
+        return replace(
+            self,
+            ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
+            trials=part(self.trials),
+            words=part(self.words),
+            forms=part(self.forms),
+            choices=part(self.choices),
+        )
+
     @property
     def participants(self) -> tuple[str, ...]:
         """Everyone with an answered trial or form, in the order of their pseudonyms."""
@@ -357,20 +373,8 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
 def _without(material: Material, lines: Sequence[Exclusion]) -> Material:
     """Return the material without the participants of these lines."""
     people = {line.who for line in lines}
-
-    def part(table: pd.DataFrame) -> pd.DataFrame:
-        return table[~table["participant"].isin(people)].reset_index(drop=True) if len(table) else table
-
-    ratings = material.ratings
-    return replace(
-        material,
-        ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
-        trials=part(material.trials),
-        words=part(material.words),
-        forms=part(material.forms),
-        choices=part(material.choices),
-        exclusions=(*material.exclusions, *lines),
-    )
+    rest = material.filtered(lambda table: ~table["participant"].isin(people))
+    return replace(rest, exclusions=(*material.exclusions, *lines))
 
 
 def imported_material(ratings: Ratings, title: str) -> Material:

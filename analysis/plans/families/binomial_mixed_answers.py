@@ -12,7 +12,8 @@ from scipy.special import logit, ndtr, ndtri
 from palpate.analysis.choices.binomial_mixed import BinomialMixed, Counts, fit_binomial_mixed
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import BinomialMixedModel
-from palpate.analysis.plans.families.collected_answers import PARTICIPANT, parts_of
+from palpate.analysis.plans.families.collected_answers import PARTICIPANT
+from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, sentences
 from palpate.analysis.ratings.collected_choices import track_design
 from palpate.analysis.ratings.dataset import DataRefused

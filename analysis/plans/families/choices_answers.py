@@ -18,10 +18,10 @@ from palpate.analysis.choices.staircase import Staircase, staircase
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
+from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
 
@@ -64,7 +64,7 @@ def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> A
     rows: list[dict[str, Any]] = []
     levels: list[pd.DataFrame] = []
     reversals: list[pd.DataFrame] = []
-    for where, part in _parts(table, by):
+    for where, part in parts_of(table, by):
         row, shown, turned = _one(selected, settings, part)
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
@@ -83,18 +83,6 @@ def _by(selected: Selected, settings: PsychometricFunction) -> tuple[str, ...]:
     if settings.by is not None:
         return settings.by
     return (PARTICIPANT,) if PARTICIPANT in selected.table.columns else ()
-
-
-def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
-    """Yield the rows of each combination of labels in the order of the labels."""
-    if not by:
-        yield {}, table
-        return
-    axes = [coded(table[name], name) for name in by]
-    codes = pd.DataFrame({i: axis.codes for i, axis in enumerate(axes)}, index=table.index)
-    for key in sorted(set(codes.itertuples(index=False, name=None))):
-        labels = {name: str(axis.labels[i]) for name, axis, i in zip(by, axes, key, strict=True)}
-        yield labels, table[(codes == list(key)).all(axis=1)]
 
 
 def _one(
@@ -168,7 +156,7 @@ def _staircases(
     staircases: list[Staircase] = []
     turned: list[pd.DataFrame] = []
     notes: list[str] = []
-    for where, rows in _parts(part, settings.staircase):
+    for where, rows in parts_of(part, settings.staircase):
         which = ", ".join(f"{name} {label}" for name, label in where.items())
         try:
             one = staircase(rows, settings.level, settings.correct, settings.order, settings.last)

@@ -32,10 +32,10 @@ from palpate.analysis.plans.families.declared_answers import (
     threshold_share,
     track_posterior,
 )
+from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
 from palpate.analysis.ratings.collected_choices import NO_CATCH, TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.f_and_t import adjusted, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 
@@ -95,18 +95,6 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
     }
     more = {name: table for name, table in more.items() if table or name != "differences"}
     return _answer(selected, settings, rows, by, more, models)
-
-
-def parts_of(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
-    """Yield the rows of each combination of labels in the order of the labels."""
-    if not by:
-        yield {}, table
-        return
-    axes = [coded(table[name], name) for name in by]
-    codes = pd.DataFrame({i: axis.codes for i, axis in enumerate(axes)}, index=table.index)
-    for key in sorted(set(codes.itertuples(index=False, name=None))):
-        labels = {name: str(axis.labels[i]) for name, axis, i in zip(by, axes, key, strict=True)}
-        yield labels, table[(codes == list(key)).all(axis=1)]
 
 
 def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -20,6 +20,18 @@ if TYPE_CHECKING:
     from palpate.analysis.statistics.cells import Missing
 
 ITEMS = ("attribute", "stimulus")
+
+
+def parts_of(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
+    """Yield the rows of each combination of labels in the order of the labels."""
+    if not by:
+        yield {}, table
+        return
+    axes = [coded(table[name], name) for name in by]
+    codes = pd.DataFrame({i: axis.codes for i, axis in enumerate(axes)}, index=table.index)
+    for key in sorted(set(codes.itertuples(index=False, name=None))):
+        labels = {name: str(axis.labels[i]) for name, axis, i in zip(by, axes, key, strict=True)}
+        yield labels, table[(codes == list(key)).all(axis=1)]
 
 
 def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
