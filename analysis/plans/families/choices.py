@@ -112,14 +112,14 @@ class PsychometricFunction(StatisticSettings):
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
-        if self.source != "choices":
+        if not self.of_choices:
             yield Idle("prior", "without `source: choices`, whose study may declare a model")
             yield Idle("easy_catch", "without `source: choices`, which has catch trials", "left_out")
         elif self.interval not in (None, "posterior"):
             yield Idle("prior", f"with `interval: {self.interval}`, which is not of a posterior")
         if self.method == "constant":
             yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
-        if self.source == "choices":
+        if self.of_choices:
             yield from (Idle(name, "with `source: choices`, whose table has these columns") for name in ("level", "n"))
         elif self.function not in ("weibull", "weibull_db"):
             yield Idle("level_unit", "with this function of a table of the plan's own", "linear")
@@ -130,11 +130,16 @@ class PsychometricFunction(StatisticSettings):
     def _a_model(self) -> Self:
         if self.source not in (None, "choices"):
             raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
-        if self.source == "choices" and self.method == "staircase":
+        if self.of_choices and self.method == "staircase":
             raise ValueError("method: staircase is for a table of the plan's own; choices name their procedure")
-        if self.source is None:
+        if not self.of_choices:
             self.model()
         return self
+
+    @property
+    def of_choices(self) -> bool:
+        """Return whether the answers are a study's choices; a table of the plan's own goes before `source`."""
+        return self.source == "choices" and self.table is None
 
     @property
     def interval_kind(self) -> str:

@@ -51,7 +51,7 @@ NO_TASK = (
 
 def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
     """Return one row per function; a function without an estimate has a row with the reason."""
-    if settings.source == "choices":
+    if settings.of_choices:
         from palpate.analysis.plans.families.collected_answers import collected_answer
 
         return collected_answer(selected, settings)

@@ -323,6 +323,7 @@ FIGURE_CASES: Mapping[str, list[Settings]] = {
     "matching": [{"target": "wish", "attribute_column": "of"}],
     "likert": [{"source": "forms"}, {"source": "forms", "style": "bars", "where": {"session": "1"}}],
     "psychometric": [{"tests": ["functions"]}],
+    "posterior": [{"tests": ["functions"]}],
     "track": [{"tests": ["functions"]}],
     "map": [
         {"tests": ["map", "arrows"]}, {"tests": ["map", "arrows"], "class_column": "cloth"},
@@ -370,6 +371,8 @@ OWN: Mapping[tuple[str, str], Any] = {
     ("pca", "reference"): "permuted", ("pca", "over"): "dose", ("procrustes", "over"): "dose",
     ("categories", "over"): ["cloth"], ("mixed_model", "numeric"): ["goal"], ("ordinal_model", "numeric"): ["age"],
     ("relevance", "interval"): "bca", ("means", "interval"): "none", ("psychometric", "interval"): "bootstrap",
+    **{(kind, "source"): "choices" for kind in ("psychometric", "dprime", "binomial_mixed_model")},
+    ("psychometric", "prior"): "levels", ("psychometric", "easy_catch"): "counted",
     ("psychometric", "method"): "staircase", ("psychometric", "order"): "back", ("psychometric", "by"): ["run"],
     ("retest", "targets"): ["stimulus", "attribute"], ("raters", "targets"): ["dose"],
     ("ordinal_model", "random"): "participant", ("ordinal_model", "interactions"): ["group:gender"],
