@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -13,6 +13,7 @@ from palpate.protocols.canonical import digest, json_text
 from palpate.protocols.files import reason, write_text
 from palpate.protocols.strict import Strict
 
+S = TypeVar("S", bound=Strict)
 Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 
 
@@ -71,12 +72,17 @@ def write_calibration(calibration: Strict, path: Path) -> None:
 
 def load(path: Path) -> Calibration:
     """Read a calibration. Raises DeviceError that names the file and what is wrong with it."""
+    return read_calibration(path, Calibration, "voice coil", "Identify the actuator again")
+
+
+def read_calibration(path: Path, schema: type[S], device: str, then: str) -> S:
+    """Read the calibration of any actuator, the `device`; `then` says what to do if it is none. Raises DeviceError."""
     try:
-        return Calibration.model_validate_json(path.read_bytes())
+        return schema.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise DeviceError(f"{path}: the voice coil's calibration cannot be read: {error.strerror}") from None
+        raise DeviceError(f"{path}: the {device}'s calibration cannot be read: {error.strerror}") from None
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
         problem = f"{where}: {first['msg']}"
-        raise DeviceError(f"{path}: no voice coil calibration: {problem}. Identify the actuator again") from None
+        raise DeviceError(f"{path}: no {device} calibration: {problem}. {then}") from None

@@ -11,6 +11,15 @@ from palpate.devices.kinds import Date
 from palpate.protocols.strict import Strict
 
 
+def demand_voltages(driver: str, peak_V: float, rms_V: float, full_scale_V: float, within: str = "") -> None:
+    """Raise ValueError unless an output's limits fit together; `within` is the place of the limits in the settings."""
+    if rms_V > peak_V:
+        raise ValueError(f"{within}rms_V ({rms_V:g}) must not be above {within}peak_V ({peak_V:g})")
+    if driver == "sound" and peak_V > full_scale_V:
+        problem = f"{within}peak_V ({peak_V:g}) must not be above full_scale_V ({full_scale_V:g})"
+        raise ValueError(f"{problem}, what the sound card gives at full scale")
+
+
 class Settings(Strict):
     """Settings of a voice coil: its limits `peak_V` and `rms_V` at the output, and `thermal_s`, its time to warm up.
 
@@ -34,11 +43,7 @@ class Settings(Strict):
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        if self.rms_V > self.peak_V:
-            raise ValueError(f"rms_V ({self.rms_V:g}) must not be above peak_V ({self.peak_V:g})")
-        if self.driver == "sound" and self.peak_V > self.full_scale_V:
-            problem = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
-            raise ValueError(f"{problem}, what the sound card gives at full scale")
+        demand_voltages(self.driver, self.peak_V, self.rms_V, self.full_scale_V)
         return self
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from palpate.devices.device import DeviceError
+from palpate.devices.actuator.calibration import read_calibration
 from palpate.devices.kinds import Date, Finite, Positive
 from palpate.protocols.canonical import digest
 from palpate.protocols.strict import Strict
@@ -88,15 +88,7 @@ class VibratorCalibration(Strict):
 
 def load(path: Path) -> VibratorCalibration:
     """Read a calibration. Raises DeviceError that names the file and what is wrong with it."""
-    try:
-        return VibratorCalibration.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise DeviceError(f"{path}: the vibrator's calibration cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "the file"
-        problem = f"{where}: {first['msg']}"
-        raise DeviceError(f"{path}: no vibrator calibration: {problem}. Calibrate the vibrator again") from None
+    return read_calibration(path, VibratorCalibration, "vibrator", "Calibrate the vibrator again")
 
 
 @dataclass

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from palpate.devices.actuator.settings import demand_voltages
 from palpate.devices.kinds import Date, Finite
 from palpate.protocols.canonical import digest
 from palpate.protocols.strict import Strict
@@ -70,13 +71,7 @@ class Settings(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.limits.rms_V > self.limits.peak_V:
-            raise ValueError(
-                f"limits.rms_V ({self.limits.rms_V:g}) must not be above limits.peak_V ({self.limits.peak_V:g})"
-            )
-        if self.driver == "sound" and self.limits.peak_V > self.full_scale_V:
-            problem = f"limits.peak_V ({self.limits.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
-            raise ValueError(f"{problem}, what the sound card gives at full scale")
+        demand_voltages(self.driver, self.limits.peak_V, self.limits.rms_V, self.full_scale_V, "limits.")
         return self
 
     def certified_digest(self, response: str) -> str:
