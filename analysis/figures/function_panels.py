@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from matplotlib.figure import Figure
 from pydantic import Field
 
 from palpate.analysis.figures.columns import answer_of_test
 from palpate.analysis.figures.figure_kind import FigureInput, FigureSettings
-from palpate.analysis.figures.lettering import elide, letters_that_fit
-from palpate.analysis.figures.style import SOFT, quiet_axes
+from palpate.analysis.figures.lettering import elide, format_number, letters_that_fit
+from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT, quiet_axes
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.study import Whole
@@ -64,6 +64,25 @@ def functions_of(inputs: FigureInput, settings: FunctionSettings) -> tuple[Answe
 def name_of(row: Row, by: Sequence[str]) -> str:
     """Return the name of a function's panel."""
     return ", ".join(str(row[key]) for key in by) or "all choices"
+
+
+def row_of(columns: Sequence[str], **values: Any) -> dict[str, Any]:
+    """Return a row of a figure's data: a column without a value is None, a note without one is empty."""
+    return {name: values.get(name, "" if name == "note" else None) for name in columns}
+
+
+def note_of(row: Row) -> str:
+    """Return what is said of a function whose threshold is not within the levels; "" if it is."""
+    bound = "" if row["bound"] is None else f" {format_number(float(row['bound']), 1)}"
+    return "" if row["outside"] is None else f"threshold {row['outside']}{bound}"
+
+
+def write_note(panel: Axes, row: Row, at: tuple[float, float], align: Literal["right", "center"]) -> None:
+    """Write into a panel, at shares of its width and height, why a function has no threshold."""
+    panel.text(
+        *at, str(row["note"] or "no threshold"), transform=panel.transAxes, ha=align, fontsize=7.5, color=INK,
+        bbox={"facecolor": PAPER, "edgecolor": FAINT, "boxstyle": "round,pad=0.3", "linewidth": 0.6}, zorder=5,
+    )  # fmt: skip
 
 
 def panels(names: Sequence[str], columns: int, labels: tuple[str, str]) -> tuple[Figure, Mapping[str, Axes]]:

@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
-from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels
+from palpate.analysis.figures.function_panels import (
+    FunctionSettings,
+    functions_of,
+    name_of,
+    note_of,
+    panels,
+    row_of,
+    write_note,
+)
 from palpate.analysis.figures.lettering import format_number
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, tint
 from palpate.analysis.ratings.dataset import DataRefused
@@ -35,26 +43,22 @@ def data(inputs: FigureInput, settings: PosteriorSettings) -> FigureData:
     rows: list[Row] = []
     for row in answer.more.get("posterior", ()):
         own = {key: row[key] for key in ("level", "density", "prior_density")}
-        rows.append(_filled(panel=name_of(row, by), shows="density", **own))
+        rows.append(row_of(COLUMNS, panel=name_of(row, by), shows="density", **own))
     if not rows:
         raise DataRefused(f"figure {settings.name!r}: no function of the test has a posterior")
     drawn = {row["panel"] for row in rows}
     for row in answer.rows:
         name = name_of(row, by)
-        bound = "" if row["bound"] is None else f" {format_number(float(row['bound']), 1)}"
-        note = "" if row["outside"] is None else f"threshold {row['outside']}{bound}"
         ends = {"low": row["threshold_low"], "high": row["threshold_high"], "bound": row["bound"]}
         if name in drawn:
-            rows.append(_filled(panel=name, shows="threshold", level=row["threshold"], note=note, **ends))
+            rows.append(
+                row_of(COLUMNS, panel=name, shows="threshold", level=row["threshold"], note=note_of(row), **ends)
+            )
     caption = (
         "The density of the threshold after the answers (filled) and before them (dotted), each panel with a height of "
         f"its own; the diamond is the estimate, the bar its interval. {answer.method}."
     )
     return FigureData(tuple(rows), settings.title or "Posterior of thresholds.", caption, {"columns": settings.columns})
-
-
-def _filled(**values: Any) -> dict[str, Any]:
-    return {name: values.get(name, "" if name == "note" else None) for name in COLUMNS}
 
 
 def draw(data: FigureData) -> DrawnFigure:
@@ -92,11 +96,7 @@ def draw(data: FigureData) -> DrawnFigure:
 def _draw_threshold(panel: Any, row: Row, marks: Marks) -> None:
     """Draw the estimate and its interval below the density; an inequality in words."""
     if row["level"] is None:
-        panel.text(
-            0.5, 0.03, str(row["note"] or "no threshold"), transform=panel.transAxes, ha="center", fontsize=7.5,
-            color=INK, bbox={"facecolor": PAPER, "edgecolor": FAINT, "boxstyle": "round,pad=0.3", "linewidth": 0.6},
-            zorder=5,
-        )  # fmt: skip
+        write_note(panel, row, (0.5, 0.03), "center")
         return
     level, height = float(row["level"]), FLOOR / 2
     ends = "none"

@@ -5,9 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
-from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels
+from palpate.analysis.figures.function_panels import (
+    FunctionSettings,
+    functions_of,
+    name_of,
+    note_of,
+    panels,
+    row_of,
+    write_note,
+)
 from palpate.analysis.figures.lettering import format_number
-from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, tint
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, tint
 
 if TYPE_CHECKING:
     from palpate.analysis.plans.answers import Row
@@ -29,32 +37,26 @@ def data(inputs: FigureInput, settings: PsychometricSettings) -> FigureData:
     rows: list[Row] = []
     for row in answer.more["levels"]:
         own = {"level": row["level"], "share": row["share"], "n": row["n"]}
-        rows.append(_filled(panel=name_of(row, by), shows="level", **own))
+        rows.append(row_of(COLUMNS, panel=name_of(row, by), shows="level", **own))
     for row in answer.more["curve"]:
         own = {key: row[key] for key in ("level", "share", "low", "high")}
-        rows.append(_filled(panel=name_of(row, by), shows="curve", **own))
+        rows.append(row_of(COLUMNS, panel=name_of(row, by), shows="curve", **own))
     for row in answer.rows:
-        outside = row["outside"]
-        note = "" if outside is None else f"threshold {outside}" + (
-            "" if row["bound"] is None else f" {format_number(float(row['bound']), 1)}"
-        )  # fmt: skip
         own = {
             "level": row["threshold"],
             "low": row["threshold_low"],
             "high": row["threshold_high"],
             "n": row["trials"],
         }
-        rows.append(_filled(panel=name_of(row, by), shows="threshold", share=row["guess"], note=note, **own))
+        rows.append(
+            row_of(COLUMNS, panel=name_of(row, by), shows="threshold", share=row["guess"], note=note_of(row), **own)
+        )
     caption = (
         "Circles are shares of hits, their area the number of trials. The line is the function expected by the "
         "posterior, its band the pointwise 95 % interval; the diamond is the threshold with its interval. "
         f"{answer.method}."
     )
     return FigureData(tuple(rows), settings.title or "Psychometric functions.", caption, {"columns": settings.columns})
-
-
-def _filled(**values: Any) -> dict[str, Any]:
-    return {name: values.get(name, "" if name == "note" else None) for name in COLUMNS}
 
 
 def draw(data: FigureData) -> DrawnFigure:
@@ -98,11 +100,7 @@ def _draw_threshold(panel: Any, row: Row, floor: float, marks: Marks) -> None:
     """Draw the threshold and its interval just above the floor; an inequality in words."""
     height = floor + 0.035 * (1.02 - floor)
     if row["level"] is None:
-        panel.text(
-            0.97, 0.06, str(row["note"] or "no threshold"), transform=panel.transAxes, ha="right", fontsize=7.5,
-            color=INK, bbox={"facecolor": PAPER, "edgecolor": FAINT, "boxstyle": "round,pad=0.3", "linewidth": 0.6},
-            zorder=5,
-        )  # fmt: skip
+        write_note(panel, row, (0.97, 0.06), "right")
         return
     level = float(row["level"])
     if row["low"] is not None and row["high"] is not None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
-from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels
+from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels, row_of
 from palpate.analysis.figures.lettering import format_number
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, tint
 from palpate.analysis.ratings.dataset import DataRefused
@@ -40,23 +40,25 @@ def data(inputs: FigureInput, settings: TrackSettings) -> FigureData:
         moving = [float(trial["level"] or 0) for trial in trials]
         turns = _reversals(moving) if row["procedure"] == "staircase" else {}
         rows += [
-            _filled(
-                panel=name, shows="trial", n=n, level=trial["level"], hit=trial["correct"], reversal=turns.get(n - 1)
+            row_of(
+                COLUMNS,
+                panel=name,
+                shows="trial",
+                n=n,
+                level=trial["level"],
+                hit=trial["correct"],
+                reversal=turns.get(n - 1),
             )
             for n, trial in enumerate(trials, start=1)
         ]
         if row["threshold"] is not None:
             ends = {"low": row["threshold_low"], "high": row["threshold_high"]}
-            rows.append(_filled(panel=name, shows="threshold", level=row["threshold"], **ends))
+            rows.append(row_of(COLUMNS, panel=name, shows="threshold", level=row["threshold"], **ends))
     caption = (
         "The level of each trial, catch trials left out: filled circles are hits, hollow ones misses, triangles mark "
         f"reversals of staircases. The dashed line is the threshold, the band its interval. {answer.method}."
     )
     return FigureData(tuple(rows), settings.title or "Tracks of the levels.", caption, {"columns": settings.columns})
-
-
-def _filled(**values: Any) -> dict[str, Any]:
-    return {name: values.get(name) for name in COLUMNS}
 
 
 def _reversals(levels: Sequence[float]) -> dict[int, str]:
