@@ -200,9 +200,7 @@ def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, 
     by_id = {s.id: s for s in study.stimuli_of(who.group) if standard is None or s.id != str(standard)}
     first = session - 1 if study.over_sessions == "next_row" else 0
     label = ("deal", study.study, who.group, study.order.seed)
-    catch = study.intervals.catch
-    absent = None if catch is None or catch.absent is None else catch.absent.every
-    easy = None if catch is None or catch.easy is None else catch.easy.every
+    absent, easy = study.intervals.catch_every
     tracks, main = [], list[Slot]()
     chance: tuple[Key, ...] = ("order", study.study, seed, who.participant, first)
     for block, members, row in _blocks(study, by_id, who.row + first, label, chance):
@@ -252,12 +250,9 @@ def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
     """Return the number of trials, without practice, in a session with these stimuli; the cap of procedures."""
     if study.procedure:
-        standard = study.intervals.standard
-        compared = [stimulus for stimulus in stimuli if standard is None or stimulus.id != str(standard)]
-        catch = study.intervals.catch
-        every = [c.every for c in (catch.absent, catch.easy) if c is not None] if catch is not None else []
+        every = [n for n in study.intervals.catch_every if n is not None]
         members: dict[str, list[Stimulus]] = {}
-        for stimulus in compared:
+        for stimulus in stimuli:
             by = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
             members.setdefault(by, []).append(stimulus)
         tracks = [track for name, several in members.items() for track in tracks_in(study, name, several, ())]

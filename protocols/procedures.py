@@ -124,11 +124,9 @@ class Stop(KnownKeys):
 class Procedure(KnownKeys):
     """What all procedures have: a kind, a name if there are several, the levels, and which end of them is the easier.
 
-    It is for all stimuli unless `stimuli` names some of them. `ends` names the stopping rules that a kind can have
-    beside `trials`.
+    It is for all stimuli unless `stimuli` names some of them.
     """
 
-    ends: ClassVar[frozenset[str]] = frozenset()
     kind: str
     name: Name | None = None
     level: Grid | Annotated[tuple[Grid, Grid], Field()]
@@ -140,17 +138,12 @@ class Procedure(KnownKeys):
         """Return the grid of each dimension."""
         return self.level if isinstance(self.level, tuple) else (self.level,)
 
-    @property
-    def trials(self) -> int:
-        """Return the greatest number of trials of a track."""
+    def most_trials(self, levels: int) -> int:
+        """Return the greatest number of trials of a track with so many levels."""
         raise NotImplementedError
 
     @model_validator(mode="after")
-    def _rules_of_the_kind(self) -> Self:
-        stop = getattr(self, "stop", None)
-        for rule in ("reversals", "series", "threshold_sd"):
-            if stop is not None and getattr(stop, rule) is not None and rule not in self.ends:
-                raise ValueError(f"stop: {rule} is not a rule of kind: {self.kind}")
+    def _dimensions(self) -> Self:
         if isinstance(self.level, tuple):
             if self.kind != "questplus":
                 raise ValueError("level: two dimensions are for kind: questplus")
@@ -167,13 +160,33 @@ class Constant(Procedure):
     kind: Literal["constant"]
     repeats: Annotated[Whole, Field(ge=1, le=MOST_TRIALS)]
 
-    @property
-    def trials(self) -> int:
-        """Return the number of trials for levels that are not rows; `palpate.protocols.tracks` knows the others."""
-        return self.repeats * len(self.grids[0].levels)
+    def most_trials(self, levels: int) -> int:
+        """Return the number of trials of a track with so many levels."""
+        return self.repeats * levels
 
 
-class Limits(Procedure):
+class Ending(Procedure):
+    """What the procedures have that go by the answers: rules by which a track ends, a cap among them.
+
+    `ends` names the rules that a kind can have beside `trials`.
+    """
+
+    ends: ClassVar[frozenset[str]]
+    stop: Stop
+
+    def most_trials(self, levels: int) -> int:  # noqa: ARG002
+        """Return the cap."""
+        return self.stop.trials
+
+    @model_validator(mode="after")
+    def _rules_of_the_kind(self) -> Self:
+        for rule in ("reversals", "series", "threshold_sd"):
+            if getattr(self.stop, rule) is not None and rule not in self.ends:
+                raise ValueError(f"stop: {rule} is not a rule of kind: {self.kind}")
+        return self
+
+
+class Limits(Ending):
     """The method of limits: series that rise, fall, or do so in turn, until the answer changes.
 
     A series begins at the end of the levels, or up to `jitter` points inside, drawn for each, and moves by `step`
@@ -185,7 +198,6 @@ class Limits(Procedure):
     direction: Literal["ascending", "descending", "alternating"] = "alternating"
     step: Points = 1
     jitter: Annotated[Whole, Field(ge=0, le=MOST_LEVELS)] = 0
-    stop: Stop
 
     @model_validator(mode="after")
     def _needs_series(self) -> Self:
@@ -193,13 +205,8 @@ class Limits(Procedure):
             raise ValueError("stop: {trials: N, series: N} is expected for kind: limits")
         return self
 
-    @property
-    def trials(self) -> int:
-        """Return the greatest number of trials of a track."""
-        return self.stop.trials
 
-
-class Staircase(Procedure):
+class Staircase(Ending):
     """An up-down staircase (Levitt 1971): harder after `down` hits in a row, easier after `up` misses in a row.
 
     `step` holds the steps in points of the grid, the next one after each reversal, the last one kept. Steps to the
@@ -215,7 +222,6 @@ class Staircase(Procedure):
     weight: Annotated[Whole, Field(ge=1, le=20)] = 1
     start: Number
     last: Annotated[Whole, Field(ge=2, le=200, multiple_of=2)] = 6
-    stop: Stop
 
     @model_validator(mode="before")
     @classmethod
@@ -232,11 +238,6 @@ class Staircase(Procedure):
         if levels and float(self.start) not in levels:
             raise ValueError(f"start ({self.start}) is not a level of the grid")
         return self
-
-    @property
-    def trials(self) -> int:
-        """Return the greatest number of trials of a track."""
-        return self.stop.trials
 
     @property
     def target(self) -> float | None:
@@ -295,7 +296,7 @@ MOST_POINTS, MOST_CELLS = 200_000, 20_000_000
 """Combinations of parameters, and levels times combinations: a table of that size takes 160 MB."""
 
 
-class QuestPlus(Procedure):
+class QuestPlus(Ending):
     """QUEST+ (Watson 2017): the level with the least expected entropy of the model's parameters.
 
     `interest` are the parameters that are measured; the others are nuisance parameters, averaged out before the entropy
@@ -308,7 +309,6 @@ class QuestPlus(Procedure):
     interest: Annotated[
         tuple[Literal["threshold", "slope", "guess", "lapse", "gradient"], ...], Field(min_length=1)
     ] = ("threshold", "slope", "guess", "lapse", "gradient")
-    stop: Stop
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -331,11 +331,6 @@ class QuestPlus(Procedure):
     def needs_positive_levels(self) -> bool:
         """Return whether the model is one of ratios: a Weibull function on a linear scale."""
         return self.model.shape == "weibull" and self.model.scale == "linear"
-
-    @property
-    def trials(self) -> int:
-        """Return the greatest number of trials of a track."""
-        return self.stop.trials
 
 
 KINDS: Mapping[str, type[Procedure]] = {

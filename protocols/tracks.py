@@ -39,8 +39,7 @@ class Track:
     @property
     def trials(self) -> int:
         """Return the greatest number of trials."""
-        repeats: int | None = getattr(self.procedure, "repeats", None)
-        return self.procedure.trials if repeats is None else repeats * len(self.levels)
+        return self.procedure.most_trials(len(self.levels))
 
     @property
     def easiest(self) -> int:

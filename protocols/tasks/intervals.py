@@ -124,6 +124,13 @@ class Intervals(KnownKeys):
             return ("same", "different")
         return tuple(str(n) for n in range(1, self.of + 1))
 
+    @property
+    def catch_every(self) -> tuple[int | None, int | None]:
+        """Return in how many trials there is one without a stimulus, and one at the easiest level; None for none."""
+        kinds = (None, None) if self.catch is None else (self.catch.absent, self.catch.easy)
+        absent, easy = (None if kind is None else kind.every for kind in kinds)
+        return absent, easy
+
     def target(self, place: int, absent: bool) -> str:
         """Return what is right: the number of an interval, signal or noise, same or different."""
         if self.design == "yes_no":
