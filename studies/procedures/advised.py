@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from palpate.protocols.events import Choose, Fault, Reply, ReplyError, Request, World, WorldEvent
@@ -38,7 +38,6 @@ class Advised:
     safe: Callable[[], None] = _do_nothing
     patience_s: float = PATIENCE_S
     failed: bool = False
-    _latest: dict[str, Any] = field(default_factory=dict)
 
     def now(self) -> int:
         """Return the time of the world."""

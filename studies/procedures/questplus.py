@@ -73,19 +73,34 @@ class QuestPlusAdviser:
         self._latest = past, weights
         return weights
 
+    @cached_property
+    def nuisance(self) -> list[int]:
+        """Return the places in PARAMETERS of those that are averaged out."""
+        interest = self.rules.interest
+        return [n for n, name in enumerate(PARAMETERS) if name not in interest and self.table.shape[n] > 1]
+
+    @cached_property
+    def order(self) -> tuple[int, ...]:
+        """Return the places of the parameters of interest, then those of the nuisance parameters."""
+        return (*(n for n in range(len(PARAMETERS)) if n not in self.nuisance), *self.nuisance)
+
+    @cached_property
+    def share_by_interest(self) -> Floats:
+        """Return the shares of hits by level, combination of the parameters of interest, and nuisance combination."""
+        table = self.table
+        count = math.prod(table.shape[n] for n in self.nuisance)
+        by_parameter = table.share.reshape(-1, *table.shape).transpose(0, *(n + 1 for n in self.order))
+        return by_parameter.reshape(len(table.share), -1, count)
+
     def information(self, weights: Floats) -> Floats:
         """Return the expected information of an answer at each level about the parameters of interest, in nats."""
-        table, interest = self.table, set(self.rules.interest)
-        nuisance = [n for n, name in enumerate(PARAMETERS) if name not in interest and table.shape[n] > 1]
-        if not nuisance:
+        table = self.table
+        if not self.nuisance:
             expected, known_entropy = np.split(table.share_and_entropy @ weights, 2)
             plain: Floats = entropy(expected) - known_entropy
             return plain
-        kept = [n for n in range(len(PARAMETERS)) if n not in nuisance]
-        order = (*kept, *nuisance)
-        count = math.prod(table.shape[n] for n in kept)
-        known = weights.reshape(table.shape).transpose(order).reshape(count, -1)
-        share = table.share.reshape(-1, *table.shape).transpose(0, *(n + 1 for n in order)).reshape(-1, *known.shape)
+        share = self.share_by_interest
+        known = weights.reshape(table.shape).transpose(self.order).reshape(share.shape[1:])
         marginal = known.sum(axis=1)
         hit = np.einsum("lpm,pm->lp", share, known)
         ratio = np.divide(hit, marginal, out=np.zeros_like(hit), where=marginal > 0)
