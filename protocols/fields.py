@@ -12,7 +12,6 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AliasChoices, Field, model_validator
 
-from palpate.protocols.complaints import Problem
 from palpate.protocols.events import Ask, Reply
 from palpate.protocols.forms import LONGEST_WORD, Question
 from palpate.protocols.keyed import normal, uniform
@@ -36,6 +35,11 @@ class Asked(KnownKeys):
         if answer is None:
             return None if self.optional else f"{self.name} is not answered"
         return self.invalid(answer)
+
+    @property
+    def has_row(self) -> bool:
+        """Return whether its answers are rows of the table `fields`; those that `choices` has are not."""
+        return True
 
     def invalid(self, answer: Any) -> str | None:
         """Return why an answer that was given is not valid, or None."""
@@ -62,6 +66,11 @@ class Choice(Asked):
         if len(set(self.options)) < len(self.options):
             raise ValueError("options: an option appears twice")
         return self
+
+    @property
+    def has_row(self) -> bool:
+        """Return whether its answers are rows of the table `fields`: not those about intervals."""
+        return self.of is None
 
     def invalid(self, answer: Any) -> str | None:
         """Return why an answer that was given is not valid, or None."""
@@ -157,6 +166,11 @@ class Confidence(Asked):
     points: Annotated[Whole, Field(ge=2, le=11)] = 4
     ends: tuple[Text, Text] | None = None
 
+    @property
+    def has_row(self) -> bool:
+        """Return whether its answers are rows of the table `fields`: `choices` has them."""
+        return False
+
     def invalid(self, answer: Any) -> str | None:
         """Return why an answer that was given is not valid, or None."""
         good = type(answer) is int and 1 <= answer <= self.points
@@ -239,17 +253,10 @@ def rows(form: Fields, answers: Mapping[str, Any], reply: Mapping[str, Any], _re
     times = reply.get("at_s", {})
     for question in form.questions:
         answer = answers[question.name]
-        if answer is None or question.kind == "confidence" or getattr(question, "of", None) is not None:
+        if answer is None or not question.has_row:
             continue
         numeric = type(answer) in (int, float)
         yield {
             "question": question.name, "kind": question.kind, "value": str(answer),
             "number": float(answer) if numeric else None, "response_time_s": times.get(question.name),
         }  # fmt: skip
-
-
-def problems_of(questions: tuple[Asked, ...]) -> Iterator[Problem]:
-    """Yield a problem for each question that refers to intervals, for tasks without any."""
-    for index, question in enumerate(questions):
-        if getattr(question, "of", None) is not None:
-            yield Problem(("ask", index), "of: intervals belongs to task intervals; give options: [TEXT, ...]")

@@ -181,7 +181,7 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
     if TASKS[study.task].answers == "ratings":
         description = "One row for each rating, revised ones too."
         yield _table(source, "ratings", description, _rating_columns(study))
-    asks_more = any(question.kind != "confidence" and getattr(question, "of", None) is None for question in study.ask)
+    asks_more = any(question.has_row for question in study.ask)
     for name in (TASKS[study.task].answers, *(("fields",) if asks_more else ())):
         if (own := own_tables().get(name)) is None:
             continue
