@@ -22,7 +22,7 @@ from palpate.protocols.wording import count
 MOST_FIELDS, MOST_OPTIONS, LONGEST_TEXT = 12, 12, 2000
 
 
-class Asked(KnownKeys):
+class QuestionSpec(KnownKeys):
     """What all questions have: a name for the answer, a text for the screen, and whether it may stay unanswered."""
 
     kind: str
@@ -50,7 +50,7 @@ class Asked(KnownKeys):
         raise NotImplementedError
 
 
-class Choice(Asked):
+class Choice(QuestionSpec):
     """One of some options, by a press or the number keys; `of: intervals` are those of the task intervals."""
 
     kind: Literal["choice"]
@@ -81,7 +81,7 @@ class Choice(Asked):
         return self.options[min(len(self.options) - 1, math.floor(share * len(self.options)))]
 
 
-class ScaleQuestion(Asked):
+class ScaleQuestion(QuestionSpec):
     """A mark on a scale of its own, as in `scale:` of a study; `ends` are the words at its two ends."""
 
     kind: Literal["scale"]
@@ -109,7 +109,7 @@ class ScaleQuestion(Asked):
         return self.scale.nearest(self.scale.low + share * (self.scale.high - self.scale.low))
 
 
-class NumberQuestion(Asked):
+class NumberQuestion(QuestionSpec):
     """A number that is typed, within bounds; `above: 0` allows every positive number, as in a free modulus."""
 
     kind: Literal["number"]
@@ -141,7 +141,7 @@ class NumberQuestion(Asked):
         return round(float(low + share * (high - low)), 1)
 
 
-class TextQuestion(Asked):
+class TextQuestion(QuestionSpec):
     """Free text, of at most `longest` characters."""
 
     kind: Literal["text"]
@@ -159,7 +159,7 @@ class TextQuestion(Asked):
         )
 
 
-class Confidence(Asked):
+class Confidence(QuestionSpec):
     """How sure a participant is, from 1 to `points`; `ends` are the words at its two ends."""
 
     kind: Literal["confidence"]
@@ -181,7 +181,7 @@ class Confidence(Asked):
         return min(self.points, 1 + math.floor(share * self.points))
 
 
-KINDS: Mapping[str, type[Asked]] = {
+KINDS: Mapping[str, type[QuestionSpec]] = {
     "choice": Choice,
     "scale": ScaleQuestion,
     "number": NumberQuestion,
@@ -190,7 +190,7 @@ KINDS: Mapping[str, type[Asked]] = {
 }
 
 
-def questions_from(value: Any) -> tuple[Asked, ...]:
+def questions_from(value: Any) -> tuple[QuestionSpec, ...]:
     """Return the questions in a study file, each by the schema of its kind. Raises ValueError."""
     if not isinstance(value, list | tuple) or not 1 <= len(value) <= MOST_FIELDS:
         raise ValueError(f"a list of 1 to {count(MOST_FIELDS, 'question')} is expected, as [{{name, kind, ...}}]")
@@ -208,7 +208,7 @@ class Fields:
     `context` says what the form is about as JSON data; the ledger stores it with the request.
     """
 
-    questions: tuple[Asked, ...]
+    questions: tuple[QuestionSpec, ...]
     context: Mapping[str, Any] = field(default_factory=dict)
     name: str = "fields"
 
@@ -240,7 +240,7 @@ def answered(person: Any, ask: Ask, answers: Mapping[str, Any]) -> tuple[Reply, 
     return Reply({"answers": dict(answers), "at_s": at_s, "seconds": clock}), clock
 
 
-def _answer(person: Any, ask: Ask, question: Asked) -> Any:
+def _answer(person: Any, ask: Ask, question: QuestionSpec) -> Any:
     latents = person.simulation.latents
     if ask.trial is None or question.name not in latents:
         return question.simulated(uniform(*person.moment("field", ask, question.name)))

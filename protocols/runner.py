@@ -192,11 +192,11 @@ class _Progress:
     def first_repeated(self, plan: Plan, position: int, which: str) -> int:
         """Return the place from which on trials are repeated; places that were passed over do not count."""
         answered = self.attempts.keys() - self.passed
-        begun = [place for place in range(position) if plan.trials[place].number in answered]
+        started = [place for place in range(position) if plan.trials[place].number in answered]
         if which == "last":
-            return begun[-1] if begun else position
+            return started[-1] if started else position
         first = position
-        for place in reversed(begun if which == "block" else []):
+        for place in reversed(started if which == "block" else []):
             if plan.trials[place].block != plan.trials[position].block:
                 break
             first = place
@@ -230,8 +230,8 @@ def _page_before(plan: Plan, position: int, progress: _Progress) -> str | None:
     blocks, name = plan.study.order.blocks, plan.trials[position].block
     if blocks is None or name not in blocks.instructions:
         return None
-    begun = [trial.block for trial in plan.trials[:position] if trial.number in progress.attempts]
-    return None if begun and begun[-1] == name else block_page(name)
+    started = [trial.block for trial in plan.trials[:position] if trial.number in progress.attempts]
+    return None if started and started[-1] == name else block_page(name)
 
 
 def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder) -> int:

@@ -151,14 +151,14 @@ class SessionState:
         """
         number, which = event.trial or 1, event.value.get("which")
         states = self.trials.items()
-        begun = sorted(n for n, state in states if n < number and state.attempts[-1].ended_as != STOPPED)
+        started = sorted(n for n, state in states if n < number and state.attempts[-1].ended_as != STOPPED)
         if which == "last":
-            return begun[-1:] or [number]
+            return started[-1:] or [number]
         if which != "block" or number not in self.trials:
             return [number]
         blocks = {trial: state.attempts[-1].block for trial, state in self.trials.items()}
-        start = next((n for n in reversed(range(len(begun))) if blocks[begun[n]] != blocks[number]), -1)
-        return [*begun[start + 1 :], number]
+        start = next((n for n in reversed(range(len(started))) if blocks[started[n]] != blocks[number]), -1)
+        return [*started[start + 1 :], number]
 
     def apply(self, event: Event) -> None:
         """Apply the next event, one that `palpate.protocols.event_shapes` accepts after those before it."""

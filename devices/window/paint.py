@@ -27,7 +27,7 @@ ACCENT: Colour = (9, 73, 104)
 TINT: Colour = (226, 238, 245)
 ALERT: Colour = (130, 28, 20)
 WARM: Colour = (138, 74, 12)
-"""The colour of a wrong answer: told from ACCENT by people of every colour vision, contrast above 6:1 on white."""
+"""The colour of a wrong answer: distinct from ACCENT for people of every colour vision, contrast above 6:1 on white."""
 SMOOTHING = 4
 """Factor by which shapes are drawn larger before averaging."""
 

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.events import Ask, Choose, Part, Present, Reply, Show
-from palpate.protocols.fields import Asked, Choice, Confidence, Fields, answered
+from palpate.protocols.fields import Choice, Confidence, Fields, QuestionSpec, answered
 from palpate.protocols.forms import FIELDS_TABLE, FormKind, OwnColumn, OwnTable
 from palpate.protocols.keyed import normal, uniform
 from palpate.protocols.needs import NEEDS
@@ -343,7 +343,7 @@ def _form(study: Study, _who: ParticipantRow, _seed: int, _session: int) -> Inte
     if study.intervals is None:
         return None
     intervals: Intervals = study.intervals
-    asked: tuple[Asked, ...] = study.ask or (Choice(kind="choice", name="chosen", of="intervals"),)
+    asked: tuple[QuestionSpec, ...] = study.ask or (Choice(kind="choice", name="chosen", of="intervals"),)
     questions = tuple(
         question.model_copy(update={"options": intervals.answers}) if _is_about(question) else question
         for question in asked
@@ -352,7 +352,7 @@ def _form(study: Study, _who: ParticipantRow, _seed: int, _session: int) -> Inte
     return IntervalsForm(questions, intervals=intervals, feedback=study.feedback, goal=goal)
 
 
-def _is_about(question: Asked) -> bool:
+def _is_about(question: QuestionSpec) -> bool:
     return isinstance(question, Choice) and question.of is not None
 
 

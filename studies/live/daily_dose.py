@@ -62,7 +62,7 @@ def vibration_had(lab: Path, participant: str, day: date) -> float:
 
 
 def runs_of(lab: Path, participant: str, day: date) -> Iterator[tuple[dict[str, Any], tuple[Event, ...]]]:
-    """Yield the header of each live session of the participant and the events of each run that was begun that day.
+    """Yield the header of each live session of the participant and the events of each run that was started that day.
 
     Sessions at twins count too: a ledger does not know who took part. One that cannot be read is left out.
     """
@@ -82,7 +82,7 @@ def _level(header: dict[str, Any]) -> float | None:
 
 
 def runs_on(record: Record, day: date) -> Iterator[tuple[Event, ...]]:
-    """Yield the events of each run of a session that was begun on that day."""
+    """Yield the events of each run of a session that was started on that day."""
     notes = record.run_notes
     for place, note in enumerate(notes):
         if note.kind == "opened" and local_day(note.value["at"]) == day:
@@ -92,12 +92,12 @@ def runs_on(record: Record, day: date) -> Iterator[tuple[Event, ...]]:
 
 def _seconds_on(events: tuple[Event, ...]) -> float:
     """Return how long the noise was on: from a run's first presentation to its last event, without pauses."""
-    begun_ns = next((e.t_ns for e in events if e.kind == "request" and e.value["do"] == "present"), None)
-    if begun_ns is None:
+    first_ns = next((e.t_ns for e in events if e.kind == "request" and e.value["do"] == "present"), None)
+    if first_ns is None:
         return 0.0
-    on_ns, since_ns = 0, begun_ns
+    on_ns, since_ns = 0, first_ns
     paused = False
-    for event in (event for event in events if event.t_ns >= begun_ns and event.kind == "experimenter"):
+    for event in (event for event in events if event.t_ns >= first_ns and event.kind == "experimenter"):
         if event.value["do"] == "pause" and not paused:
             on_ns, paused = on_ns + event.t_ns - since_ns, True
         elif event.value["do"] == "go_on" and paused:

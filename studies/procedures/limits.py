@@ -45,7 +45,7 @@ class LimitsAdviser:
         return Step(self._next(series[-1]))
 
     def series(self, past: Past) -> list[Series]:
-        """Return the series of these answers; the last one is under way, or has not begun."""
+        """Return the series of these answers; the last one is under way, or has not started."""
         several = [self._new(1)]
         for index, hit in past:
             current = several[-1]

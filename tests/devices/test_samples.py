@@ -1,4 +1,4 @@
-"""What the experimenter is told to mount, in which interval or on which side, and how long each is felt."""
+"""What the experimenter has to mount, in which interval or on which side, and how long each is felt."""
 
 import pytest
 
@@ -29,12 +29,12 @@ def presents(intervals, procedure=ROWS, stimuli=PAPERS, index=0):
     return [request for request in requests if isinstance(request, Present)]
 
 
-def told(requests, blind=()):
+def prompts_of(requests, blind=()):
     return [mounting_for(request, blind).text for request in requests]
 
 
 def test_each_interval_is_named_with_its_sample():
-    texts = told(presents({"standard": "P120"}))
+    texts = prompts_of(presents({"standard": "P120"}))
     assert sorted(text[15:] for text in texts) == [
         ": put in place P120 (box 120)", ": put in place P60 (box 60)",
     ]  # fmt: skip
@@ -42,7 +42,7 @@ def test_each_interval_is_named_with_its_sample():
 
 
 def test_an_interval_without_a_stimulus_stays_empty():
-    texts = told(presents({}, WEIGHTS, [{"id": "W"}]))
+    texts = prompts_of(presents({}, WEIGHTS, [{"id": "W"}]))
     assert sorted(text.partition(": ")[2] for text in texts) == ["put in place W, weight_g 90", "put nothing in place"]
 
 
@@ -56,20 +56,22 @@ def test_an_interval_without_a_stimulus_stays_empty():
 )
 def test_both_sides_are_told_at_once(intervals, procedure, stimuli, sides):
     [request] = presents(intervals, procedure, stimuli)
-    left, right = told([request])[0].removeprefix("Put in place left: ").split(", right: ")
+    left, right = prompts_of([request])[0].removeprefix("Put in place left: ").split(", right: ")
     assert {left, right} == sides
     assert {1: left, 2: right}[request.part.interval].startswith(request.trial.stimulus.id)
 
 
 def test_three_at_once_have_places():
     [request] = presents({"design": "oddity", "standard": "P120", "at_once": True})
-    assert [f"place {n}: " in told([request])[0] for n in (1, 2, 3)] == [True] * 3
+    assert [f"place {n}: " in prompts_of([request])[0] for n in (1, 2, 3)] == [True] * 3
 
 
 def test_what_is_blind_is_not_told():
     requests = [*presents({"standard": "P120"}), *presents({"standard": "P120", "at_once": True})]
-    assert all("box" in text and "P60" not in text and "P120" not in text for text in told(requests, ("grit_um",)))
-    assert all("weight" not in text for text in told(presents({}, WEIGHTS, [{"id": "W"}]), ("weight_g",)))
+    assert all(
+        "box" in text and "P60" not in text and "P120" not in text for text in prompts_of(requests, ("grit_um",))
+    )
+    assert all("weight" not in text for text in prompts_of(presents({}, WEIGHTS, [{"id": "W"}]), ("weight_g",)))
 
 
 def test_the_page_is_the_number_of_the_interval():

@@ -120,10 +120,10 @@ def test_every_reply_answers_its_request(name):
             assert form.problem(event.value["answers"]) is None
             requested += 1
     recorded = [trial for trial in plan.trials if trial.recording is not None]
-    begun = {event.trial for event in events_of(name)} - {None}
+    started = {event.trial for event in events_of(name)} - {None}
     passed_over = {event.trial for event in events_of(name) if event.value.get("as") == "stopped"}
-    assert requested == len(forms) if recorded else requested >= len(forms) + len(begun - passed_over)
-    assert len(begun) == len(plan.trials) or passed_over
+    assert requested == len(forms) if recorded else requested >= len(forms) + len(started - passed_over)
+    assert len(started) == len(plan.trials) or passed_over
 
 
 @pytest.mark.parametrize("name", [name for name in ALL if read_shipped(name).study.capture is not None])

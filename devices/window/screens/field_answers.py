@@ -9,7 +9,7 @@ from typing import Any
 from palpate.devices.window.inputs import Key
 from palpate.devices.window.screens.demographics import number_in
 from palpate.devices.window.screens.writing import FieldOn
-from palpate.protocols.fields import Asked, Choice, Confidence, Fields, NumberQuestion, TextQuestion
+from palpate.protocols.fields import Choice, Confidence, Fields, NumberQuestion, QuestionSpec, TextQuestion
 
 
 @dataclass
@@ -81,18 +81,18 @@ class FieldAnswers:
             self.at_s[number] = round(now_s, 3)
 
 
-def count_of(question: Asked) -> int:
+def count_of(question: QuestionSpec) -> int:
     """Return how many options or points a question has; 0 if it has none."""
     if isinstance(question, Choice):
         return len(question.options)
     return question.points if isinstance(question, Confidence) else 0
 
 
-def option_of(question: Asked, index: int) -> Any:
+def option_of(question: QuestionSpec, index: int) -> Any:
     """Return the answer that is at a place of the options or the points."""
     return question.options[index] if isinstance(question, Choice) else index + 1
 
 
-def index_of(question: Asked, answer: Any) -> int:
+def index_of(question: QuestionSpec, answer: Any) -> int:
     """Return the place of an answer among the options or the points."""
     return question.options.index(answer) if isinstance(question, Choice) else int(answer) - 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.field_buttons import KEYS
 from palpate.devices.window.screens.writing import with_hangul
-from palpate.protocols.fields import Asked, Choice, Confidence, NumberQuestion, ScaleQuestion, TextQuestion
+from palpate.protocols.fields import Choice, Confidence, NumberQuestion, QuestionSpec, ScaleQuestion, TextQuestion
 
 ONE_LINE = 60
 """A text of at most so many characters is written on one line."""
@@ -18,7 +18,7 @@ ONE_LINE = 60
 class ShownQuestion:
     """A question with its words in the participant's language: of options, of the two ends, of a unit."""
 
-    asked: Asked
+    asked: QuestionSpec
     text: str
     labels: tuple[str, ...] = ()
     ends: tuple[str, str] = ("", "")
@@ -30,7 +30,7 @@ class ShownQuestion:
         return isinstance(self.asked, TextQuestion) and self.asked.longest > ONE_LINE
 
 
-def shown(page: Page, question: Asked) -> ShownQuestion:
+def shown(page: Page, question: QuestionSpec) -> ShownQuestion:
     """Return a question with its words; without a text it shows its name, or asks how sure the participant is."""
     default = page.texts("how_sure") if isinstance(question, Confidence) else question.name.replace("_", " ")
     text = page.say(question.text) if question.text else default

@@ -24,7 +24,7 @@ from palpate.devices.window.screens.sliders import Track, keyed, share_of
 from palpate.devices.window.screens.targets import Points
 from palpate.devices.window.screens.writing import FieldOn
 from palpate.protocols.events import Ask
-from palpate.protocols.fields import Asked, Choice, Fields, NumberQuestion, ScaleQuestion
+from palpate.protocols.fields import Choice, Fields, NumberQuestion, QuestionSpec, ScaleQuestion
 
 LONE_STEPS = (10.0, 9.0, 8.0, 7.0, 6.4, *STEPS)
 SHORTEST = 40
@@ -52,7 +52,7 @@ class FieldsScreen(Base):
 
     # What is on it.
 
-    def _shown(self, page: Page, question: Asked) -> ShownQuestion:
+    def _shown(self, page: Page, question: QuestionSpec) -> ShownQuestion:
         """Return a question with its words."""
         return shown(page, question)
 

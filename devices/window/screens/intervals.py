@@ -7,7 +7,7 @@ from palpate.devices.window.screens.field_words import ShownQuestion
 from palpate.devices.window.screens.fields import FieldsScreen
 from palpate.devices.window.screens.specimens import Specimen, Wording
 from palpate.protocols.events import Ask
-from palpate.protocols.fields import Asked, Choice, Confidence
+from palpate.protocols.fields import Choice, Confidence, QuestionSpec
 from palpate.protocols.study import Stimulus
 from palpate.protocols.tasks.intervals import Intervals, IntervalsForm
 from palpate.protocols.trial import Trial
@@ -25,7 +25,7 @@ class IntervalsScreen(FieldsScreen):
 
     form: IntervalsForm
 
-    def _shown(self, page: Page, question: Asked) -> ShownQuestion:
+    def _shown(self, page: Page, question: QuestionSpec) -> ShownQuestion:
         if not isinstance(question, Choice) or question.of is None:
             return super()._shown(page, question)
         intervals = self.form.intervals

@@ -98,22 +98,22 @@ def test_a_level_that_no_rig_file_allows_is_not_played_however_it_was_set():
 
 
 def test_whoever_polls_the_desk_feeds_the_devices():
-    fed, told = [], []
+    fed, shown = [], []
 
     class Desk:
         def poll(self):
             return "aside"
 
         def demand(self, prompt):
-            told.append(prompt)
+            shown.append(prompt)
 
         def answer(self):
             return True
 
         def tell(self, state):
-            told.append(state)
+            shown.append(state)
 
     desk = FedDesk(Desk(), lambda: fed.append(1))
     desk.demand(None)
     desk.tell({"a": 1})
-    assert (desk.poll(), desk.answer(), fed, told) == ("aside", True, [1], [None, {"a": 1}])
+    assert (desk.poll(), desk.answer(), fed, shown) == ("aside", True, [1], [None, {"a": 1}])
