@@ -55,6 +55,7 @@ WRITES = {
     "record": "record texture_capture --participant P003 --group pilot --simulate",
     "resume": "resume killed/sessions/door_lexicon_P002_s1.sqlite --accept-change",
     "rig calibrate": "rig calibrate vibration --rig twins.yaml --yes --seconds 0.2 --write",
+    "rig certify": "rig certify shaker --rig twins.yaml --yes --bursts 20 --write",
     "power": "power doors_small --test variants --participants 2..3 --runs 10 --jobs 1",
     "bench": "bench intervals --quick --out bench",
 }

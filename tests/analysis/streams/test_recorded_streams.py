@@ -141,9 +141,10 @@ def test_an_answer_revised_later_keeps_the_streams_of_the_attempt_that_felt(writ
 
 def test_the_streams_of_a_trial_that_was_being_revised_stay_when_the_one_before_is_to_be_repeated(written):
     """The answer stands in the form when the trial is repeated, and the stimulus is not presented anew."""
-    written.begin(2, 1)
-    one_second(written, 5.0)
-    written.end("answered")
+    for trial in (1, 2):
+        written.begin(trial, 1)
+        one_second(written, 5.0)
+        written.end("answered")
     written.trial, written.attempt = 2, 2
     written.note("trial_started", {"stimulus": "K8", "block": "main"})
     written.ask_for("ask")
