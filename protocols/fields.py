@@ -15,7 +15,7 @@ from pydantic import AliasChoices, Field, model_validator
 from palpate.protocols.events import Ask, Reply
 from palpate.protocols.forms import LONGEST_WORD, Question
 from palpate.protocols.keyed import normal, uniform
-from palpate.protocols.strict import KnownKeys, by_kind
+from palpate.protocols.strict import KnownKeys, list_by_kind, problem_at
 from palpate.protocols.study import Name, Number, Scale, Text, Whole
 from palpate.protocols.wording import count
 
@@ -62,9 +62,9 @@ class Choice(QuestionSpec):
         if bool(self.options) == (self.of is not None):
             raise ValueError("options: [TEXT, ...] or of: intervals is expected")
         if self.options and len(set(self.options)) < 2:
-            raise ValueError("options: two different ones or more are expected")
+            raise problem_at(("options",), "two different ones or more are expected")
         if len(set(self.options)) < len(self.options):
-            raise ValueError("options: an option appears twice")
+            raise problem_at(("options",), "an option appears twice")
         return self
 
     @property
@@ -194,10 +194,11 @@ def questions_from(value: Any) -> tuple[QuestionSpec, ...]:
     """Return the questions in a study file, each by the schema of its kind. Raises ValueError."""
     if not isinstance(value, list | tuple) or not 1 <= len(value) <= MOST_FIELDS:
         raise ValueError(f"a list of 1 to {count(MOST_FIELDS, 'question')} is expected, as [{{name, kind, ...}}]")
-    questions = tuple(by_kind(KINDS, item) for item in value)
+    questions = list_by_kind(KINDS, value)
     names = [question.name for question in questions]
-    if twice := next((name for n, name in enumerate(names) if name in names[:n]), None):
-        raise ValueError(f"the question {twice!r} appears twice")
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise problem_at((place, "name"), f"the question {name!r} appears twice")
     return questions
 
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AliasChoices, Field, model_validator
+from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
 
-from palpate.protocols.strict import KnownKeys, by_kind
+from palpate.protocols.strict import KnownKeys, by_kind, form_of, list_by_kind, problem_at
 from palpate.protocols.study import Level as Id
 from palpate.protocols.study import Name, Number, Text, Whole
 
@@ -47,7 +47,7 @@ class Grid(KnownKeys):
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"from ({self.low}) must be below to ({self.high})")
         if self.values is not None and any(b <= a for a, b in pairwise(self.values)):
-            raise ValueError("values: different levels are expected, from the lowest to the highest")
+            raise problem_at(("values",), "different levels are expected, from the lowest to the highest")
         if len(set(self.levels)) < len(self.levels):
             raise ValueError("levels so close to one another cannot be told apart")
         return self
@@ -89,7 +89,11 @@ class Axis(KnownKeys):
         return tuple(float(self.low + (self.high - self.low) * n / last) for n in range(self.points))
 
 
-Values = Number | Annotated[tuple[Number, ...], Field(min_length=1, max_length=MOST_LEVELS)] | Axis
+_Listed = Annotated[tuple[Number, ...], Field(min_length=1, max_length=MOST_LEVELS)]
+Values = Annotated[
+    Annotated[Number, Tag("[value]")] | Annotated[_Listed, Tag("[list]")] | Annotated[Axis, Tag("[keys]")],
+    Discriminator(form_of),
+]
 
 
 def values_of(values: Values) -> tuple[float, ...]:
@@ -129,7 +133,10 @@ class Procedure(KnownKeys):
 
     kind: str
     name: Name | None = None
-    level: Grid | Annotated[tuple[Grid, Grid], Field()]
+    level: Annotated[
+        Annotated[Grid, Tag("[keys]")] | Annotated[tuple[Grid, Grid], Tag("[list]")],
+        Discriminator(lambda value: "[list]" if form_of(value) == "[list]" else "[keys]"),
+    ]
     easier: Literal["higher", "lower"] = "higher"
     stimuli: tuple[Id, ...] | None = None
 
@@ -146,11 +153,11 @@ class Procedure(KnownKeys):
     def _dimensions(self) -> Self:
         if isinstance(self.level, tuple):
             if self.kind != "questplus":
-                raise ValueError("level: two dimensions are for kind: questplus")
+                raise problem_at(("level",), "two dimensions are for kind: questplus")
             if self.level[0].column == self.level[1].column:
-                raise ValueError("level: two different columns are expected")
+                raise problem_at(("level", 1, "column"), "two different columns are expected")
             if any(grid.of for grid in self.level):
-                raise ValueError("level: of: stimuli has one dimension")
+                raise problem_at(("level",), "of: stimuli has one dimension")
         return self
 
 
@@ -182,7 +189,7 @@ class Ending(Procedure):
     def _rules_of_the_kind(self) -> Self:
         for rule in ("reversals", "series", "threshold_sd"):
             if getattr(self.stop, rule) is not None and rule not in self.ends:
-                raise ValueError(f"stop: {rule} is not a rule of kind: {self.kind}")
+                raise problem_at(("stop", rule), f"{rule} is not a rule of kind: {self.kind}")
         return self
 
 
@@ -202,7 +209,7 @@ class Limits(Ending):
     @model_validator(mode="after")
     def _needs_series(self) -> Self:
         if self.stop.series is None:
-            raise ValueError("stop: {trials: N, series: N} is expected for kind: limits")
+            raise problem_at(("stop",), "{trials: N, series: N} is expected for kind: limits")
         return self
 
 
@@ -233,10 +240,12 @@ class Staircase(Ending):
     @model_validator(mode="after")
     def _weighted(self) -> Self:
         if self.stop.reversals is not None and self.last > self.stop.reversals:
-            raise ValueError(f"last ({self.last}) must not be above stop: {{reversals: {self.stop.reversals}}}")
+            raise problem_at(
+                ("last",), f"last ({self.last}) must not be above stop: {{reversals: {self.stop.reversals}}}"
+            )
         levels = self.grids[0].levels
         if levels and float(self.start) not in levels:
-            raise ValueError(f"start ({self.start}) is not a level of the grid")
+            raise problem_at(("start",), f"start ({self.start}) is not a level of the grid")
         return self
 
     @property
@@ -268,19 +277,21 @@ class Model(KnownKeys):
         for name in ("guess", "lapse"):
             values = values_of(getattr(self, name))
             if not all(0 <= value < 1 for value in values):
-                raise ValueError(f"{name}: rates from 0 to below 1 are expected, found {list(values)}")
+                raise problem_at((name,), f"rates from 0 to below 1 are expected, found {list(values)}")
         if max(values_of(self.guess)) + max(values_of(self.lapse)) >= 1:
             raise ValueError("guess and lapse together leave no room for the function")
         if min(values_of(self.slope)) <= 0:
-            raise ValueError("slope: values above 0 are expected; say easier: lower for a falling function")
+            raise problem_at(("slope",), "values above 0 are expected; say easier: lower for a falling function")
         if self.shape == "weibull" and self.scale == "linear" and min(values_of(self.threshold)) <= 0:
-            raise ValueError("threshold: a Weibull function on a linear scale needs values above 0; or say scale: db")
+            raise problem_at(
+                ("threshold",), "a Weibull function on a linear scale needs values above 0; or say scale: db"
+            )
         for name in ("threshold", "slope", "guess", "lapse", "gradient"):
             values = () if getattr(self, name) is None else values_of(getattr(self, name))
             if any(b <= a for a, b in pairwise(values)):
-                raise ValueError(f"{name}: different values are expected, from the lowest to the highest")
+                raise problem_at((name,), "different values are expected, from the lowest to the highest")
         if len(values_of(self.threshold)) < 2:
-            raise ValueError("threshold: two or more values are expected; with one there is nothing to measure")
+            raise problem_at(("threshold",), "two or more values are expected; with one there is nothing to measure")
         return self
 
     @property
@@ -315,16 +326,18 @@ class QuestPlus(Ending):
         if (self.model.gradient is not None) != isinstance(self.level, tuple):
             raise ValueError("two dimensions (level: [GRID, GRID]) and model: {gradient: ...} go together")
         if self.model.points > MOST_POINTS:
-            raise ValueError(f"model: {self.model.points:,} combinations of parameters; at most {MOST_POINTS:,} are")
+            raise problem_at(
+                ("model",), f"{self.model.points:,} combinations of parameters; at most {MOST_POINTS:,} are"
+            )
         cells = self.model.points * math.prod(max(1, len(grid.levels)) for grid in self.grids)
         if cells > MOST_CELLS:
             raise ValueError(
                 f"levels times combinations of parameters are {cells:,}; at most {MOST_CELLS:,} are computed"
             )
         if self.easier == "lower" and self.model.shape == "weibull":
-            raise ValueError("easier: lower goes with shape: logistic or gaussian")
+            raise problem_at(("easier",), "lower goes with shape: logistic or gaussian")
         if self.needs_positive_levels and any(level <= 0 for level in self.grids[0].levels):
-            raise ValueError("level: a Weibull function on a linear scale needs levels above 0; or say scale: db")
+            raise problem_at(("level",), "a Weibull function on a linear scale needs levels above 0; or say scale: db")
         return self
 
     @property
@@ -343,10 +356,11 @@ KINDS: Mapping[str, type[Procedure]] = {
 
 def procedures_from(value: Any) -> tuple[Procedure, ...]:
     """Return the procedures in a study file: one, or a list of several that are interleaved, each with a name."""
-    several = value if isinstance(value, list | tuple) else [value]
-    if not 1 <= len(several) <= 20:
-        raise ValueError(f"from 1 to 20 procedures are expected, found {len(several)}")
-    procedures = tuple(by_kind(KINDS, item) for item in several)
+    if not isinstance(value, list | tuple):
+        return (by_kind(KINDS, value),)
+    if not 1 <= len(value) <= 20:
+        raise ValueError(f"from 1 to 20 procedures are expected, found {len(value)}")
+    procedures = list_by_kind(KINDS, value)
     names = [procedure.name for procedure in procedures]
     if len(procedures) > 1 and (None in names or len(set(names)) < len(names)):
         raise ValueError("several procedures are interleaved: give each a name of its own")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeAlias
 
 from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
 
-from palpate.protocols.strict import Strict
+from palpate.protocols.strict import Strict, form_of
 from palpate.protocols.study import Level, Number, is_number
 
 if TYPE_CHECKING:
@@ -40,16 +40,9 @@ class Range(Strict):
         return (self.low is None or number >= self.low) and (self.high is None or number <= self.high)
 
 
-def _form_of(value: object) -> str:
-    """Return the form of a condition, so that an error is about that form only and does not mention it (`[`)."""
-    if isinstance(value, Mapping | Range):
-        return "[range]"
-    return "[levels]" if isinstance(value, list | tuple) else "[level]"
-
-
 Condition: TypeAlias = Annotated[
-    Annotated[Level, Tag("[level]")] | Annotated[tuple[Level, ...], Tag("[levels]")] | Annotated[Range, Tag("[range]")],
-    Discriminator(_form_of),
+    Annotated[Level, Tag("[value]")] | Annotated[tuple[Level, ...], Tag("[list]")] | Annotated[Range, Tag("[keys]")],
+    Discriminator(form_of),
 ]
 Where: TypeAlias = Mapping[str, Condition]
 

@@ -19,7 +19,7 @@ from palpate.protocols.fields import Choice, Confidence, Fields, QuestionSpec, a
 from palpate.protocols.forms import FIELDS_TABLE, FormKind, OwnColumn, OwnTable
 from palpate.protocols.keyed import normal, uniform
 from palpate.protocols.needs import NEEDS
-from palpate.protocols.strict import KnownKeys
+from palpate.protocols.strict import KnownKeys, problem_at
 from palpate.protocols.study import (
     Feedback,
     Number,
@@ -93,13 +93,13 @@ class Intervals(KnownKeys):
         fewest = FEWEST[self.design]
         fixed = self.design in ("yes_no", "same_different")
         if self.count is not None and (self.count < fewest or (fixed and self.count != fewest)):
-            raise ValueError(
-                f"count: {'' if fixed else 'at least '}{fewest} for design: {self.design}, found {self.count}"
+            raise problem_at(
+                ("count",), f"{'' if fixed else 'at least '}{fewest} for design: {self.design}, found {self.count}"
             )
         if self.names and len(self.names) != len(self.answers):
-            raise ValueError(f"names: {len(self.answers)} names are expected, for {', '.join(self.answers)}")
+            raise problem_at(("names",), f"{len(self.answers)} names are expected, for {', '.join(self.answers)}")
         if len(set(self.names)) < len(self.names):
-            raise ValueError("names: different names are expected")
+            raise problem_at(("names",), "different names are expected")
         if self.design in ("same_different", "oddity") and self.standard is None:
             raise ValueError(
                 f"standard: design {self.design} compares a stimulus with a standard: its id, or its level"
@@ -107,7 +107,9 @@ class Intervals(KnownKeys):
         if self.at_once and self.of == 1:
             raise ValueError("at_once goes with two intervals or more")
         if self.design in ("forced_choice", "oddity") and self.catch is not None and self.catch.absent is not None:
-            raise ValueError(f"catch: absent has no place in design {self.design}, where one interval has the stimulus")
+            raise problem_at(
+                ("catch", "absent"), f"absent has no place in design {self.design}, where one interval has the stimulus"
+            )
         return self
 
     @property

@@ -65,10 +65,10 @@ def test_all_questions_are_answered_and_no_others(answers):
         ([{"name": "a", "kind": "scale", "from": 1, "to": 5, "stepp": 1}], "Extra inputs are not permitted"),
         ([{"name": "a", "kind": "choice"}], "options: [TEXT, ...] or of: intervals"),
         ([{"name": "a", "kind": "choice", "options": ["x"]}], "two different ones or more"),
-        ([{"name": "a", "kind": "slider"}], "kind: found 'slider'"),
+        ([{"name": "a", "kind": "slider"}], "found 'slider', expected choice"),
         ([{"kind": "text"}], "Field required"),
         ([{"name": "a", "kind": "number", "from": 2, "to": 1}], "must be below to"),
-        ([{"name": "a", "kind": "text", "size": 2}], "unknown key 'size'"),
+        ([{"name": "a", "kind": "text", "size": 2}], "unknown key; known: kind, name"),
     ],
 )
 def test_questions_that_cannot_be_are_named(asked, message):

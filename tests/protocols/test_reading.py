@@ -4,6 +4,7 @@ from palpate.protocols.reading import TASK_KEYS, StudyError, study_from
 from palpate.protocols.study import Scale, Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.yaml_text import load
+from palpate.studies.catalogue import SHIPPED
 
 GOOD = """\
 study: toy
@@ -189,3 +190,43 @@ def test_a_list_is_no_study():
 
 def test_the_keys_that_belong_to_some_tasks_are_listed():
     assert {*TASK_KEYS} == {key for task in TASKS.values() for key in task.keys}
+
+
+THRESHOLD = (SHIPPED / "vibration_threshold" / "study.yaml").read_text("utf-8")
+NESTED = [
+    ("design: forced_choice", "design: oddityy", "intervals.design: found 'oddityy', expected 'forced_choice', "),
+    ("seconds: 0.6", "secods: 0.6", "intervals.secods: unknown key; did you mean 'seconds'?"),
+    ("easy: {every: 12}", "easy: {evry: 12}", "intervals.catch.easy.evry: unknown key; did you mean 'every'?"),
+    ("gap_s: 0.5", "count: 1", "intervals.count: at least 2 for design: forced_choice, found 1"),
+    ("points: 3", "points: 99", "ask[1].points: found 99, input should be less than or equal to 11"),
+    ("points: 3", "pints: 3", "ask[1].pints: unknown key; did you mean 'points'?"),
+    ("kind: confidence", "kind: confidnce", "ask[1].kind: found 'confidnce', expected choice, scale, number, text, "),
+    ("name: sure", "name: chosen", "ask[1].name: the question 'chosen' appears twice"),
+    ("kind: questplus", "kind: questplu", "procedure.kind: found 'questplu', expected constant, limits, staircase, "),
+    ("points: 51}\n  model", "points: 1}\n  model", "procedure.level.points: found 1, input should be greater than"),
+    ("points: 51}\n  model", "ponts: 51}\n  model", "procedure.level.ponts: unknown key; did you mean 'points'?"),
+    ("slope: {from: 0.5", "slope: {from: -1", "procedure.model.slope: values above 0 are expected"),
+    ("guess: 0.5\n    lapse", "guess: [0.5, x]\n    lapse", "procedure.model.guess[1]: found 'x', input should be"),
+    ("threshold_sd: 1.2", "threshold_s: 1.2", "procedure.stop.threshold_s: unknown key; did you mean 'threshold_sd'?"),
+    ("threshold_sd: 1.2, at_least: 32", "series: 3", "procedure.stop.series: series is not a rule of kind: questplus"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), NESTED)
+def test_a_complaint_about_a_part_that_is_loaded_late_names_its_own_line_and_path(old, new, message):
+    text = THRESHOLD.replace(old, new, 1)
+    line = 1 + next(n for n, (a, b) in enumerate(zip(text.splitlines(), THRESHOLD.splitlines(), strict=True)) if a != b)
+    with pytest.raises(StudyError) as caught:
+        read(text)
+    [complaint] = str(caught.value).splitlines()
+    assert complaint.startswith(f"study.yaml: line {line}: {message}")
+
+
+def test_a_complaint_about_one_of_several_procedures_names_its_place():
+    start, end = THRESHOLD.index("procedure:\n") + len("procedure:\n"), THRESHOLD.index("practice:")
+    indented = THRESHOLD[start:end].replace("\n  ", "\n    ")
+    head, _, tail = "".join(f"  - name: {name}\n  {indented}" for name in "ab").rpartition("at_least")
+    text = f"{THRESHOLD[:start]}{head}at_most{tail}{THRESHOLD[end:]}"
+    line = text[: start + len(head)].count("\n") + 1
+    with pytest.raises(StudyError, match=rf"^study.yaml: line {line}: procedure\[1\].stop.at_most: unknown key; "):
+        read(text)
