@@ -274,12 +274,21 @@ def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
         if need in study.needs[:index]:
             yield Problem(place, f"{need} appears twice")
         elif NEEDS[need].role == "records" and need != (study.capture and study.capture.device):
-            recording = f", which records with {study.capture.device}" if study.capture is not None else ""
-            yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
+            yield Problem(place, f"{_unrecorded(study, need)}; leave it out")
         elif need in presenting and NEEDS[need].makes != task.makes:
             yield Problem(place, f"nothing in task {study.task} is presented by {need}; leave it out")
         elif need in presenting[1:]:
             yield Problem(place, f"{need} would present nothing: {presenting[0]} presents the stimuli; leave one out")
+
+
+def _unrecorded(study: Study, need: str) -> str:
+    """Return why nothing records with a need, and what would."""
+    if study.capture is not None:
+        return f"task {study.task} records with {study.capture.device} alone, and nothing with {need}"
+    return (
+        f"nothing in task {study.task} records with {need}: task capture does, by capture: {{device: {need}, ...}} "
+        "(a key record:, for recording during other tasks, does not exist yet)"
+    )
 
 
 def _of_ends(study: Study) -> Iterator[Problem]:

@@ -110,6 +110,9 @@ USED = dict.fromkeys(TASKS, FELT) | {
 """Beside what any study may need, what a study of the task can present or record with."""
 
 
+RECORDING = [name for name, need in NEEDS.items() if need.role == "records"]
+
+
 @pytest.mark.parametrize("task", TASKS)
 def test_a_need_that_nothing_presents_or_records_is_refused(task):
     always = {name for name, need in NEEDS.items() if need.role in (None, "beside")}
@@ -117,7 +120,32 @@ def test_a_need_that_nothing_presents_or_records_is_refused(task):
         needs = list(dict.fromkeys([*DEVICES.get(task, []), need]))
         problems = [problem.message for problem in inconsistencies(study_of(task, needs=needs))]
         assert (not problems) == (need in always | USED[task]), (need, problems)
-        assert all(f"{need}; leave it out" in problem for problem in problems if need not in FELT), problems
+        assert all(f"{need}; leave it out" in problem for problem in problems if need not in {*FELT, *RECORDING})
+
+
+@pytest.mark.parametrize("need", RECORDING)
+@pytest.mark.parametrize("task", [task for task in TASKS if task != "capture"])
+def test_a_need_that_nothing_records_is_refused_at_its_place_and_says_what_records(task, need):
+    needs = [*DEVICES.get(task, []), "window", need]
+    [problem] = inconsistencies(study_of(task, needs=needs))
+    assert problem.path == ("needs", len(needs) - 1)
+    assert (
+        f"nothing in task {task} records with {need}: task capture does, by capture: {{device: {need}"
+        in problem.message
+    )
+    assert "a key record:, for recording during other tasks, does not exist yet" in problem.message
+
+
+@pytest.mark.parametrize("device", RECORDING)
+def test_a_capture_records_with_its_own_device_alone(device):
+    study = study_of("capture", capture={"device": device, "seconds": 2.0}, needs=["window", *RECORDING])
+    problems = {problem.path: problem.message for problem in inconsistencies(study)}
+    others = [need for need in RECORDING if need != device]
+    assert problems == {
+        ("needs", 1 + RECORDING.index(need)):
+            f"task capture records with {device} alone, and nothing with {need}; leave it out"
+        for need in others
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
