@@ -50,9 +50,11 @@ def mounting_for(request: Present, blind: Sequence[str] = ()) -> Prompt:
 
 
 def _at_once(request: Present, part: Part) -> list[Stimulus | None]:
-    """Return what lies on each side: the stimulus of the trial on one, the standard or nothing on the others."""
-    track = request.trial.track
-    other = None if track is None else track.standard
+    """Return what lies on each side: a stimulus of a pair; or that of the trial, its standard, or nothing."""
+    if request.trial.track is None:
+        pair = {stimulus.id: stimulus for stimulus in request.trial.stimuli}
+        return [pair[name] for name in part.sides]
+    other = request.trial.track.standard
     return [request.trial.stimulus if n == part.interval else other for n in range(1, part.of + 1)]
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from palpate.protocols.plan import main_order
-from palpate.protocols.study import Study
+from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.trial import ParticipantRow
 
 
@@ -75,12 +75,20 @@ def certificates(study: Study, people: Sequence[tuple[ParticipantRow, int]]) -> 
     certificate for each follows, by its name.
     """
     by_session = {
-        f"session {number}": [[s.id for _, s in main_order(study, who, seed, number)] for who, seed in people]
+        f"session {number}": [
+            [_item(study, felt) for _, felt in main_order(study, who, seed, number)] for who, seed in people
+        ]
         for number in range(1, study.sessions + 1)
     }
     together = certificate([order for orders in by_session.values() for order in orders])
     each = {name: certificate(orders) for name, orders in by_session.items()} if study.sessions > 1 else {}
     return {"": together, **each}
+
+
+def _item(study: Study, felt: tuple[Stimulus, ...]) -> str:
+    """Return what is counted: a stimulus or a pair, whichever of it comes first if participants differ in that."""
+    names = [stimulus.id for stimulus in felt]
+    return ", ".join(sorted(names) if study.pairs is not None and study.pairs.orders == "one" else names)
 
 
 def _times(low: int, high: int) -> str:

@@ -41,6 +41,11 @@ class QuestionSpec(KnownKeys):
         """Return whether its answers are rows of the table `fields`; those that `choices` has are not."""
         return True
 
+    @property
+    def is_about_intervals(self) -> bool:
+        """Return whether it asks which of a trial's intervals it was."""
+        return False
+
     def invalid(self, answer: Any) -> str | None:
         """Return why an answer that was given is not valid, or None."""
         raise NotImplementedError
@@ -70,7 +75,12 @@ class Choice(QuestionSpec):
     @property
     def has_row(self) -> bool:
         """Return whether its answers are rows of the table `fields`: not those about intervals."""
-        return self.of is None
+        return not self.is_about_intervals
+
+    @property
+    def is_about_intervals(self) -> bool:
+        """Return whether it asks which of a trial's intervals it was."""
+        return self.of is not None
 
     def invalid(self, answer: Any) -> str | None:
         """Return why an answer that was given is not valid, or None."""

@@ -21,7 +21,7 @@ _PLACES: Mapping[str, str] = {
     "authoring": f"{_TASKS}.rating:AUTHORING",
     "capture": f"{_TASKS}.capture:CAPTURE",
 }
-_SHARED = {"steps", "rating", "words", "capture"}
+_SHARED = {"steps", "rating", "words", "capture", "intervals_checks"}
 """Modules of the folder that are not named like a task."""
 _OF_THEIR_OWN = sorted(
     module.name for module in iter_modules([str(Path(__file__).with_name("tasks"))]) if module.name not in _SHARED

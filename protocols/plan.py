@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lcm
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.canonical import digest
 from palpate.protocols.forms import (
@@ -24,11 +24,16 @@ from palpate.protocols.keyed import Key, shuffled
 from palpate.protocols.orders import Design, latin_row, rows_of, williams_row
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
-from palpate.protocols.tracks import Slot, practice_slots, slots_of, tracks_in
+from palpate.protocols.tracks import PRACTICE, Slot, practice_slots, slots_of, tracks_in
 from palpate.protocols.trial import ParticipantRow, Recording, Trial
+
+if TYPE_CHECKING:
+    from palpate.protocols.pairs import Pairs
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
 """The largest numbers that the databases of collected sessions can hold."""
+Felt = tuple[str, tuple[Stimulus, ...]]
+"""The block of a trial, and its stimulus, its pair, or its set."""
 
 
 @dataclass(frozen=True)
@@ -174,13 +179,9 @@ def compile_plan(
     if study.procedure:
         in_tracks = _of_tracks(study, form, who, seed, session)
         return Plan(study, who, seed, in_tracks, lab_forms if study.opening else None, session)
-    gathered = (
-        _in_sets if task.block_form is not None else lambda felt: ((block, (stimulus,)) for block, stimulus in felt)
-    )
-    by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
-    practised = [] if study.practice is None else [by_id[name] for name in study.practice.stimuli]
-    practice = list(gathered(("practice", stimulus) for stimulus in practised))
-    main = list(gathered(main_order(study, who, seed, session)))
+    gathered = list if task.block_form is None else _in_sets
+    practice = gathered(_practised(study))
+    main = gathered(main_order(study, who, seed, session))
     trials = [
         _trial(study, form, number, block, stimuli, number - 1 - len(practice))
         for number, (block, stimuli) in enumerate([*practice, *main], start=1)
@@ -222,8 +223,17 @@ def _of_tracks(study: Study, form: Form | None, who: ParticipantRow, seed: int, 
     )  # fmt: skip
 
 
-def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[tuple[str, Stimulus]]:
-    """Yield (block, stimulus) of every counted trial; a repeat takes the next row of the square.
+def _practised(study: Study) -> Iterator[Felt]:
+    if study.practice is None:
+        return
+    by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
+    names = iter(study.practice.stimuli)
+    for together in zip(names) if study.pairs is None else zip(names, names, strict=True):
+        yield PRACTICE, tuple(by_id[name] for name in together)
+
+
+def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[Felt]:
+    """Yield the block of every counted trial, and its stimulus or pair; a repeat takes the next row of the square.
 
     The study's rule orders later sessions: `next_row` goes on with the rows after those of the session before,
     `mirrored` reverses the first session's order in every second session, `same` repeats it.
@@ -234,33 +244,29 @@ def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 
     yield from reversed(trials) if study.is_mirrored(session) else trials
 
 
-def _in_sets(felt: Iterable[tuple[str, Stimulus]]) -> Iterator[tuple[str, tuple[Stimulus, ...]]]:
-    """Yield the consecutive stimuli in sets: a set ends with its block, and before a stimulus that it already has."""
-    last, together = "", list[Stimulus]()
-    for block, stimulus in felt:
-        if together and (block != last or stimulus in together):
-            yield last, tuple(together)
-            together = []
-        last = block
-        together.append(stimulus)
-    if together:
-        yield last, tuple(together)
+def _in_sets(felt: Iterable[Felt]) -> list[Felt]:
+    """Return the consecutive stimuli in sets: a set ends with its block, and before a stimulus that it already has."""
+    sets = list[Felt]()
+    for block, stimuli in felt:
+        last, together = sets[-1] if sets else ("", ())
+        if sets and block == last and stimuli[0] not in together:
+            sets[-1] = (block, (*together, *stimuli))
+        else:
+            sets.append((block, stimuli))
+    return sets
 
 
 def count_trials(study: Study, stimuli: Sequence[Stimulus]) -> int:
     """Return the number of trials, without practice, in a session with these stimuli; the cap of procedures."""
+    blocks = study.by_block(stimuli)
     if study.procedure:
         every = [n for n in study.intervals.catch_every if n is not None]
-        members: dict[str, list[Stimulus]] = {}
-        for stimulus in stimuli:
-            by = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
-            members.setdefault(by, []).append(stimulus)
-        tracks = [track for name, several in members.items() for track in tracks_in(study, name, several, ())]
+        tracks = [track for name, several in blocks.items() for track in tracks_in(study, name, several, ())]
         return sum(track.trials + sum(track.trials // n for n in every) for track in tracks)
-    if TASKS[study.task].block_form is None:
-        return len(stimuli) * study.order.repeats
-    blocks = study.order.blocks
-    return (1 if blocks is None else len({stimulus.columns[blocks.by] for stimulus in stimuli})) * study.order.repeats
+    if study.pairs is not None:
+        pairs: Pairs = study.pairs
+        return sum(pairs.count(len(several)) for several in blocks.values()) * study.order.repeats
+    return (len(stimuli) if TASKS[study.task].block_form is None else len(blocks)) * study.order.repeats
 
 
 def ordered(
@@ -280,17 +286,18 @@ def ordered(
     return [dealt[number] for number in row_of(len(items), row % rows_of(design, len(items)))]
 
 
-def _one_pass(
-    study: Study, who: ParticipantRow, seed: int, turn: int, stimuli: Sequence[Stimulus]
-) -> Iterator[tuple[str, Stimulus]]:
+def _one_pass(study: Study, who: ParticipantRow, seed: int, turn: int, stimuli: Sequence[Stimulus]) -> Iterator[Felt]:
     """Yield the order of one pass; `turn` is the number of rows that the participant has used before."""
     by_id = {stimulus.id: stimulus for stimulus in stimuli}
     label = ("deal", study.study, who.group, study.order.seed)
     chance = ("order", study.study, seed, who.participant, turn)
     row = who.row + turn
     for name, members, inner_row in _blocks(study, by_id, row, label, chance):
-        inner = ordered(study.order.design, members, inner_row, (*label, name), (*chance, name))
-        yield from ((name, by_id[item]) for item in inner)
+        items = {member: (member,) for member in members}
+        if study.pairs is not None:
+            items = {str(n): pair for n, pair in enumerate(study.pairs.of(members, row, (*label, name)))}
+        for item in ordered(study.order.design, list(items), inner_row, (*label, name), (*chance, name)):
+            yield name, tuple(by_id[member] for member in items[item])
 
 
 def _blocks(
@@ -305,12 +312,11 @@ def _blocks(
     if blocks is None:
         yield "main", list(by_id), row
         return
-    members: dict[str, list[str]] = {}
-    for stimulus in by_id.values():
-        members.setdefault(stimulus.columns[blocks.by], []).append(stimulus.id)
+    members = {name: [stimulus.id for stimulus in several] for name, several in study.by_block(by_id.values()).items()}
     outer_rows = rows_of(blocks.design, len(members))
     for name in ordered(blocks.design, list(members), row, (*label, "blocks"), (*chance, "blocks")):
-        common = lcm(outer_rows, rows_of(study.order.design, len(members[name])))
+        size = len(members[name]) if study.pairs is None else study.pairs.count(len(members[name]))
+        common = lcm(outer_rows, rows_of(study.order.design, size))
         yield name, members[name], row + row // common
 
 
@@ -348,5 +354,5 @@ def _trial(
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
         rest_before=every is not None and counted > 0 and counted % every == 0,
         recording=recording,
-        stimuli=() if make is None else stimuli,
+        stimuli=() if make is None and len(stimuli) == 1 else stimuli,
     )

@@ -18,8 +18,8 @@ from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Document, Path
 
 TASK_KEYS = (
-    "attributes", "scale", "sides", "ask", "intervals", "procedure", "feedback", "adjectives", "lexicon", "capture",
-    "live", "settings",
+    "attributes", "scale", "sides", "ask", "intervals", "procedure", "pairs", "feedback", "adjectives", "lexicon",
+    "capture", "live", "settings",
 )  # fmt: skip
 """The keys that belong to some tasks; they are listed so that reading a study imports its own task alone."""
 
@@ -192,10 +192,11 @@ def _simulation(study: Study) -> Iterator[Problem]:
         names += [word.word for word in study.adjectives.words]
     if study.questionnaire is not None:
         names += [item.name for item in study.questionnaire.items]
+    names += [question.name for question in study.ask]
     for attribute, weights in study.simulation.latents.items():
         path = ("simulation", "latents", attribute)
         yield from _known(
-            attribute, names, path, "an attribute (by its name or low adjective), a word or an item of the study"
+            attribute, names, path, "an attribute (by its name or low adjective), a word, an item or a question"
         )
         for column in weights:
             if column != "intercept":

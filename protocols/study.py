@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from math import floor, log10
 from typing import Annotated, Any, Literal, Self
 
@@ -541,8 +541,9 @@ class Study(Strict):
     scale: Scale | None = None
     sides: Annotated[tuple[Name, ...], Field(max_length=4)] = ()
     ask: Annotated[Any, _loaded("palpate.protocols.fields:questions_from")] = ()
-    intervals: Annotated[Any, _loaded("palpate.protocols.tasks.intervals:intervals_from")] = None
+    intervals: Annotated[Any, _loaded("palpate.protocols.intervals:intervals_from")] = None
     procedure: Annotated[Any, _loaded("palpate.protocols.procedures:procedures_from")] = ()
+    pairs: Annotated[Any, _loaded("palpate.protocols.pairs:pairs_from")] = None
     feedback: Feedback | None = None
     adjectives: Adjectives | None = None
     lexicon: Lexicon | None = None
@@ -615,3 +616,11 @@ class Study(Strict):
         levels = {} if group is None else self.groups[group]
         trials = (stimulus for stimulus in self.stimuli if stimulus.id not in apart)
         return tuple(s for s in trials if all(s.columns[column] in wanted for column, wanted in levels.items()))
+
+    def by_block(self, stimuli: Iterable[Stimulus]) -> dict[str, list[Stimulus]]:
+        """Return these stimuli by their block, in their order; a study without blocks has one, main."""
+        blocks: dict[str, list[Stimulus]] = {}
+        for stimulus in stimuli:
+            name = "main" if self.order.blocks is None else stimulus.columns[self.order.blocks.by]
+            blocks.setdefault(name, []).append(stimulus)
+        return blocks

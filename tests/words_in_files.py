@@ -32,11 +32,11 @@ from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
 from palpate.protocols import event_shapes, events
 from palpate.protocols.fields import KINDS as QUESTIONS
+from palpate.protocols.intervals import Intervals
 from palpate.protocols.needs import NEEDS, Need, needs_with
 from palpate.protocols.procedures import KINDS as PROCEDURES
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
-from palpate.protocols.tasks.intervals import Intervals
 from palpate.signals.models.card import Card
 from palpate.studies.collecting import schema as collected_schema
 from palpate.studies.participants import identities, lab

@@ -84,7 +84,7 @@ def test_every_plan_holds_every_stimulus_and_keeps_its_promises(
 
 
 def sequences(study, rows):
-    return [[s.id for _, s in main_order(study, ParticipantRow(f"P{r}", None, r))] for r in range(rows)]
+    return [[felt[0].id for _, felt in main_order(study, ParticipantRow(f"P{r}", None, r))] for r in range(rows)]
 
 
 @pytest.mark.parametrize(("n", "rows"), [(4, 4), (5, 10), (6, 12)])

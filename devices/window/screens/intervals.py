@@ -8,8 +8,9 @@ from palpate.devices.window.screens.fields import FieldsScreen
 from palpate.devices.window.screens.specimens import Specimen, Wording
 from palpate.protocols.events import Ask
 from palpate.protocols.fields import Choice, Confidence, QuestionSpec
+from palpate.protocols.intervals import Intervals
 from palpate.protocols.study import Stimulus
-from palpate.protocols.tasks.intervals import Intervals, IntervalsForm
+from palpate.protocols.tasks.intervals import IntervalsForm
 from palpate.protocols.trial import Trial
 
 QUESTIONS = {

@@ -187,7 +187,8 @@ def test_the_answers_are_rows_of_the_table_choices():
     [row] = FORMS["intervals"].table.rows(trial.form, reply["answers"], reply, asked.body())
     right = asked.form.context["target"] == "1"
     assert row == {
-        "track": trial.stimulus.id, "stimulus": trial.stimulus.id, "procedure": "staircase", "design": "forced_choice",
+        "track": trial.stimulus.id, "stimulus": trial.stimulus.id, "other": None, "procedure": "staircase",
+        "design": "forced_choice",
         "alternatives": 2, "level": 3.0, "level_2": None, "standard": 2.0, "target": asked.form.context["target"],
         "chosen": "1", "correct": right, "hit": right, "catch": "none", "confidence": 3.0, "rt_s": 0.7,
     }  # fmt: skip

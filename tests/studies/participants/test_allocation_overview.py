@@ -82,10 +82,9 @@ def test_the_certificate_of_a_random_design_is_of_the_orders_that_were_run(home)
         row = allocate_row(home, study, who)
         record_session(home.lab, who, row=(None, row.row), seed=int(who[1:]) + 6)
     orders = [
-        [stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1), n + 6)]
-        for n in (1, 2)
+        [felt[0].id for _, felt in main_order(study, ParticipantRow(f"P00{n}", None, n - 1), n + 6)] for n in (1, 2)
     ]
     assert group_allocations(home, study)[0].certificate == certificate(orders)
     assert certificate(orders) != certificate(
-        [[stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1))] for n in (1, 2)]
+        [[felt[0].id for _, felt in main_order(study, ParticipantRow(f"P00{n}", None, n - 1))] for n in (1, 2)]
     )

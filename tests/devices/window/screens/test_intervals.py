@@ -7,7 +7,7 @@ from palpate.devices.window.geometry import problems
 from palpate.devices.window.paint import ACCENT, CARD, GROUND, WARM, contrast
 from palpate.devices.window.pictures import picture
 from palpate.devices.window.screens.intervals import specimen_of
-from palpate.protocols.tasks.intervals import MOST_INTERVALS, Intervals
+from palpate.protocols.intervals import MOST_INTERVALS, Intervals
 from tests.devices.window.screens.pages import SIZES, Hand, page
 
 DESIGNS = {
