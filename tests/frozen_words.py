@@ -109,7 +109,7 @@ STUDIES = """
 settings of ranking: again
 study: adjectives analysis anchors ask attributes capture closing console eligible feedback groups instructions
     intervals interview lexicon live minutes navigation needs noise onset_ms opening order participants practice
-    procedure questionnaire questions rest resume scale settings setup sides simulation stimuli study task title
+    pairs procedure questionnaire questions rest resume scale settings setup sides simulation stimuli study task title
 study.adjectives: further order words
 study.adjectives.order =: as_listed random
 study.adjectives.words: source word
@@ -201,7 +201,7 @@ tasks: adjective_selection authoring capture free_lexicon intervals matching ran
 COLLECTED = """
 anchors: attribute block felt label number seq session stimulus value
 answers: form item kind number seq session value
-choices: alternatives attempt block catch chosen confidence correct counts design hit level level_2 participant
+choices: alternatives attempt block catch chosen confidence correct counts design hit level level_2 other participant
     practice procedure rt_s seq session session_number standard stimulus target track trial
 events: attempt body hash kind seq session t_ns trial
 fields: attempt block counts kind number participant practice question response_time_s seq session session_number trial

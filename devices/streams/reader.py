@@ -19,6 +19,8 @@ READ_S = 0.05
 """Longest wait of a read, and so the longest delay of the thread's end."""
 IDLE_S = 0.001
 """Pause before a sensor that answered at once without samples is read again."""
+LAST_READS = 8
+"""A thread that was late has so many reads at its end to catch up: a read returns about a second at most."""
 GONE_S = 2.0
 """A thread that takes longer to end hangs in its driver."""
 BLOCK_BYTES = 320
@@ -51,7 +53,7 @@ class Reader:
         self.thread.start()
 
     def end(self) -> None:
-        """Request the end of the thread, which reads once more."""
+        """Request the end of the thread, which reads what has been sampled so far."""
         self.ending.set()
 
     def stop(self) -> None:
@@ -74,7 +76,9 @@ class Reader:
             while not self.ending.is_set():
                 if not self._pass_on(self.sensor.read(READ_S)):
                     self.ending.wait(IDLE_S)
-            self._pass_on(self.sensor.read(0.0))
+            for _ in range(LAST_READS):
+                if not self._pass_on(self.sensor.read(0.0)):
+                    break
         except DeviceFault as fault:
             self.fault = fault
         except Exception as error:

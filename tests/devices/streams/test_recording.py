@@ -68,6 +68,17 @@ def test_two_sensors_are_recorded_chunk_by_chunk_under_the_names_they_are_given(
     assert vibration.log == ["start", "stop"]
 
 
+def test_what_a_late_thread_had_not_read_at_the_end_is_read_then(begin_recording):
+    """A processor that is busy elsewhere: its last read of a second's samples comes after the end."""
+    sensor, held = Fed(), threading.Event()
+    read, sensor.read = sensor.read, lambda seconds: {} if held.is_set() and seconds else read(seconds)
+    one = begin_recording(sensor)
+    held.set()
+    for first in (0, 100, 200):
+        sensor.given.put(block(first, 100))
+    assert one.stop()["vibration_acceleration"]["samples"] == 300
+
+
 def test_two_streams_of_one_name_are_refused(time):
     with pytest.raises(DeviceError, match="two streams would be named 'tool'"):
         Recording({"a": Fed(), "b": Fed()}, time, names={(device, "acceleration"): "tool" for device in "ab"})
