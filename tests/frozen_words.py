@@ -108,8 +108,8 @@ fault.what: emergency_stop firmware heartbeat_lost limit link_lost not_a_number 
 STUDIES = """
 settings of ranking: again
 study: adjectives analysis anchors ask attributes capture closing console eligible feedback groups instructions
-    intervals interview lexicon live minutes navigation needs noise onset_ms opening order participants practice
-    pairs procedure questionnaire questions rest resume scale settings setup sides simulation stimuli study task title
+    intervals interview lexicon live minutes navigation needs noise onset_ms opening order pairs participants practice
+    procedure questionnaire questions rest resume scale settings setup sides simulation stimuli study task title
 study.adjectives: further order words
 study.adjectives.order =: as_listed random
 study.adjectives.words: source word

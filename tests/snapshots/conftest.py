@@ -1,5 +1,6 @@
 """What a terminal is to all snapshots: 100 characters wide, without colours, on no display."""
 
+import click
 import pytest
 
 from tests.commands_for_tests import run_command
@@ -21,6 +22,14 @@ def plain_terminal(monkeypatch):
     for name, value in {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb", "LINES": "50"}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.delenv("DISPLAY", raising=False)
+    help_option = click.Command.get_help_option
+
+    def anew(command, context):
+        """Return the help option of this run: a command keeps that of its first run in a process, a test's own."""
+        command._help_option = None
+        return help_option(command, context)
+
+    monkeypatch.setattr(click.Command, "get_help_option", anew)
 
 
 @pytest.fixture(scope="session", autouse=True)
