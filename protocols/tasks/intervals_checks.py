@@ -181,9 +181,7 @@ def _coverage(study: Study) -> Iterator[Problem]:
         return
     covered: set[str] = set()
     for group in study.groups or (None,):
-        stimuli = study.stimuli_of(group)
-        for block in sorted({"main" if by is None else stimulus.columns[by] for stimulus in stimuli}):
-            members = [s for s in stimuli if by is None or s.columns[by] == block]
+        for block, members in sorted(study.by_block(study.stimuli_of(group)).items()):
             where = f" of block {block}" if by is not None else f" of group {group}" if group is not None else ""
             tracks = tracks_in(study, block, members, ())
             covered |= {stimulus.id for track in tracks for stimulus in track.stimuli}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import floor
@@ -162,7 +161,7 @@ def _sets(study: Study) -> Iterator[Problem]:
     for group in study.groups or (None,):
         if group is not None and any(c not in s.columns for c in study.groups[group] for s in study.stimuli):
             return
-        sizes = Counter("main" if by is None else s.columns[by] for s in study.stimuli_of(group))
+        sizes = {name: len(several) for name, several in study.by_block(study.stimuli_of(group)).items()}
         yield from _size(("stimuli",), sizes, "" if group is None else f"group {group}: ")
     if study.practice is not None:
         if len(set(study.practice.stimuli)) < len(study.practice.stimuli):
