@@ -146,6 +146,10 @@ def _times(quick: bool) -> Iterator[Case]:
     }
     if find_spec("questplus") is not None:
         methods["questplus"] = partial(questplus_choices, count)
+    yield Case(
+        AREA, "choices: the table of a track, arranged once before its first trial", "palpate", "41 x 2460", 1,
+        "none", arranged, lambda _made: 0.0, seconds=float,
+    )  # fmt: skip
     for method, run in methods.items():
         once = cache(run)
         for name, of in statistics.items():
@@ -154,6 +158,13 @@ def _times(quick: bool) -> Iterator[Case]:
                 "nats less than the best level, at most", once, lambda made: max(made.losses),
                 seconds=partial(_of_times, of),
             )  # fmt: skip
+
+
+def arranged() -> float:
+    """Return the seconds in which an adviser arranges its table, once in a run, before the first trial."""
+    start = time.perf_counter()
+    adviser_for(track(LAPSES["lapses to .04"], 1000))
+    return time.perf_counter() - start
 
 
 @dataclass(frozen=True)

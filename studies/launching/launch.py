@@ -126,13 +126,15 @@ def demand_in_time(
 def demand_soon(record: Record, accept: bool, now: datetime) -> dict[str, Any] | None:
     """Return what goes on record if an interrupted session is resumed later than its study allows; None if in time.
 
-    The time since its last run counts. Raises WrongTime unless that is accepted.
+    The time since its last event counts. Raises WrongTime unless that is accepted.
     """
     policy = record.header["study"].get("resume") or {}
     if (within_h := policy.get("within_h")) is None:
         return None
-    last = datetime.fromisoformat(record.run_notes[-1].value["at"])
-    hours = (now - last).total_seconds() / 3600
+    note = record.run_notes[-1]  # of a killed run its beginning: what it did since is in its events
+    before = record.events[note.events - 1].t_ns if note.events else 0
+    ran = timedelta(microseconds=(record.events[-1].t_ns - before) / 1000)
+    hours = (now - datetime.fromisoformat(note.value["at"]) - ran).total_seconds() / 3600
     if hours <= within_h:
         return None
     allowed = f"the study allows at most {within_h:g} h (resume: within_h)"

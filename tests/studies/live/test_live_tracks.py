@@ -1,5 +1,6 @@
 """Tracks in live sessions: an interruption between intervals, what a study repeats after it, a procedure that fails."""
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -18,6 +19,7 @@ from tests.studies.labs import stopping
 from tests.studies.live.halls import Hall
 from tests.studies.procedures.tracks_for_tests import study
 
+HOUR_NS = 3600 * 10**9
 ORDERS = [(0.0, "confirm")] * 200
 STAIRCASE = {
     "kind": "staircase", "level": {"column": "level_db", "from": -40, "to": 0, "points": 41}, "start": -10,
@@ -102,6 +104,14 @@ def test_a_session_is_resumed_in_time_or_that_is_accepted_on_record(tmp_path):
         demand_soon(record, False, last + timedelta(hours=30))
     accepted = demand_soon(record, True, last + timedelta(hours=30))
     assert accepted == {"resumed_after_h": 30.0, "within_h": 24.0}
+    # A killed run left no note at its end: its last event counts, which came five hours after it began.
+    begun = record.run_notes[0]
+    events = (*record.events[:-1], replace(record.events[-1], t_ns=record.events[begun.events - 1].t_ns + 5 * HOUR_NS))
+    killed = replace(record, events=events, run_notes=(begun,))
+    began = datetime.fromisoformat(begun.value["at"])
+    assert demand_soon(killed, False, began + timedelta(hours=28.9)) is None
+    with pytest.raises(WrongTime, match=r"interrupted 24\.1 h ago"):
+        demand_soon(killed, False, began + timedelta(hours=29.1))
     assert demand_soon(read(interrupted(tmp_path / "x", plan(), "choose", 2)), False, datetime.now(UTC)) is None
 
 
