@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import random
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -16,9 +17,13 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from palpate.analysis.choices.declared_model import DeclaredModel, model_posterior
+from palpate.analysis.choices.posterior import UP_TO_HALF, posterior_of
+from palpate.analysis.choices.specification import Levels, function_spec, gather_levels, rates_of
 from palpate.protocols.bench import Case
-from palpate.protocols.procedures import procedures_from
+from palpate.protocols.procedures import QuestPlus, procedures_from
 from palpate.protocols.study import Stimulus
 from palpate.protocols.tracks import Past, Track
 from palpate.studies.procedures.adviser import Adviser, End, Estimate, adviser_for
@@ -262,10 +267,66 @@ def _errors(quick: bool) -> Iterator[Case]:
                 estimated, track(LAPSES["lapses to .04"], 1000), trials, few
             )
         yield from _rows(methods, f"{trials} trials")
+        yield from _rows(_fits(trials, 3 if quick else 20), f"{trials} trials, fitted afterwards")
     stairs: dict[str, Callable[[], Thresholds]] = {"palpate": partial(estimated, staircase(), 400, observers)}
     if find_spec("psychopy") is not None:
         stairs["PsychoPy StairHandler"] = partial(psychopy_staircase, 400, observers)
     yield from _rows(stairs, "2 down 1 up, 8 reversals", intervals=False)
+
+
+Fit = Callable[[Levels], tuple[float, tuple[float, float]]]
+"""A threshold in dB and its interval from counted answers at levels in dB."""
+
+
+def fitted(fit: Fit, trials: int, observers: int) -> Thresholds:
+    """Fit the answers of QUEST+ tracks; the time is that of the fits."""
+    of, seconds = track(LAPSES["lapses to .04"], 1000), 0.0
+    adviser, made = adviser_for(of), []
+    for seed in range(observers):
+        past = _ran(adviser, of, trials, seed)
+        answers = pd.DataFrame([(of.levels[index], float(hit)) for index, hit in past], columns=["level", "correct"])
+        counted = gather_levels(answers, "level", "correct", None)
+        start = time.perf_counter()
+        made.append(fit(counted))
+        seconds += time.perf_counter() - start
+    held = sum(low <= THRESHOLD <= high for _, (low, high) in made)
+    return Thresholds([threshold - THRESHOLD for threshold, _ in made], held / observers, seconds)
+
+
+def _fits(trials: int, observers: int) -> dict[str, Callable[[], Thresholds]]:
+    fits: dict[str, Fit] = {"palpate, model of the study": _by_model, "palpate, prior of the levels": _by_levels}
+    if find_spec("psignifit") is not None:
+        fits["psignifit"] = _by_psignifit
+    return {name: partial(fitted, fit, trials, observers) for name, fit in fits.items()}
+
+
+def _by_model(counted: Levels) -> tuple[float, tuple[float, float]]:
+    of = track(LAPSES["lapses to .04"], 1000)
+    if not isinstance(of.procedure, QuestPlus):
+        raise TypeError(of.procedure.kind)
+    model = DeclaredModel(of.procedure.model, of.procedure.grids[0].levels, False)
+    hits = [[1.0] * int(k) + [0.0] * int(n - k) for k, n in zip(counted.hits, counted.trials, strict=True)]
+    levels = np.repeat(counted.levels, counted.trials.astype(int))
+    estimate = model_posterior(model, levels, np.concatenate(hits)).estimate()
+    return _number(estimate), estimate.interval or (float("nan"), float("nan"))
+
+
+def _by_levels(counted: Levels) -> tuple[float, tuple[float, float]]:
+    rates = rates_of("forced_choice", 2, None, None, UP_TO_HALF)
+    fit = posterior_of(counted, function_spec("weibull_db", rates, 1 - math.exp(-1), "half_interquartile", False))
+    return fit.threshold, fit.threshold_interval
+
+
+def _by_psignifit(counted: Levels) -> tuple[float, tuple[float, float]]:
+    from psignifit import psignifit
+
+    data = np.column_stack([10 ** (counted.levels / 20), counted.hits, counted.trials])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the threshold is not at F = .5
+        fit = psignifit(data, sigmoid="weibull", experiment_type="2AFC", thresh_PC=1 - math.exp(-1))
+    ends = fit.confidence_intervals["threshold"]["0.95"]
+    low, high = (20 * math.log10(end) if end > 0 else -math.inf for end in ends)
+    return 20 * math.log10(fit.parameter_estimate_mean["threshold"]), (low, high)
 
 
 def _off_coverage(made: Thresholds) -> float | None:
