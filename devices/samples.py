@@ -51,11 +51,12 @@ def mounting_for(request: Present, blind: Sequence[str] = ()) -> Prompt:
 
 def _at_once(request: Present, part: Part) -> list[Stimulus | None]:
     """Return what lies on each side: a stimulus of a pair; or that of the trial, its standard, or nothing."""
-    if request.trial.track is None:
-        pair = {stimulus.id: stimulus for stimulus in request.trial.stimuli}
+    trial = request.trial
+    if trial.stimuli:
+        pair = {stimulus.id: stimulus for stimulus in trial.stimuli}
         return [pair[name] for name in part.sides]
-    other = request.trial.track.standard
-    return [request.trial.stimulus if n == part.interval else other for n in range(1, part.of + 1)]
+    other = None if trial.track is None else trial.track.standard
+    return [trial.stimulus if n == part.interval else other for n in range(1, part.of + 1)]
 
 
 def _at_level(trial: Trial, stimulus: Stimulus, blind: Sequence[str]) -> str:
