@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from palpate.analysis.power.curve import Point, PowerRequest, power_curve, wilson
+from palpate.analysis.power.curve import Point, power_curve, wilson
+from palpate.analysis.power.request import PowerRequest
+from palpate.analysis.power.simulated_tracks import Measurement, measure
 from palpate.protocols.bench import Case
 from palpate.protocols.files import write_texts
+from palpate.studies.catalogue import SHIPPED
 
 AREA = "power"
 PEOPLE, NOISE, APART = 12, 1.0, 1.0
@@ -47,7 +50,30 @@ def cases(quick: bool) -> Iterator[Case]:
                     partial(simulated, Path(folder), effect, runs), partial(power_error, effect),
                     seconds=lambda answer: answer[1],
                 )  # fmt: skip
+    yield from _thresholds(PEOPLE // 4 if quick else PEOPLE)
     yield from _intervals()
+
+
+def _thresholds(people: int) -> Iterator[Case]:
+    """Yield one simulated study of thresholds: two QUEST+ tracks of up to 60 trials for each of so many people."""
+    place = SHIPPED / "vibration_threshold"
+    for method, trials in (("palpate, 60 trials", (60,)), ("palpate, 24 to 60 trials", (24, 32, 48, 60))):
+        request = PowerRequest(place / "study.yaml", place / "analysis.yaml", place, "thresholds")
+        yield Case(
+            AREA, "power: one simulated study of thresholds", method, f"{people} people, two tracks", people,
+            "error of a person's threshold, dB, RMS", partial(measured, request, trials, people), threshold_error, 1,
+        )  # fmt: skip
+
+
+def measured(request: PowerRequest, trials: tuple[int, ...], people: int) -> list[Measurement]:
+    """Return what is measured of each person and track with the largest number of trials."""
+    return [one for number in range(1, people + 1) for one in measure((request, trials, number))[trials[-1]]]
+
+
+def threshold_error(answer: Sequence[Measurement]) -> float:
+    """Return the root mean square error over the tracks that have a threshold."""
+    squares = [one.error**2 for one in answer if one.value is not None]
+    return math.sqrt(math.fsum(squares) / len(squares))
 
 
 def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], float]:

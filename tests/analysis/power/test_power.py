@@ -7,20 +7,20 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.analysis.plans.answers import Answer
-from palpate.analysis.power.commands import Sizes, planned_verdict, power
+from palpate.analysis.power.commands import Numbers, planned_verdict, power
 from palpate.analysis.power.curve import (
     Point,
-    PowerError,
-    PowerRequest,
-    check_request,
+    check_power,
     estimate_s,
     needed,
     one_run,
-    p_of,
     power_curve,
+    results_of,
     suffices,
     wilson,
 )
+from palpate.analysis.power.p_values import p_of
+from palpate.analysis.power.request import PowerError, PowerRequest, check_request
 from palpate.analysis.power.simulated_studies import people, simulated_material, with_effect
 from palpate.analysis.ratings.reading import read_material
 from palpate.analysis.ratings.sources import gathered
@@ -226,6 +226,42 @@ def test_sensitivity_has_a_power(thresholds):
     assert found.by == "dprime, f40, f250: p_corrected" and found.p is not None
 
 
+COMPARISONS = """
+study: pairs
+task: intervals
+stimuli: [{id: bare, finger: bare}, {id: gloved, finger: gloved}]
+intervals: {seconds: 0.5, standard: 2.0}
+procedure: {kind: constant, level: {column: height, values: [1.4, 1.8, 2.0, 2.2, 2.6]}, repeats: 8}
+order: {design: random}
+simulation: {observer: {threshold: {bare: 2.0, gloved: 2.4}, shape: gaussian, slope: 6, guess: 0.01, threshold_sd: 0.1}}
+"""
+
+
+def test_the_difference_of_conditions_decides_of_a_binomial_mixed_model(lab):
+    """Not the slope of the first condition, which every study finds; --row names it, or the difference of slopes."""
+    folder = lab / "studies" / "pairs"
+    (folder / "study.yaml").write_text(COMPARISONS)
+    plan = "{name: textures, test: binomial_mixed_model, random: intercept, condition: track}"
+    (folder / "analysis.yaml").write_text(f"study: pairs\ntests:\n  - {plan}\n")
+    ((_, result),) = results_of(asking(lab), (5,), 0)
+    difference, slopes = result.answer.more["differences"]
+    assert p_of(result.answer, "textures") == (difference["p"], "", "bare, gloved, pse: p")
+    assert p_of(result.answer, "textures", "slope,bare,gloved").p == slopes["p"]
+    assert p_of(result.answer, "textures", "gloved") == (result.answer.rows[1]["p"], "", "gloved: p")
+    assert difference["p"] < 1e-6 < slopes["p"]  # 0.4 apart, 0.1 between people; the slopes are equal
+
+
+def test_a_row_without_a_text_is_named_by_its_column():
+    assert p_of(Answer(({"condition": "", "p": 0.5},), "t", {}, 4, 8), "slopes").by == "p"
+
+
+def test_a_test_without_a_p_is_refused_before_the_first_run(lab):
+    plan = lab / "studies" / "pairs" / "analysis.yaml"
+    plan.write_text(PLAN + "  - {name: spread, test: means, by: [stimulus]}\n")
+    with pytest.raises(PowerError, match="this test has no p value, and power is how often p is at most alpha"):
+        check_power(replace(asking(lab), test="spread"))
+
+
 def test_an_effect_on_people_with_one_threshold_is_refused(thresholds):
     file = thresholds / "studies" / "pairs" / "study.yaml"
     file.write_text(file.read_text().replace("{f40: -12, f250: -24}", "-18"))
@@ -262,7 +298,7 @@ def test_the_interval_of_a_share_is_wilsons():
     [("8..16/4", (8, 12, 16)), ("8..17/4", (8, 12, 16, 17)), ("5", (5,)), ("9,4", (4, 9)), ("6..6", (6,))],
 )
 def test_sizes_are_a_range_or_a_list(text, sizes):
-    assert Sizes().convert(text, None, None) == sizes
+    assert Numbers(2, 999, "participants").convert(text, None, None) == sizes
 
 
 def test_the_verb_writes_a_table_and_a_figure(lab):
