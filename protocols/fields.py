@@ -132,6 +132,8 @@ class NumberQuestion(QuestionSpec):
     def _in_order(self) -> Self:
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"from ({self.low}) must be below to ({self.high})")
+        if self.above is not None and self.high is not None and self.above >= self.high:
+            raise ValueError(f"above ({self.above}) must be below to ({self.high})")
         return self
 
     def invalid(self, answer: Any) -> str | None:
@@ -145,10 +147,13 @@ class NumberQuestion(QuestionSpec):
         return f"{self.name} = {answer!r}: a number above {self.above:g} is expected" if too_low else None
 
     def simulated(self, share: float) -> float:
-        """Return a number within the bounds; from 1 to 100 where there are none."""
-        low = self.low if self.low is not None else 1.0 + (self.above or 0.0)
-        high = self.high if self.high is not None else low + 99.0
-        return round(float(low + share * (high - low)), 1)
+        """Return a number within the bounds, to a hundredth of their range; from 1 to 100 where there are none."""
+        bounds = [bound for bound in (self.low, self.above) if bound is not None]
+        low = max(bounds, default=1.0 if self.high is None else self.high - 99.0)
+        high = low + 99.0 if self.high is None else self.high
+        value = float(low + share * (high - low))
+        short = round(value, 2 - math.floor(math.log10(high - low)))
+        return short if self.invalid(short) is None else value
 
 
 class TextQuestion(QuestionSpec):

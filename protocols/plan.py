@@ -28,6 +28,7 @@ from palpate.protocols.tracks import PRACTICE, Slot, practice_slots, slots_of, t
 from palpate.protocols.trial import ParticipantRow, Recording, Trial
 
 if TYPE_CHECKING:
+    from palpate.protocols.intervals import Intervals
     from palpate.protocols.pairs import Pairs
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
@@ -110,6 +111,12 @@ class Plan:
         standards = [track.standard for track in tracks.values() if track.standard is not None]
         several = [*stimuli.values(), *at_levels, *standards]
         return tuple({(s.id, *sorted(s.columns.items())): s for s in several}.values())
+
+    @property
+    def interval_s(self) -> float | None:
+        """Return how long an interval of a trial lasts; None if there are none, or the stimuli decide."""
+        intervals: Intervals | None = self.study.intervals
+        return None if intervals is None else intervals.seconds
 
     @property
     def felt_in_trials(self) -> tuple[Trial, ...]:

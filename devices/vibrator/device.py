@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from palpate.signals.arrays import Array
     from palpate.signals.vibration import Vibration
 
-MOST_CACHED = 256
-"""Number of prepared vibrations that are remembered."""
+MOST_CACHED = 2**24
+"""Number of samples of prepared vibrations that are remembered: two arrays of doubles, 256 MB."""
 
 
 @dataclass(frozen=True)
@@ -104,14 +104,14 @@ class Vibrator:
         key = (stimulus.id, *sorted(columns.items()))
         if key not in self._prepared:
             vibration = read_vibration(stimulus.id, columns, self.folder, stimulus.sha256)
-            self._demand_frequencies(vibration)
+            calibration = self._demand_frequencies(vibration)
             acceleration = waveform(vibration, self.settings.rate_hz)
             if (problem := self.exposure.refuse(acceleration)) is not None:
                 level = f"{vibration.spoken_level}, {vibration.waveform}"
                 raise DeviceError(f"{self.name}: stimulus {stimulus.id!r} ({level}): {problem}")
             volts = self._volts(acceleration)
-            self._demand_level(vibration, volts)
-            if len(self._prepared) >= MOST_CACHED:
+            self._demand_level(vibration, volts, calibration)
+            if sum(len(one.acceleration) for one in self._prepared.values()) + len(acceleration) > MOST_CACHED:
                 self._prepared.clear()
             self._prepared[key] = Prepared(
                 vibration, acceleration, volts, waveform_sha256(acceleration),
@@ -131,36 +131,33 @@ class Vibrator:
 
     def _volts(self, acceleration: Array) -> Array:
         if self._inverse is None:
-            advice = f"palpate rig calibrate {self.name} --sensor NAME --write"
-            raise DeviceError(f"{self.name}: it is not calibrated, so no level can be played: {advice}")
+            raise self._not_calibrated()
         return self._inverse.volts(acceleration)
 
-    def _demand_frequencies(self, vibration: Vibration) -> None:
+    def _demand_frequencies(self, vibration: Vibration) -> VibratorCalibration:
+        """Return the calibration. Raises DeviceError unless there is one that covers the vibration's frequencies."""
         if self.calibration is None:
-            self._volts_missing()
-            return
+            raise self._not_calibrated()
         (low, high), (from_hz, to_hz) = self.calibration.band_Hz, vibration.band_hz
         if not low <= from_hz <= to_hz <= high:
             found = f"{from_hz:g} Hz" if from_hz == to_hz else f"{from_hz:g} to {to_hz:g} Hz"
             raise DeviceError(
                 f"{self.name}: stimulus {vibration.stimulus!r}: {found}; its calibration covers {low:g} to {high:g} Hz"
             )
+        return self.calibration
 
-    def _volts_missing(self) -> None:
-        import numpy as np
+    def _not_calibrated(self) -> DeviceError:
+        advice = f"palpate rig calibrate {self.name} --sensor NAME --write"
+        return DeviceError(f"{self.name}: it is not calibrated, so no level can be played: {advice}")
 
-        self._volts(np.zeros(1))
-
-    def _demand_level(self, vibration: Vibration, volts: Array) -> None:
+    def _demand_level(self, vibration: Vibration, volts: Array, calibration: VibratorCalibration) -> None:
         """Raise DeviceError unless the peak voltage lies in the calibrated range, and within the limits."""
         import numpy as np
 
         from palpate.devices.vibrator.exposure import VoltGuard
 
-        if self.calibration is None:
-            return
         peak = float(np.abs(volts).max())
-        low, high = self.calibration.least_V, min(self.calibration.most_V, self.settings.limits.peak_V)
+        low, high = calibration.least_V, min(calibration.most_V, self.settings.limits.peak_V)
         if low <= peak <= high:
             _, problem = VoltGuard(self.settings.limits, self.settings.rate_hz).first_beyond(volts)
             if problem:
@@ -185,12 +182,13 @@ class Vibrator:
         `not_a_number`, `refused`) where a limit does not allow it, DeviceError where it is not calibrated.
         """
         self.exposure.demand(acceleration)
-        self._play(self._volts(acceleration), acceleration, gap_s, now_ns)
+        self._play(self._volts(acceleration), acceleration, len(acceleration), gap_s, now_ns)
 
-    def _play(self, volts: Array, acceleration: Array, gap_s: float, now_ns: NowNs) -> None:
+    def _play(self, volts: Array, acceleration: Array, lasts: int, gap_s: float, now_ns: NowNs) -> None:
+        """Play volts for `lasts` samples, and what decays after them, as a vibration with this acceleration."""
         self.check_output()
         count = lambda: self.exposure.take(acceleration, self.player.taken / self.player.rate_hz)  # noqa: E731
-        self.player.play(volts, gap_s, now_ns, count, len(volts) - len(acceleration))
+        self.player.play(volts, gap_s, now_ns, count, len(volts) - lasts)
 
     def drive(self, volts: Array, now_ns: NowNs = time.monotonic_ns) -> None:
         """Play volts without calibration, to measure one: nobody may touch the actuator. Raises DeviceFault."""
@@ -231,7 +229,7 @@ class Vibrator:
             return self.unconfirmed.record(fault)
         if aside is None:
             self.act = None
-            return self._reply(request)
+            return self._reply()
         if aside.value.get("do") in ("pause", "repeat", "abort"):
             self.safe()
             self._played = {}
@@ -255,12 +253,11 @@ class Vibrator:
             prepared = self.prepare(request.trial.stimulus, None if part is None else part.seconds)
         except ValueError as error:
             raise DeviceFault(self.name, "refused", str(error)) from None
-        whole = prepared.acceleration
+        lasts = len(prepared.acceleration)
         if part is not None and part.seconds is not None:  # a shorter vibration is followed by silence
-            missing = max(0, round(part.seconds * self.settings.rate_hz) - len(whole))
-            whole = np.pad(whole, (0, missing))
-        volts = np.pad(prepared.volts, (0, max(0, len(whole) - len(prepared.volts))))
-        self._play(volts, whole, gap_s, now_ns)
+            lasts = max(lasts, round(part.seconds * self.settings.rate_hz))
+        volts = np.pad(prepared.volts, (0, max(0, lasts - len(prepared.volts))))
+        self._play(volts, prepared.acceleration, lasts, gap_s, now_ns)
         self._played = prepared.record(self.settings.rate_hz)
 
     def _reopen(self) -> None:
@@ -278,7 +275,7 @@ class Vibrator:
         self.feed()
         return not self.player.busy
 
-    def _reply(self, request: Present) -> Reply:  # noqa: ARG002 - the request says nothing that the record does not
+    def _reply(self) -> Reply:
         played, self._played = self._played, {}
         twin = {"by": "twin"} if self.settings.driver == "twin" else {}
         vibration = {"onset_ns": self.player.onset_ns, **played}
@@ -311,7 +308,7 @@ class Vibrator:
         return self.settings.certified_digest("" if self.calibration is None else self.calibration.summary)
 
     def describe(self) -> Mapping[str, Any]:
-        """Return the settings with limits and certificate, the calibration in one line, and the exposure so far."""
+        """Return the settings with limits and certificate, and the calibration in one line."""
         settings = self.settings.model_dump(mode="json", exclude_none=True)
         return {**settings, **({"response": self.calibration.summary} if self.calibration else {})}
 

@@ -16,6 +16,7 @@ from palpate.protocols.strict import Strict
 class Limits(Strict):
     """What the driver never exceeds, whatever study, procedure or caller wants.
 
+    While it is calibrated or certified, which is done without a person, only the voltages are limited.
     `hand_arm_m_s2` and `a8_m_s2` are frequency-weighted for the hand (ISO 5349-1). The daily limit of 2.5 m/s^2 over 8
     hours is the action value of directive 2002/44/EC; the peaks are ours.
     """

@@ -7,6 +7,7 @@ from datetime import date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from palpate.devices.vibrator.settings import Limits
 from palpate.protocols.events import NS, Event
 from palpate.protocols.plan import Plan
 from palpate.studies.sessions.environment import wall_time
@@ -51,14 +52,42 @@ def noise_had(lab: Path, participant: str, day: date) -> float:
 
 
 def vibration_had(lab: Path, participant: str, day: date) -> float:
-    """Return the weighted energy of the vibrations in a participant's live sessions of that day, in m^2/s^3."""
-    replies = (
-        event.value["vibration"]
-        for _, events in runs_of(lab, participant, day)
-        for event in events
-        if event.kind == "reply" and "vibration" in event.value
-    )
-    return sum(float(played.get("hand_arm_m2_s3", 0.0)) for played in replies)
+    """Return the weighted energy of the vibrations in a participant's live sessions of that day, in m^2/s^3.
+
+    One that was broken off, by a pause, a repeat, a fault or the end of the program, counts as the strongest of its run
+    that was played to its end, or else as the most that its driver allows.
+    """
+    total = 0.0
+    for header, events in runs_of(lab, participant, day):
+        if "vibration" not in header["study"].get("needs", ()):
+            continue
+        whole = [
+            float(event.value["vibration"].get("hand_arm_m2_s3", 0.0))
+            for event in events
+            if event.kind == "reply" and "vibration" in event.value
+        ]
+        total += sum(whole) + _broken_off(events) * max(whole or [_most_energy(header)])
+    return total
+
+
+def _broken_off(events: tuple[Event, ...]) -> int:
+    """Return how many vibrations of a run began and were not played to their end."""
+    count, playing = 0, False
+    for event in events:
+        if event.kind == "request":
+            playing = event.value["do"] == "present" and not event.value.get("blank", False)
+        elif event.kind == "reply":
+            playing = False
+        elif playing and (event.kind == "fault" or event.value.get("do") in ("pause", "repeat", "abort")):
+            count, playing = count + 1, event.value.get("do") == "pause"
+    return count + playing
+
+
+def _most_energy(header: dict[str, Any]) -> float:
+    """Return the most energy that the session's vibrator allows within its window."""
+    devices = (header["rig"].get("devices") or {}).values()
+    limits = [Limits.model_validate(one.get("limits", {})) for one in devices if one.get("kind") == "vibrator"]
+    return max((one.hand_arm_m_s2**2 * one.window_s for one in limits or [Limits()]), default=0.0)
 
 
 def runs_of(lab: Path, participant: str, day: date) -> Iterator[tuple[dict[str, Any], tuple[Event, ...]]]:
@@ -91,10 +120,14 @@ def runs_on(record: Record, day: date) -> Iterator[tuple[Event, ...]]:
 
 
 def _seconds_on(events: tuple[Event, ...]) -> float:
-    """Return how long the noise was on: from a run's first presentation to its last event, without pauses."""
-    first_ns = next((e.t_ns for e in events if e.kind == "request" and e.value["do"] == "present"), None)
-    if first_ns is None:
+    """Return how long the noise was on: from a run's first presentation to its last event, without pauses.
+
+    A run may begin within a presentation, that of the run before.
+    """
+    first = next((e for e in events if e.value.get("do") == "present" or "presented" in e.value), None)
+    if first is None:
         return 0.0
+    first_ns = events[0].t_ns if first.kind == "reply" else first.t_ns
     on_ns, since_ns = 0, first_ns
     paused = False
     for event in (event for event in events if event.t_ns >= first_ns and event.kind == "experimenter"):

@@ -55,8 +55,10 @@ class Hardware:
 
     def open(self, plan: Plan) -> None:
         """Check the stimuli and open the devices. Raises RigError or DeviceError, with no device left open."""
-        presented = any(NEEDS[need].role == "presents" for need in self.study_files.study.needs)
-        if self.simulated_needs or presented:  # what is presented comes from files, which may be wrong
+        needs = [NEEDS[need] for need in self.study_files.study.needs]
+        presented = any(need.role == "presents" for need in needs)
+        by_rig = self.file is not None and any(need.parameters for need in needs)  # by its own limits, below
+        if (self.simulated_needs or presented) and not by_rig:  # what is presented comes from files: they may be wrong
             from palpate.studies.simulation.rig import simulated
 
             simulated(self.study_files.study, self.study_files.folder, self.lab).check(plan)

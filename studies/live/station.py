@@ -21,7 +21,6 @@ from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
 from palpate.studies.stimuli.profiles import Profiles
 from palpate.studies.stimuli.scenes import pictures_of, scenes_for
-from palpate.studies.stimuli.vibrations import interval_seconds
 
 if TYPE_CHECKING:
     from palpate.devices.door.link.simulator import DoorSimulator
@@ -121,7 +120,7 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
         vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
         vibrator.folder = study_files.folder
         for stimulus in plan.possible:
-            vibrator.check(stimulus, interval_seconds(plan))
+            vibrator.check(stimulus, plan.interval_s)
         if plan.study.onset_ms is not None:
             from palpate.devices.rig.certification import demand_certified
 

@@ -54,6 +54,8 @@ class Advised:
             reply = self._advice(track, request.trial.past)
             request.demand_answer(reply)
         except (ReplyError, _Refused) as error:
+            if len(request.trial.past) >= track.trials:  # its last answer counts: only the estimate is missing
+                return Reply({"stop": True, "why": f"{track.trials} trials; no estimate: {error}"})
             self.safe()
             message = f"procedure {track.procedure.kind} of {track.name}: {error}"
             if self.failed:

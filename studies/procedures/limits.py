@@ -76,15 +76,20 @@ class LimitsAdviser:
         mean = math.fsum(points) / len(points)
         if len(points) < 2:
             return Estimate(mean)
-        return Estimate(mean, math.sqrt(math.fsum((point - mean) ** 2 for point in points) / (len(points) - 1)))
+        variance = math.fsum((point - mean) ** 2 for point in points) / (len(points) - 1)
+        return Estimate(mean, math.sqrt(variance / len(points)))
 
     def _beyond(self, ended: list[Series]) -> Estimate:
-        """Return which end of the levels all series ran to or began at, without a probability: there is no model."""
+        """Return beyond which level the threshold lies by all series, without a probability: there is no model.
+
+        Each series says so of the hardest level that was hit, or of the easiest one that was missed.
+        """
         always_hit = [series.towards_easier == series.crossed for series in ended]
         if any(always_hit) != all(always_hit):
             return Estimate(outside="unknown")
-        hardest = len(self.track.levels) - 1 - self.track.easiest
-        level = self.track.levels[hardest if always_hit[0] else self.track.easiest]
+        indexes = [series.indexes for series in ended]
+        lowest = always_hit[0] == (self.rules.easier == "higher")
+        level = self.track.levels[max(map(min, indexes)) if lowest else min(map(max, indexes))]
         beyond = "below" if always_hit[0] == (self.rules.easier == "higher") else "above"
         return Estimate(outside=beyond, bound=float(level), sure=None)  # type: ignore[arg-type]
 

@@ -15,7 +15,6 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.rig import RigError
-from palpate.studies.stimuli.vibrations import interval_seconds
 
 RATE_HZ = 8000
 """Rate of the simulated output: what a device plays at 48 kHz is the same vibration, and takes six times as long."""
@@ -48,7 +47,7 @@ class VibratorTwin:
             return
         for stimulus in self.plan.possible:
             try:
-                self.opened.check(stimulus, interval_seconds(self.plan))
+                self.opened.check(stimulus, self.plan.interval_s)
             except DeviceError as error:
                 raise RigError(str(error)) from None
         self.checked = True

@@ -77,6 +77,16 @@ def test_questions_that_cannot_be_are_named(asked, message):
     assert message in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    "bounds",
+    [{}, {"above": 0}, {"above": 0, "to": 0.5}, {"from": 0.01, "to": 0.04}, {"from": 1e6, "to": 1e6 + 1}, {"to": -5}],
+)
+def test_a_simulated_number_is_within_its_bounds(bounds):
+    [question] = questions_from([{"name": "size", "kind": "number", **bounds}])
+    assert [problem for n in range(1, 100) if (problem := question.problem(question.simulated(n / 100)))] == []
+    assert len({question.simulated(n / 100) for n in range(1, 100)}) > 90
+
+
 def test_simulated_people_answer_every_question_in_time():
     plan = compile_plan(toy(), ParticipantRow("P001"))
     reply, seconds = Perceiver(plan).answer(Ask(form(), plan.trials[0]))

@@ -39,7 +39,8 @@ class FieldsScreen(Base):
     def __init__(self, ask: Ask, form: Fields, page: Page) -> None:
         self.form = form
         self.questions = [self._shown(page, question) for question in form.questions]
-        self.lone = len(form.questions) == 1 and isinstance(form.questions[0], Choice)
+        first = form.questions[0]
+        self.lone = len(form.questions) == 1 and isinstance(first, Choice) and not first.optional
         frame = self._frame_for(page, ask)
         self._fixed: tuple[Element, ...] = ()
         self._sheets = self._lone_choice(page, frame.body) if self.lone else cards_of(page, self.questions, frame.body)

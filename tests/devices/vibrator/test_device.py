@@ -67,6 +67,14 @@ def test_a_vibration_lasts_as_its_interval_or_is_followed_by_silence():
     assert [reply.value["vibration"]["seconds"] for reply in replies] == [0.25, 0.6, 0.6, 0.25]
 
 
+def test_what_the_check_allows_is_played_in_a_longer_interval_too():
+    """The silence after a vibration is no part of what the limits are about: neither its length nor its drift."""
+    vibrator, clock = bench(limits={"longest_s": 0.5})
+    vibrator.check(present().trial.stimulus, 0.6)
+    reply = vibrator.perform(present(part=part(seconds=0.6)), Window(clock), DESK, clock.ns)
+    assert isinstance(reply, Reply) and reply.value["vibration"]["seconds"] == 0.25
+
+
 def test_a_pause_silences_it_and_afterwards_the_stimulus_is_played_whole():
     vibrator, clock = bench()
     request = present()

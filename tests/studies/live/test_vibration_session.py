@@ -125,5 +125,40 @@ def test_only_the_runs_of_the_day_count_and_pauses_do_not():
     assert not list(runs_on(record, date(2026, 1, 1)))
 
 
+def test_a_run_that_begins_within_a_presentation_has_noise_from_its_beginning():
+    assert _seconds_on((event(4, 30, presented=True), event(5, 40, "request", do="present"), event(6, 90))) == 60.0
+
+
+def test_a_vibration_that_was_broken_off_counts_as_the_strongest_of_its_run(lab, monkeypatch):
+    """One plays to its end; then one is paused and repeated, one fails, and one plays when the program ends."""
+    whole = {"presented": True, "vibration": {"hand_arm_m2_s3": 3.0}}
+    broken = (
+        event(0, 0, "request", do="present"), event(1, 1, **whole), event(2, 2, "request", do="present"),
+        event(3, 3, "experimenter", do="pause"), event(4, 4, "experimenter", do="go_on"),
+        event(5, 5, "experimenter", do="repeat"), event(6, 6, "request", do="present", blank=True),
+        event(7, 7, "experimenter", do="repeat"), event(8, 8, "request", do="present"), event(9, 9, "fault"),
+        event(10, 10, "request", do="ask"), event(11, 11, "experimenter", do="repeat"),
+        event(12, 12, "request", do="present"),
+    )  # fmt: skip
+    header = {"study": {"needs": ["vibration"]}, "rig": {"devices": {"shaker": {"kind": "vibrator"}}}}
+    runs = [(header, broken)]
+    monkeypatch.setattr("palpate.studies.live.daily_dose.runs_of", lambda *_: iter(runs))
+    assert vibration_had(lab, "P001", date(2026, 1, 1)) == 3.0 + 4 * 3.0
+    runs[:] = [(header, broken[2:3])]
+    assert vibration_had(lab, "P001", date(2026, 1, 1)) == 20.0**2 * 60.0
+    runs[:] = [({**header, "study": {}}, broken)]
+    assert vibration_had(lab, "P001", date(2026, 1, 1)) == 0.0
+
+
 def test_a_study_without_noise_has_no_dose():
     demand_dose(None, compile_plan(vibrations(None, needs=["window"]).study, ParticipantRow("P001")), None)
+
+
+def test_a_rig_with_wider_limits_than_those_of_a_simulated_one_presents_what_it_can(lab):
+    columns = {**SINE, "frequency_hz": "250", "seconds": "21", "level_db": "-20"}
+    study_files = vibrations(lab, stimuli=[{"id": "long", "columns": columns}], needs=["vibration", "window"])
+    plan = compile_plan(study_files.study, ParticipantRow("P001"))
+    with pytest.raises(DeviceError, match=r"21 s; at most limits.longest_s = 20 s"):
+        live_plan(study_files, lab, LiveOptions()).check(plan)
+    rig_path(lab).write_text(RIG.replace("bits: 24", "bits: 24, limits: {longest_s: 30}"), encoding="utf-8")
+    live_plan(study_files, lab, LiveOptions()).check(plan)

@@ -165,9 +165,10 @@ def test_an_estimate_that_is_not_a_number_is_a_fault():
     good = world_of(of)
     stopping = Saying(adviser_for(of.trials[0].track).advise(((0, True),) * 8))
     world = Advised(good.world, {"f40": stopping, "f250": stopping})
-    trial = replace(of.trials[0], past=((0, True),) * 8)
-    fault = world.perform(Choose(trial))
+    fault = world.perform(Choose(replace(of.trials[0], past=((0, True),) * 7)))
     assert isinstance(fault, Fault) and "threshold nan is not a finite number" in fault.value["message"]
+    after_the_last = world.perform(Choose(replace(of.trials[0], past=((0, True),) * 8)))  # its answer has been given
+    assert after_the_last.value == {"stop": True, "why": "8 trials; no estimate: threshold nan is not a finite number"}
 
 
 @pytest.mark.parametrize(

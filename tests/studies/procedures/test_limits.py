@@ -53,6 +53,14 @@ def test_whoever_always_answers_the_same_gets_an_inequality(always, outside, bou
     assert str(estimate) == f"threshold {outside} {bound:g}" and "sure" not in estimate.to_dict()
 
 
+def test_an_inequality_says_no_more_than_each_series():
+    """Series that begin inside the levels: the threshold is below the start of each."""
+    adviser = LimitsAdviser(track({**SERIES, "direction": "ascending", "jitter": 5}))
+    assert adviser.estimate(((1, True), (3, True), (0, True), (4, True))).bound == 4.0
+    falling = LimitsAdviser(track({**SERIES, "direction": "descending"}))
+    assert falling.estimate(((9, False), (8, False))).bound == 8.0
+
+
 def test_a_series_that_ran_to_the_end_does_not_hide_the_others():
     adviser = LimitsAdviser(track({**SERIES, "direction": "ascending"}))
     crossed = tuple((n, n == 4) for n in range(5))

@@ -98,6 +98,7 @@ def test_what_is_optional_may_stay_unanswered_and_can_be_taken_back():
     assert (
         on.value["answers"] == dict.fromkeys(("which", "nice", "sure", "strength", "like")) and on.value["at_s"] == {}
     )
+    assert hand({**CHOICE, "optional": True}).tap("next").value["answers"] == {"which": None}
 
 
 @pytest.mark.parametrize(
