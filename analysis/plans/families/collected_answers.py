@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.choices.evidence import (
-    EXCESS,
+    RATIO,
     SURE,
     curve_of,
     density_of,
@@ -29,6 +29,7 @@ from palpate.analysis.plans.families.declared_answers import (
     LEVELS,
     declared_model,
     declared_numbers,
+    lapse_notes,
     threshold_share,
     track_posterior,
 )
@@ -126,6 +127,7 @@ def function_row(
     shown = None
     try:
         design, used = track_design(part, settings.easy_catch == "counted")
+        _, with_easy = track_design(part, with_easy=True)
         row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
         spec = spec_of(settings, design)
         row["trials"] = len(used)
@@ -133,9 +135,9 @@ def function_row(
         shown = _shares(given)
         declared, fit = declared_model(selected, settings, design, used), None
         if declared is None:
-            numbers, more, fit = _estimate(selected, settings, design, spec, given)
+            numbers, more, fit = _estimate(selected, settings, design, spec, given, with_easy)
         else:
-            numbers, more = declared_numbers(settings, declared, used)
+            numbers, more = declared_numbers(settings, declared, used, with_easy)
         row |= numbers
         notes += more
         if fit is not None:
@@ -158,26 +160,31 @@ def function_row(
 
 
 def _estimate(
-    selected: Selected, settings: PsychometricFunction, design: TrackDesign, spec: FunctionSpec, given: Levels
+    selected: Selected,
+    settings: PsychometricFunction,
+    design: TrackDesign,
+    spec: FunctionSpec,
+    given: Levels,
+    with_easy: pd.DataFrame,
 ) -> tuple[dict[str, Any], list[str], Psychometric | None]:
-    """Return the numbers, notes, and the fit by maximum likelihood if the estimates are from it."""
+    """Return the numbers, notes, and the fit by maximum likelihood if the estimates are from it.
+
+    `with_easy`: the choices with the catch trials at the easiest level, which are looked at for lapses in any case.
+    """
     evidence = evidence_of(given, spec, settings.confidence)
     numbers: dict[str, Any] = {"likelihood_ratio": math.exp(min(evidence.ratio, 690.0))}
     side, bound = outside_of(evidence, given, spec)
+    guesses, notes = evidence.ratio < math.log(RATIO), []
+    if not guesses:
+        excess = lapse_excess(gather_levels(with_easy, "level", design.hits), spec)
+        notes += lapse_notes(excess, spec.lapse[1], "`lapse: [0, 0.3]`")
     if side:
-        notes = []
-        if evidence.ratio < math.log(20) and not _all_alike(given):
-            notes.append(no_threshold(given, spec, evidence.ratio))
         if bound is not None:
-            notes.append(f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")
+            notes.insert(0, f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")
+        if guesses and not _all_alike(given):
+            notes.insert(0, no_threshold(given, spec, evidence.ratio))
         known = {"outside": side, "bound": bound, "sure": None if bound is None else SURE}
         return numbers | known, notes, None
-    notes = []
-    if lapse_excess(given, spec) >= EXCESS:
-        notes.append(
-            f"more lapses than the model allows (up to {spec.lapse[1]:g}): the threshold is biased; allow more with "
-            "`lapse: [0, 0.2]`"
-        )
     interval = settings.interval or ("posterior" if design.is_adaptive else "corrected")
     if interval != "posterior":
         try:

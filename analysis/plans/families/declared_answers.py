@@ -66,10 +66,23 @@ def _answers(used: pd.DataFrame) -> tuple[Floats, Floats]:
     return used["level"].to_numpy(dtype=np.float64), used["hit"].to_numpy(dtype=np.float64)
 
 
+def lapse_notes(excess: float, most: float, remedy: str) -> list[str]:
+    """Return a note where the likelihood ratio `excess` shows lapse rates above `most`, the highest of the model."""
+    if excess < EXCESS:
+        return []
+    return [
+        f"more lapses than the model allows (up to {most:g}): the threshold, or its bound, is biased; allow more with "
+        f"{remedy}"
+    ]
+
+
 def declared_numbers(
-    settings: PsychometricFunction, declared: DeclaredModel, used: pd.DataFrame
+    settings: PsychometricFunction, declared: DeclaredModel, used: pd.DataFrame, with_easy: pd.DataFrame
 ) -> tuple[dict[str, Any], list[str]]:
-    """Return the numbers of a row and its notes."""
+    """Return the numbers of a row and its notes.
+
+    `with_easy`: the choices with the catch trials at the easiest level, which are looked at for lapses in any case.
+    """
     posterior = track_posterior(declared, used)
     at = threshold_share(settings, declared)
     estimate = posterior.estimate(at, settings.confidence)
@@ -82,12 +95,9 @@ def declared_numbers(
             f"there is no threshold: the answers are no better explained by a function of the level than by {flat}; "
             f"the likelihood ratio is {math.exp(posterior.ratio):.2g}, {RATIO:g} is demanded"
         )
-    if not guesses and model_lapse_excess(declared, *_answers(used)) >= EXCESS:
-        most = max(values_of(declared.model.lapse))
-        notes.append(
-            f"more lapses than the declared model allows (up to {most:g}): the threshold is biased; `prior: levels` "
-            "with `lapse: [0, 0.2]` allows more"
-        )
+    if not guesses:
+        excess, most = model_lapse_excess(declared, *_answers(with_easy)), max(values_of(declared.model.lapse))
+        notes += lapse_notes(excess, most, "`prior: levels` with `lapse: [0, 0.3]`")
     notes += _unused(settings, declared)
     if estimate.outside is not None:
         if estimate.bound is not None:

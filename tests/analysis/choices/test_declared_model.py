@@ -28,8 +28,9 @@ from palpate.studies.procedures.questplus import QuestPlusAdviser, make
 from tests.analysis.choices.collected_for_tests import rows
 from tests.studies.procedures.tracks_for_tests import MODEL, QUESTPLUS, ran, track
 
-MANY = [0, 0.02, 0.04, 0.08, 0.12, 0.16, 0.2]
+MANY = [0, 0.02, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3]
 THRESHOLD = -18.0
+LAPSES = "more lapses than the model allows (up to 0.04): the threshold, or its bound, is biased"
 
 
 def declared_by(of: Track) -> DeclaredModel:
@@ -140,11 +141,15 @@ def test_lapses_beyond_the_model_are_flagged(full_run: bool) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.xfail(strict=True, reason="about 1.5 dB, not below 1: docs/reference/choices.md says why")
-def test_lapses_at_the_end_of_the_grid_bias_the_threshold_by_less_than_1_db() -> None:
-    """Check 10: lapse rate .2, the highest of the model's grid, 128 trials."""
+def test_lapses_within_the_grid_bias_the_threshold_by_less_than_1_db() -> None:
+    """Check 10: lapse rate .2, rates to .3 in the model, 128 trials.
+
+    The standard error is 0.2 dB; with a grid that ends at .2 the bias is 1.7 dB (docs/reference/choices.md).
+    """
     estimates = [found.estimate().threshold for found in posteriors(MANY, 128, 150, lapse=0.2)]
-    assert abs(np.mean([value - THRESHOLD for value in estimates if value is not None])) < 1.0
+    values = [value - THRESHOLD for value in estimates if value is not None]
+    assert len(values) >= 0.9 * len(estimates)
+    assert abs(np.mean(values)) < 1.0
 
 
 def answer(table: pd.DataFrame, of: Track | None, **settings: Any) -> Answer:
@@ -208,6 +213,28 @@ def test_easy_catch_trials_count_only_if_the_plan_says_so(questplus: Any) -> Non
     assert out["threshold"] == plain["threshold"]
     assert float(counted["lapse"] or 0) > float(out["lapse"] or 0)
     assert "8 catch trial(s) at the easiest level counted" in str(counted["note"])
+
+
+@pytest.mark.parametrize("prior", ["declared_model", "levels"])
+def test_catch_trials_that_are_left_out_still_tell_of_lapses(questplus: Any, prior: str) -> None:
+    of, table, _, _ = questplus
+    wrong = rows([0.0] * 8, [0] * 4 + [1] * 4, procedure="questplus", catch="easy").assign(trial=range(900, 908))
+    settings = {"prior": prior, "function": "weibull_db", "lapse": (0, 0.04)}
+    (plain,), (out,) = (answer(part, of, **settings).rows for part in (table, pd.concat([table, wrong])))
+    assert out["threshold"] == plain["threshold"]
+    assert LAPSES not in str(plain["note"])
+    assert LAPSES in str(out["note"])
+
+
+def test_an_inequality_that_lapses_explain_has_their_note() -> None:
+    """With 20 % lapses and a model to 4 % most tracks of 128 trials end above the levels."""
+    of = track(QUESTPLUS, stop={"trials": 1000})
+    model, adviser = declared_by(of), make(of)
+    pasts = (ran(adviser, of, most=128, seed=seed, lapse=0.2) for seed in range(9))
+    past = next(past for past in pasts if model_posterior(model, *arrays(of, past)).estimate().outside == "above")
+    (row,) = answer(rows(*arrays(of, past), procedure="questplus"), of).rows
+    assert row["threshold"] is None
+    assert LAPSES in str(row["note"])
 
 
 def test_what_the_declared_model_overrides_is_said(questplus: Any) -> None:

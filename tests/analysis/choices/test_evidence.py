@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -58,15 +59,21 @@ def test_a_step_that_leaves_no_doubt_still_says_where_the_threshold_lies() -> No
         fit_psychometric(step, "level", "correct", task="forced_choice", alternatives=2)
 
 
-@pytest.mark.parametrize(("name", "least"), [("questplus", 0.85), ("constant", 0.85), ("staircase", 0.6)])
-def test_lapses_beyond_the_model_are_flagged(name: str, least: float, full_run: bool) -> None:
-    """Check 10. A staircase stays near its level, where lapses hardly show: it reaches 0.7."""
-    seeds = range(200 if full_run else 20)
-    small = of_two((0.0, 0.04))
-    many = [lapse_excess(answers(PROCEDURES[name], s, lambda x: weibull_db(x, lapse=0.2)), small) for s in seeds]
-    few = [lapse_excess(answers(PROCEDURES[name], seed, weibull_db), small) for seed in seeds]
-    assert sum(ratio >= EXCESS for ratio in many) >= least * len(many)
-    assert sum(ratio >= EXCESS for ratio in few) <= 0.05 * len(few) + 1e-9
+@pytest.mark.parametrize(
+    ("name", "easy", "least"),
+    [("questplus", 0, 0.85), ("constant", 0, 0.85), ("staircase", 0, 0.6), ("staircase", 11, 0.85)],
+)
+def test_lapses_beyond_the_model_are_flagged(name: str, easy: int, least: float, full_run: bool) -> None:
+    """Check 10. A staircase without easy catch trials stays near its level, where lapses hardly show."""
+    count = 200 if full_run else 20
+    for lapse in (0.2, 0.02):
+        flagged = 0
+        for seed in range(count):
+            levels, hits = PROCEDURES[name](np.random.default_rng([7, seed]), 128, partial(weibull_db, lapse=lapse))
+            right = np.random.default_rng([8, seed]).random(easy) >= lapse
+            given = rows(np.append(levels, np.zeros(easy)), np.append(hits, right))
+            flagged += lapse_excess(gather_levels(given, "level", "correct"), of_two((0.0, 0.04))) >= EXCESS
+        assert flagged >= least * count if lapse == 0.2 else flagged <= 0.05 * count
 
 
 @pytest.mark.long
