@@ -177,7 +177,7 @@ def _estimate(
     guesses, notes = evidence.ratio < math.log(RATIO), []
     if not guesses:
         excess = lapse_excess(gather_levels(with_easy, "level", design.hits), spec)
-        notes += lapse_notes(excess, spec.lapse[1], "`lapse: [0, 0.3]`")
+        notes += lapse_notes(excess, spec.lapse[1], "allow more with `lapse: [0, 0.3]`")
     if side:
         if bound is not None:
             notes.insert(0, f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")

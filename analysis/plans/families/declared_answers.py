@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from palpate.analysis.ratings.collected_choices import TrackDesign
     from palpate.analysis.statistics.doubles import Floats
 
+LAPSE_REMEDY = "the levels were chosen by that model, so measure again with higher rates in its `lapse`"
 DECLARED, LEVELS = "declared model", "levels presented"
 """The priors of a posterior, as a result's column `prior` names them."""
 
@@ -70,10 +71,7 @@ def lapse_notes(excess: float, most: float, remedy: str) -> list[str]:
     """Return a note where the likelihood ratio `excess` shows lapse rates above `most`, the highest of the model."""
     if excess < EXCESS:
         return []
-    return [
-        f"more lapses than the model allows (up to {most:g}): the threshold, or its bound, is biased; allow more with "
-        f"{remedy}"
-    ]
+    return [f"more lapses than the model allows (up to {most:g}): the threshold, or its bound, is biased; {remedy}"]
 
 
 def declared_numbers(
@@ -97,7 +95,7 @@ def declared_numbers(
         )
     if not guesses:
         excess, most = model_lapse_excess(declared, *_answers(with_easy)), max(values_of(declared.model.lapse))
-        notes += lapse_notes(excess, most, "`prior: levels` with `lapse: [0, 0.3]`")
+        notes += lapse_notes(excess, most, LAPSE_REMEDY)
     notes += _unused(settings, declared)
     if estimate.outside is not None:
         if estimate.bound is not None:
