@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SHADES, SHAPES, SOFT, drawing, quiet_axes, save
 from palpate.analysis.power.precision import ASSURED
@@ -92,7 +92,7 @@ def _draw_person(axes: Axes, precision: Precision, target: float | None) -> None
     axes.plot([], [], "o", color=SOFT, markersize=4.5, linestyle="none", label="the study's number")
     axes.axhline(0, color=SOFT, linewidth=0.7)
     if target is not None:
-        _mark_target(axes, target, "SD")
+        _mark_target(axes, target, "SD", "right")
     axes.set_xticks(_readable(precision))
     axes.set_xlabel(f"{precision.counted} of a {'level' if precision.counted == 'repeats' else 'track'}", color=INK)
     axes.legend(fontsize=7.5, frameon=False, ncols=2, loc="upper right", handlelength=2.2, columnspacing=1.2)
@@ -128,7 +128,7 @@ def _draw_means(axes: Axes, precision: Precision, target: float | None) -> None:
         axes.axvline(planned, color=FAINT, linewidth=1.2, zorder=0)
         axes.annotate("planned", (planned, 0), xytext=(3, 3), textcoords="offset points", fontsize=7.5, color=SOFT)
     if target is not None:
-        _mark_target(axes, target, "width")
+        _mark_target(axes, target, "width", "left")
     axes.set_ylim(bottom=0)
     axes.set_xlabel("participants", color=INK)
     axes.legend(fontsize=7.5, frameon=False, loc="upper right", handlelength=2.6)
@@ -145,9 +145,11 @@ def _shown(precision: Precision) -> Sequence[str]:
     return [of for _, of in widest.values()]
 
 
-def _mark_target(axes: Axes, target: float, what: str) -> None:
+def _mark_target(axes: Axes, target: float, what: str, side: Literal["left", "right"]) -> None:
+    """Draw a target, named at the side where the curves are far from it."""
     axes.axhline(target, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    at, shift = (0, 2) if side == "left" else (1, -2)
     axes.annotate(
-        f"{what} {target:g}", (1, target), xycoords=("axes fraction", "data"), xytext=(-2, 2), ha="right",
+        f"{what} {target:g}", (at, target), xycoords=("axes fraction", "data"), xytext=(shift, 2), ha=side,
         textcoords="offset points", fontsize=7.5, color=INK,
     )  # fmt: skip
