@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from palpate.analysis.plans.answers import Normalise, Takes
 from palpate.analysis.plans.idle import Idle
@@ -29,9 +29,10 @@ class FigureSettings(Strict):
 
     `name` is unique in its plan and usable as a file name, `figure` names the kind. `tests` names the plan's tests
     whose answers the figure shows (significance marks, a configuration of points). The other settings are as for a
-    test.
+    test; `order` of a figure names no column.
     """
 
+    not_columns: ClassVar[frozenset[str]] = frozenset({"order"})
     name: str
     figure: str
     title: str | None = None

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.plans.where import Condition
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import DeclarationRefused
 from palpate.analysis.statistics.apa import number
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.strict import Strict
@@ -37,26 +37,34 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 
 COLUMNS = (
     "within", "between", "factor", "fixed", "numeric", "by", "targets", "raters", "units", "items", "cases", "families",
-    "pooled", "target", "attribute_column", "groups",
+    "pooled", "target", "attribute_column", "groups", "over", "condition", "staircase",
 )  # fmt: skip
-"""Settings that name columns of the study's answers."""
-FACTORS = tuple(name for name in (*COLUMNS, "random", "interactions") if name != "numeric")
-"""Of these and a model's terms, the settings that distinguish rows; a column in `numeric` is a number."""
+"""Settings that name columns of the answers, which may also be answers about oneself."""
+TERMS = ("random", "interactions")
+"""Settings of a model that name columns, also several in one: "a:b"."""
+FACTORS = tuple(name for name in (*COLUMNS, *TERMS) if name != "numeric")
+"""Of these the settings that distinguish rows; a column in `numeric` is a number."""
+OF_VALUES = ("numeric", "target", "value", "level", "correct", "n", "count")
+"""Settings that name columns of numbers."""
+READ = ("value", "level", "correct", "n", "count", "order", "pairs", "winner", "loser", "tie", "first", "participant")
+"""Settings that name columns which a test reads as they are."""
 
 
-def column_names(value: object) -> list[str]:
-    """Return every column in a setting, alone or in an interaction."""
+def column_names(value: object, terms: bool = False) -> list[str]:
+    """Return every column in a setting; of `terms` also those of an interaction."""
     if isinstance(value, Mapping):
-        return [text for pair in value.items() for end in pair for text in column_names(end)]
+        return [text for pair in value.items() for end in pair for text in column_names(end, terms)]
     texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
-    return [name for text in texts if isinstance(text, str) for name in text.split(":")]
+    return [name for text in texts if isinstance(text, str) for name in (text.split(":") if terms else [text])]
 
 
 def columns_named(settings: object, names: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
     """Return the columns in the settings `names` of a test or figure, without those of its `where`."""
     others = getattr(settings, "not_columns", ())
     keys = (key for key in names if key not in others)
-    return tuple(dict.fromkeys(name for key in keys for name in column_names(getattr(settings, key, None))))
+    return tuple(
+        dict.fromkeys(name for key in keys for name in column_names(getattr(settings, key, None), key in TERMS))
+    )
 
 
 OF_THE_DESIGN = frozenset({"participant", "session", "group", "stimulus", "attribute", "trial", "block", "value"})
@@ -178,6 +186,15 @@ class Kind:
     headings: Mapping[str, str] = field(default_factory=lambda: _NONE)
 
 
+def source_problem(settings: Any, kind: Any) -> str:
+    """Return why a kind of test or figure cannot take the table that `source` names, else an empty text."""
+    numbers: tuple[Takes, ...] = ("ratings", "forms")
+    fits = kind.takes == "table" or settings.source in (kind.takes, *(numbers if kind.takes in numbers else ()))
+    if settings.table is not None or settings.source is None or fits:
+        return ""
+    return f"it takes {kind.takes}, and no {settings.source}; leave `source` out"
+
+
 @dataclass(frozen=True)
 class MissingSummary:
     """The missing cells of one question and their treatment: participants with gaps, missing cells in total,
@@ -210,7 +227,7 @@ class QuestionResult:
     """A question with its answer, or the reason why there is none.
 
     `inputs` is the SHA-256 of the rows that were used, independent of their order. `seconds` is the wall time of the
-    answer, `rows` are the rows that were used.
+    answer, `rows` are the rows that were used. `reason` is the type of the error behind a refusal.
     """
 
     settings: StatisticSettings
@@ -221,13 +238,14 @@ class QuestionResult:
     missing: MissingSummary
     seconds: float
     rows: pd.DataFrame | None = None
+    reason: type[ValueError] | None = None
 
 
 def require_columns(table: pd.DataFrame, names: Iterable[str]) -> None:
     """Raise an error for a column that the table lacks, with the nearest name."""
     for name in names:
         if name not in table.columns:
-            raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
+            raise DeclarationRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
 
 
 def answer_of(

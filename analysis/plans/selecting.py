@@ -12,12 +12,28 @@ from typing import TypeAlias
 
 import pandas as pd
 
-from palpate.analysis.figures.figure_kind import FigureSettings
-from palpate.analysis.plans.answers import FACTORS, Selected, StatisticSettings, Takes, columns_named
+from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
+from palpate.analysis.plans.answers import (
+    FACTORS,
+    Kind,
+    Selected,
+    StatisticSettings,
+    Takes,
+    columns_named,
+    source_problem,
+)
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
-from palpate.analysis.plans.where import Range, Where, first_word, levels_of, matching_rows
+from palpate.analysis.plans.where import (
+    Range,
+    Where,
+    compared_levels,
+    first_word,
+    level_texts,
+    levels_of,
+    matching_rows,
+)
 from palpate.analysis.ratings.collected_choices import study_tracks
-from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings, natural
+from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused, Exclusion, NoRows, Ratings, natural
 from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
 from palpate.analysis.ratings.people import SESSION, refuse_small_groups
@@ -140,18 +156,21 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
 
 
 def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
-    """Return which rows have the levels of `where` in all columns. Raises DataRefused on an unknown column or level."""
+    """Return which rows have the levels of `where` in all columns.
+
+    Raises DeclarationRefused on an unknown column and on a range of words, NoRows on a level that nothing has.
+    """
     for column, condition in where.items():
         if column not in table.columns:
-            raise DataRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
-        known = set(table[column].dropna().astype(str))
+            raise DeclarationRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
+        known = set(level_texts(table[column].dropna()))
         if isinstance(condition, Range) and (word := first_word(known)) is not None:
-            raise DataRefused(
+            raise DeclarationRefused(
                 f"{name!r}: {column!r} holds words, as {word!r}; a range ({condition}) asks about numbers"
             )
-        for level in levels_of(condition):
+        for level in compared_levels(table[column], condition):
             if level not in known and known:
-                raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
+                raise NoRows(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
     return _keeps(table, where)
 
 
@@ -212,9 +231,11 @@ class Selector:
             )
         return self._known_faults[by_session]
 
-    def of(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> Selected:
+    def of(self, settings: StatisticSettings | FigureSettings, kind: Kind | FigureKind) -> Selected:
         """Return the rows of a test or figure, for all outcomes together. Raises DataRefused if there are none."""
-        takes = "table" if settings.table is not None else settings.source or takes
+        if problem := source_problem(settings, kind):
+            raise DeclarationRefused(f"{settings.name!r}: {problem}")
+        takes = "table" if settings.table is not None else settings.source or kind.takes
         table, scale = self._table(settings, takes)
         if takes != "table":
             refuse_repeated(table, self.material.name)
@@ -222,11 +243,13 @@ class Selector:
         else:
             silent = ()
             table = _where(table, matching(table, settings.where, self.material.name))
+        if not len(table) and takes != "words":
+            raise NoRows(f"{self.material.name!r}: no rows are left for {settings.name!r}")
         outcomes = self._outcomes(settings, table, takes)
         if "attribute" in table.columns and takes != "table":
             table = _where(table, table["attribute"].isin(outcomes))
         if not len(table) and takes != "words":
-            raise DataRefused(f"{self.material.name!r}: no rows are left for {settings.name!r}")
+            raise NoRows(f"{self.material.name!r}: no rows are left for {settings.name!r}")
         material, declared = self.material, self.plan.declared
         study, ratings = material.study, material.ratings
         listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
@@ -300,27 +323,27 @@ class Selector:
     def _table(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
         if takes == "table":
             if settings.table is None:
-                raise DataRefused(f"{settings.name!r} needs a table of the plan's own; name it with `table`")
+                raise DeclarationRefused(f"{settings.name!r} needs a table of the plan's own; name it with `table`")
             return self.tables[settings.table], None
         if takes == "words":
             return self.material.words, None
         if takes == "choices":
             if not len(self.material.choices):
-                raise DataRefused(f"{self.material.name!r} has no choices, which {settings.name!r} asks about")
+                raise NoRows(f"{self.material.name!r} has no choices, which {settings.name!r} asks about")
             return self.material.choices, None
         material = self.material
         if takes == "forms":
             # The questionnaire's items: an answer about the person (age, hand) is no outcome.
             questionnaire = None if material.study is None else material.study.questionnaire
             if questionnaire is None or not questionnaire.items:
-                raise DataRefused(f"{material.name!r} has no questionnaire, which {settings.name!r} asks about")
+                raise DeclarationRefused(f"{material.name!r} has no questionnaire, which {settings.name!r} asks about")
             order = {item.name: place for place, item in enumerate(questionnaire.items)}
             items = material.forms[material.forms["attribute"].isin(list(order))]
             ranked = items.assign(_rank=items["attribute"].map(order))
             ranked = ranked.sort_values(["_rank", "participant"], ignore_index=True)
             return ranked.drop(columns="_rank"), (1.0, float(questionnaire.points))
         if material.ratings is None:
-            raise DataRefused(f"{material.name!r} has no ratings, which {settings.name!r} asks about")
+            raise DeclarationRefused(f"{material.name!r} has no ratings, which {settings.name!r} asks about")
         how = settings.normalise or self.plan.declared.normalise
         table, scale = material.ratings.table, _ends(material.ratings)
         if how == "none":
@@ -341,7 +364,7 @@ class Selector:
             return settings.outcomes or ()
         for name in settings.outcomes or ():
             if name not in known:
-                raise DataRefused(f"{settings.name!r}: no outcome {name!r}; {nearest(name, known)}")
+                raise DeclarationRefused(f"{settings.name!r}: no outcome {name!r}; {nearest(name, known)}")
         return tuple(name for name in known if settings.outcomes is None or name in settings.outcomes)
 
 

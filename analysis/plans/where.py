@@ -57,10 +57,25 @@ def keeps(condition: Condition, level: str) -> bool:
     return condition.holds(level) if isinstance(condition, Range) else level in levels_of(condition)
 
 
+def level_texts(column: pd.Series) -> pd.Series:
+    """Return a column's levels as text; a number that is whole has no fraction."""
+    return column.map(lambda value: f"{value:.15g}") if column.dtype.kind == "f" else column.astype(str)
+
+
+def compared_levels(column: pd.Series, condition: Condition) -> tuple[str, ...]:
+    """Return the levels of a condition as `level_texts` writes those of the column."""
+    levels = levels_of(condition)
+    if column.dtype.kind != "f":
+        return levels
+    return tuple(f"{float(level):.15g}" if is_number(level) else level for level in levels)
+
+
 def matching_rows(column: pd.Series, condition: Condition) -> pd.Series[bool]:
     """Return which rows of a column satisfy the condition; a missing value is in no range."""
-    texts = column.astype(str)
-    return texts.map(condition.holds).astype(bool) if isinstance(condition, Range) else texts.isin(levels_of(condition))
+    texts = level_texts(column)
+    if isinstance(condition, Range):
+        return texts.map(condition.holds).astype(bool)
+    return texts.isin(compared_levels(column, condition))
 
 
 def first_word(levels: Collection[str]) -> str | None:

@@ -42,6 +42,14 @@ class DataRefused(ValueError):
     """The data cannot be used as they are; the message says where, what was found and what to do."""
 
 
+class DeclarationRefused(DataRefused):
+    """A test asks about something that the answers cannot have, whatever they are: its declaration is wrong."""
+
+
+class NoRows(DataRefused):
+    """No answer is among those that a test asks about."""
+
+
 @dataclass(frozen=True)
 class Scale:
     """The ends of a rating scale and its step (None: any value between the ends)."""

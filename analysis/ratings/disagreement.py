@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import NoRows
 from palpate.analysis.ratings.one_sample import NAN, one_sample
 from palpate.analysis.ratings.person_cells import PersonCells, person_cells
 from palpate.analysis.statistics.doubles import Floats, scaled
@@ -65,7 +65,7 @@ def disagreement(
         for name in pair
     ]
     if not all(sides):
-        raise DataRefused(
+        raise NoRows(
             f"no combination of attribute and {' and '.join(over)} has {LEAST} participants in both {pair[0]} and"
             f" {pair[1]}; an SD between participants needs them: compare over fewer columns, or collect more"
         )

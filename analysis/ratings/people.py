@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused
 from palpate.studies.sessions.tables import session_number
 
 SESSION = "session"
@@ -33,7 +33,9 @@ class People:
         new = [name for name in names if name not in table.columns]
         for name in new:
             if question_of(name) in self.free and question_of(name) not in self.answers:
-                raise DataRefused(f"{name!r} was answered in the participants' own words, which no test may group by")
+                raise DeclarationRefused(
+                    f"{name!r} was answered in the participants' own words, which no test may group by"
+                )
         return [name for name in dict.fromkeys(new) if question_of(name) in self.answers]
 
     def added(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:

@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from palpate.analysis.figures.figure_kind import FigureKind, FigureSettings
-from palpate.analysis.plans.answers import COLUMNS, Kind, StatisticSettings, Takes, columns_named
+from palpate.analysis.plans.answers import (
+    COLUMNS,
+    OF_VALUES,
+    READ,
+    TERMS,
+    Kind,
+    StatisticSettings,
+    column_names,
+    columns_named,
+    source_problem,
+)
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
-from palpate.analysis.plans.reading import Plan
-from palpate.analysis.plans.where import Condition, Range, Where, first_word, keeps, levels_of
-from palpate.analysis.ratings.people import ANSWER, CLOSED
+from palpate.analysis.plans.reading import Plan, Rule
+from palpate.analysis.plans.study_factors import StudyFactors, study_factors
+from palpate.analysis.plans.study_tables import TRIALS, Columns, study_tables, table_columns
+from palpate.analysis.plans.where import Where
 from palpate.analysis.ratings.rating_files import load_ratings
-from palpate.analysis.ratings.reading import column_name
+from palpate.analysis.ratings.reading import OF_A_RATING
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
+from palpate.analysis.regenerating.regeneration import read_table
 from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question
-from palpate.protocols.study import Study, is_number
-from palpate.protocols.tasks import TASKS
+from palpate.protocols.study import Study
 from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
 from palpate.studies.participants.lab_forms import lab_forms
-
-WORDS_ONLY = ("word", "kind", "category")
-OF_FORMS = ("participant", "session", "group", "attribute")
-OF_CHOICES = ("track", "procedure", "design", "alternatives", "session_number", "level", "target")
-ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category", "trial", "block", "word", "kind")
 
 
 def check_against_study(request: DataRequest, plan: Plan) -> None:
@@ -39,20 +43,7 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
     """
     if request.digest is not None:
         return
-    study: Study | None = None
-    if (Path(request.name) / STUDY_FILE).is_file() or request.name in names(request.lab):
-        study = read_study(find(request.name, request.lab)).study
-    design: StudyColumns | None = None
-    columns: dict[str, Collection[str]]
-    outcomes: dict[Takes, Collection[str]]
-    if study is None:
-        ratings = load_ratings(request.lab / IMPORTED / request.name)
-        columns = dict.fromkeys((*map(str, ratings.table.columns), *ALWAYS), ())
-        outcomes = {"ratings": ratings.attributes}
-    else:
-        form = lab_forms(study, request.lab, live=False) if "demographics" in study.opening else None
-        design = study_columns(study, form.questions if form is not None else ())
-        columns, outcomes = _known(design)
+    known = known_answers(request, plan)
     both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
         ("tests", plan.tests),
         ("figures", plan.figures),
@@ -61,19 +52,28 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
         Problem((section, place, *problem.path), problem.message)
         for section, settings in both
         for place, test in enumerate(settings)
-        if test.table is None
-        for problem in _problems(test, _takes(test), columns, outcomes, design)
+        for problem in known.problems(test)
     ]
-    for place, rule in enumerate(plan.declared.exclusions):
-        for column, condition in (rule.where or {}).items():
-            of_rule = _level_problems(column, condition, columns)
-            problems += [Problem(("exclusions", place, *problem.path), problem.message) for problem in of_rule]
-        for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
-            if column not in columns:
-                at = ("exclusions", place, "outlying", "within", n)
-                problems.append(Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}"))
+    problems += [
+        Problem(("exclusions", place, *problem.path), problem.message)
+        for place, rule in enumerate(plan.declared.exclusions)
+        for problem in known.problems_of_rule(rule)
+    ]
     if problems:
         raise plan.complaint(problems)
+
+
+def known_answers(request: DataRequest, plan: Plan) -> KnownAnswers:
+    """Return what is known of the answers to a plan before they are read: of a study, or of an imported table."""
+    own = {name: table_columns(read_table(plan.table_path(name))) for name in plan.declared.tables}
+    if (Path(request.name) / STUDY_FILE).is_file() or request.name in names(request.lab):
+        study = read_study(find(request.name, request.lab)).study
+        form = lab_forms(study, request.lab, live=False) if "demographics" in study.opening else None
+        return replace(answers_of_study(study, form.questions if form is not None else ()), own=own)
+    ratings = load_ratings(request.lab / IMPORTED / request.name)
+    trials = [name for name in ratings.table.columns if name not in OF_A_RATING]
+    tables = {"ratings": table_columns(ratings.table), TRIALS: table_columns(ratings.table[trials])}
+    return KnownAnswers(tables, {"ratings": ratings.attributes}, own=own)
 
 
 def refuse_idle_settings(plan: Plan) -> None:
@@ -95,243 +95,129 @@ def refuse_idle_settings(plan: Plan) -> None:
         raise plan.complaint(problems)
 
 
-def problems_of_test(settings: StatisticSettings, design: StudyColumns) -> list[Problem]:
-    """Return the problems of one test of a study's own answers, before there are data."""
-    return list(_problems(settings, _takes(settings), *_known(design), design))
-
-
-def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
-    """Return the study's columns with their levels (empty: any), and its outcomes by table.
-
-    Questions to participants about themselves are columns, too, as `answer.NAME` if a column of the stimuli has the
-    name.
-    """
-    study = design.study
-    columns: dict[str, Collection[str]] = dict.fromkeys(ALWAYS, ())
-    columns |= {name: levels for name, (_, levels) in design.people.items()}
-    if study.participants is not None and study.participants.sessions is not None:
-        columns["session"] = [str(number) for number in range(1, study.sessions + 1)]
-    columns["stimulus"] = [stimulus.id for stimulus in study.stimuli]
-    columns["group"] = list(study.groups)
-    for name in study.stimuli[0].columns if study.stimuli else ():
-        columns[column_name(name)] = {stimulus.columns.get(name, "") for stimulus in study.stimuli}
+def answers_of_study(study: Study, questions: Sequence[Question]) -> KnownAnswers:
+    """Return what is known of a study's answers before there are any; `questions` are those about a person."""
     items = study.questionnaire.items if study.questionnaire is not None else ()
-    return columns, {
-        "ratings": [attribute.name for attribute in study.attributes],
-        "forms": [item.name for item in items],
+    outcomes = {
+        "ratings": tuple(attribute.name for attribute in study.attributes),
+        "forms": tuple(item.name for item in items),
     }
-
-
-def _takes(settings: StatisticSettings | FigureSettings) -> Takes:
-    return settings.source or _kind_of(settings).takes
+    return KnownAnswers(study_tables(study, questions), outcomes, study_factors(study, questions))
 
 
 def _kind_of(settings: StatisticSettings | FigureSettings) -> Kind | FigureKind:
     return TESTS[settings.test] if isinstance(settings, StatisticSettings) else FIGURES[settings.figure]
 
 
-def _problems(
-    settings: StatisticSettings | FigureSettings,
-    takes: Takes,
-    columns: Mapping[str, Collection[str]],
-    outcomes: Mapping[Takes, Collection[str]],
-    design: StudyColumns | None,
-) -> Iterator[Problem]:
-    if takes == "choices":
-        columns = {**columns, **dict.fromkeys(OF_CHOICES, ())}
-    yield from _source_problems(settings, takes, design)
-    if takes not in outcomes or not outcomes[takes]:
-        if takes in ("ratings", "forms"):
-            yield Problem(("name",), f"{settings.name!r} asks about {takes}, of which the study has none")
-    else:
-        for n, name in enumerate(settings.outcomes or ()):
-            if name not in outcomes[takes]:
-                yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
-    for column, condition in settings.where.items():
-        yield from _level_problems(column, condition, columns)
-    if design is not None and isinstance(settings, StatisticSettings) and takes in ("ratings", "forms"):
-        of_forms = {*OF_FORMS, *design.people}
-        columns = {
-            name: levels
-            for name, levels in columns.items()
-            if (name in of_forms if takes == "forms" else name not in WORDS_ONLY)
-        }
-    unknown = False
-    for key in (*COLUMNS, "random", "interactions"):
-        for column in columns_named(settings, (key,)):
-            if column not in columns:
-                unknown = True
-                yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
-    if design is not None and isinstance(settings, StatisticSettings) and takes in ("ratings", "forms") and not unknown:
-        yield from design.problems(settings, outcomes[takes] if settings.outcomes is None else settings.outcomes)
-
-
-def _source_problems(
-    settings: StatisticSettings | FigureSettings, takes: Takes, design: StudyColumns | None
-) -> Iterator[Problem]:
-    """Yield problems of a test without the table that it needs."""
-    if takes == "choices" and design is not None and TASKS[design.study.task].answers != "choices":
-        yield Problem(("name",), f"{settings.name!r} asks about choices, and the study's task gives none")
-    if takes == "table" and settings.table is None and isinstance(settings, StatisticSettings):
-        yield Problem(("name",), f"{settings.name!r} needs a table of the plan's own; name it with `table`")
-
-
-def _level_problems(column: str, condition: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
-    if column not in columns:
-        yield Problem(("where", column), f"the study has no column {column!r}; {nearest(column, columns)}")
-        return
-    if isinstance(condition, Range):
-        word = "P001" if column == "participant" else first_word(columns[column])
-        if word is not None:
-            message = f"{column!r} holds words, as {word!r}; a range ({condition}) asks about numbers"
-            yield Problem(("where", column), message)
-        elif columns[column] and not any(map(condition.holds, columns[column])):
-            yield Problem(("where", column), f"no {column} {condition}; there are {', '.join(sorted(columns[column]))}")
-    for level in levels_of(condition):
-        if columns[column] and level not in columns[column]:
-            yield Problem(("where", column), f"no {column} {level!r}; {nearest(level, sorted(columns[column]))}")
-
-
-Rows = Sequence[Mapping[str, str]]
-CROSSED = {"icc", "kendall_w"}
-"""Kinds of test in which every rater in `raters` rates every target in `targets`."""
-TRIAL = "trial"
-"""The column of a trial's place in its session, which everybody has, with a stimulus of their own order."""
-VARYING = {"friedman", "nemenyi"}
-"""Kinds of test whose `factor` varies within participants."""
-
-
 @dataclass(frozen=True)
-class StudyColumns:
-    """The columns of a study: `encountered` has, by group, a row for each stimulus in each session of one participant.
+class KnownAnswers:
+    """What is known of the answers to a plan before they are read: their tables, outcomes by table, and design.
 
-    `people` has the questions about participants by name: the kind of the answer and its levels (none: any).
+    `own` are the plan's own tables; `design` is None for imported data.
     """
 
-    study: Study
-    encountered: Mapping[str, Rows]
-    people: Mapping[str, tuple[str, tuple[str, ...]]]
+    tables: Mapping[str, Columns]
+    outcomes: Mapping[str, Sequence[str]]
+    design: StudyFactors | None = None
+    own: Mapping[str, Columns] = field(default_factory=dict)
 
-    def problems(self, settings: StatisticSettings, outcomes: Collection[str]) -> Iterator[Problem]:
-        """Yield problems that no data could solve: a factor of one level, in the wrong place, or crossed with gaps."""
-        groups: dict[str, Rows] = {}  # what each group encounters under `where`
-        for group, encountered in self.encountered.items():
-            every = [{**row, "attribute": outcome} for row in encountered for outcome in outcomes]
-            where = settings.where.items()
-            own = [row for row in every if all(keeps(condition, row[name]) for name, condition in where if name in row)]
-            if own:
-                groups[group] = own
-        factor = "within" if settings.test in VARYING else "any"
-        places = {"within": "within", "between": "between", "factor": factor, "by": "any", "fixed": "any"}
-        for key, expected in places.items():
-            for name in _texts(getattr(settings, key, None)):
-                if message := self._misplaced(name, expected, groups, settings.where):
-                    yield Problem((key,), message)
-        for name in _texts(getattr(settings, "numeric", None)):
-            values = {row[name] for rows in self.encountered.values() for row in rows if name in row}
-            kind = self.people[name][0] if name in self.people else None
-            is_numeric = all(map(is_number, values)) if kind is None else kind in ("number", "points")
-            if not is_numeric:
-                yield Problem(("numeric",), f"{name!r} holds words, not numbers")
-        if settings.test in CROSSED:
-            yield from self._uncrossed(
-                getattr(settings, "targets", ""), getattr(settings, "raters", ""), groups, settings.where
-            )
-        # The factors whose combinations everybody must encounter: those within participants.
-        factors = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
-        crossed = [name for name in factors if self._varies(name, groups, settings.where) == "within"]
-        if TRIAL in crossed and set(crossed) - {TRIAL, "session"}:
-            yield Problem(("within",), f"{TRIAL!r} is not met with every level of another factor")
-        for group, rows in groups.items():
-            if TRIAL not in crossed and crossed and (gap := _gap(rows, crossed, list(groups.values()))):
-                place = f" in group {group}" if group else ""
-                yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
-
-    def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
-        """Yield problems that prevent every rater from rating every target."""
-        if targets == raters:
-            yield Problem(("raters",), f"{raters!r} is named in `targets`, too")
+    def problems(self, settings: StatisticSettings | FigureSettings) -> Iterator[Problem]:
+        """Yield the problems of a test or figure that no answers could solve."""
+        kind = _kind_of(settings)
+        source = settings.source or kind.takes
+        if problem := source_problem(settings, kind):
+            yield Problem(("source",), problem)
             return
-        for key, name, other in (("targets", targets, raters), ("raters", raters, targets)):
-            kind = self._varies(name, groups, where)
-            if kind not in ("participant", "within", "unknown") or (name == "trial" and other != "participant"):
-                yield Problem((key,), f"not every level of {name!r} is met with every level of {other!r}")
-                return
-        names = [n for n in (targets, raters) if n != TRIAL and self._varies(n, groups, where) == "within"]
-        for rows in groups.values():
-            if names and (gap := _gap(rows, names, list(groups.values()))):
-                yield Problem(("targets",), f"nobody meets {gap}")
-                return
+        if settings.table is not None:
+            columns, outcomes = self.own[settings.table], None
+        elif source == "table":
+            if isinstance(settings, StatisticSettings):
+                yield Problem(("name",), f"{settings.name!r} needs a table of the plan's own; name it with `table`")
+            return
+        elif source not in self.tables:
+            yield Problem(("name",), f"{settings.name!r} asks about {source}, {LACKS}")
+            return
+        else:
+            columns, outcomes = self.tables[source], self.outcomes.get(source)
+        for n, name in enumerate(settings.outcomes or () if outcomes is not None else ()):
+            if name not in (outcomes or ()):
+                yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes or ())}")
+        yield from _level_problems(settings.where, columns)
+        misnamed = list(_column_problems(settings, columns))
+        yield from misnamed
+        if self.design is None or misnamed or not isinstance(settings, StatisticSettings) or settings.table is not None:
+            return
+        if source == "choices":
+            yield from self.design.of_choices(settings)
+        if outcomes is None:
+            return
+        yield from self.design.problems(settings, outcomes if settings.outcomes is None else settings.outcomes)
 
-    def _misplaced(self, name: str, place: str, groups: Mapping[str, Rows], where: Where) -> str:
-        """Return why a column cannot be a factor in that place ("within", "between" or "any"), else an empty text."""
-        kind = self._varies(name, groups, where)
-        if kind in ("unknown", *(("within", "between") if place == "any" else (place,))):
-            return ""
-        if kind == "one level":
-            more = "; the study declares one session" if name == "session" and self.study.sessions == 1 else ""
-            return f"{name!r} has one level here, and a factor has two or more{more}"
-        if kind == "number":
-            return f"{name!r} is a number with many levels; a model takes it in `numeric`"
-        if kind == "participant":
-            return f"{name!r} identifies participants and is not a factor"
-        other = "it is the same in all answers of a participant" if kind == "between" else "a participant meets several"
-        return f"{name!r} is not a factor {place} participants: {other}" + (f"; name it in `{kind}`" * (place != "any"))
-
-    def _varies(self, name: str, groups: Mapping[str, Rows], where: Where) -> str:
-        if name == "participant":
-            return "participant"
-        if name == TRIAL:
-            return "within"
-        if name in self.people:
-            kind, levels = self.people[name]
-            condition = where.get(name)
-            chosen = (
-                levels
-                if condition is None
-                else levels_of(condition) or [level for level in levels if keeps(condition, level)]
-            )
-            return "number" if kind == "number" else "one level" if len(chosen) == 1 else "between"
-        levels_by_group = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
-        if not levels_by_group:
-            return "unknown"
-        if all(len(levels) == 1 for levels in levels_by_group):
-            return "between" if len(set().union(*levels_by_group)) > 1 else "one level"
-        return "within"
+    def problems_of_rule(self, rule: Rule) -> Iterator[Problem]:
+        """Yield the problems of a rule for leaving something out."""
+        yield from _level_problems(rule.where or {}, self.tables[TRIALS])
+        ratings = self.tables.get("ratings")
+        if ratings is None and (rule.outlying or rule.flagged):
+            yield Problem(("outlying" if rule.outlying else "flagged",), f"is about ratings, {LACKS}")
+        for n, column in enumerate(rule.outlying.within if rule.outlying is not None and ratings is not None else ()):
+            if column not in (ratings or ()):
+                at = ("outlying", "within", n)
+                yield Problem(at, f"the study has no column {column!r}; {nearest(column, ratings or ())}")
 
 
-def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
-    """Return the columns of the study's future answers; `questions` are those about a person."""
-    groups: Sequence[str | None] = [*study.groups] or [None]
-    encountered: dict[str, list[dict[str, str]]] = {}
-    for group, session in product(groups, range(1, study.sessions + 1)):
-        for stimulus in study.stimuli_of(group):
-            block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
-            own = {column_name(name): level for name, level in stimulus.columns.items()}
-            row = {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
-            encountered.setdefault(group or "", []).append(row)
-    levels: dict[str, tuple[str, tuple[str, ...]]] = {
-        question.name: (question.kind, tuple(value for value, _ in question.levels))
-        for question in questions
-        if question.kind in CLOSED
-    }
-    if study.questionnaire is not None:
-        points = tuple(str(n) for n in range(1, study.questionnaire.points + 1))
-        levels |= {item.name: ("points", points) for item in study.questionnaire.items}
-    columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
-    people = {name: answer for name, answer in levels.items() if name not in columns}
-    return StudyColumns(study, encountered, people | {f"{ANSWER}{name}": answer for name, answer in levels.items()})
+LACKS = "of which the study has none"
+OF_RATINGS = ("participant", "value")
+"""Columns that a table of the plan's own has for kinds of test that take ratings."""
 
 
-def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
-    """Return the first combination of levels (of all groups) that is not among the rows, as text."""
-    levels = [dict.fromkeys(row[name] for group in everybody for row in group) for name in crossed]
-    there = {tuple(row[name] for name in crossed) for row in rows}
-    for cell in product(*levels):
-        if cell not in there:
-            return " with ".join(f"{name} {level}" for name, level in zip(crossed, cell, strict=True))
-    return ""
+def _column_problems(settings: StatisticSettings | FigureSettings, columns: Columns) -> Iterator[Problem]:
+    """Yield each setting that names a column that is not there, holds words instead of numbers, or is named twice."""
+    whose = "the study" if settings.table is None else f"the table {settings.table!r}"
+    implied = OF_RATINGS if settings.table is not None and _kind_of(settings).takes in ("ratings", "forms") else ()
+    for column in implied if isinstance(settings, StatisticSettings) else ():
+        if column not in columns and not hasattr(settings, column):
+            yield Problem(("table",), f"{whose} has no column {column!r}; {nearest(column, columns)}")
+    for key in (*COLUMNS, *TERMS, *READ):
+        for column in columns_named(settings, (key,)):
+            # A column that is read as it is stands in the table itself, not among the answers about oneself.
+            if column not in columns or (key in READ and columns[column].about_people):
+                yield Problem((key,), f"{whose} has no column {column!r}; {nearest(column, columns)}")
+            elif key in OF_VALUES and not (columns[column].numbers and (key not in READ or columns[column].plain)):
+                yield Problem((key,), f"{column!r} holds words, not numbers")
+    if isinstance(settings, StatisticSettings):
+        yield from _named_twice(settings)
+        yield from _no_predictors(settings)
 
 
-def _texts(value: Any) -> tuple[str, ...]:
-    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, tuple) else ()
+def _named_twice(settings: StatisticSettings) -> Iterator[Problem]:
+    """Yield a problem for each column in two places of a test, where every place has its own column."""
+    of_ratings = _kind_of(settings).takes in ("ratings", "forms")
+    keys = (*COLUMNS, "value", "order") if of_ratings else ("by",)
+    implied = set() if hasattr(settings, "raters") or hasattr(settings, "cases") else {"participant"}
+    implied |= set() if hasattr(settings, "value") else {"value"}
+    seen: set[tuple[str, str]] = {("", name) for name in implied if of_ratings}
+    for key in keys:
+        # A number, and what categories are compared over, may be a factor as well.
+        place = key if key in ("numeric", "over") else ""
+        for name in () if key in settings.not_columns else column_names(getattr(settings, key, None)):
+            if (place, name) in seen or (of_ratings and name in implied):
+                yield Problem((key,), f"{name!r} has a place in this test already; every column has one")
+            seen.add((place, name))
+
+
+def _no_predictors(settings: StatisticSettings) -> Iterator[Problem]:
+    """Yield a problem for each interaction that is not one of different predictors."""
+    predictors = columns_named(settings, ("fixed", "numeric"))
+    for place, term in enumerate(getattr(settings, "interactions", ())):
+        parts = term.split(":")
+        if len(set(parts)) < max(2, len(parts)) or not set(parts) <= set(predictors):
+            message = f"an interaction is of two or more predictors, as in {':'.join((*predictors, 'b')[:2])!r}"
+            yield Problem(("interactions", place), message)
+
+
+def _level_problems(where: Where, columns: Columns) -> Iterator[Problem]:
+    for column, condition in where.items():
+        if column not in columns:
+            yield Problem(("where", column), f"the study has no column {column!r}; {nearest(column, columns)}")
+        elif message := columns[column].problem(column, condition):
+            yield Problem(("where", column), message)

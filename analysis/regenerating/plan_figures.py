@@ -39,7 +39,7 @@ def _planned(
         missing = [name for name in used.tests if name not in answers]
         if missing:
             return PlannedFigure(settings, None, f"it shows the test {missing[0]!r}, which has no answer")
-        given = FigureInput(selector.of(used, kind.takes), {name: answers[name] for name in used.tests})
+        given = FigureInput(selector.of(used, kind), {name: answers[name] for name in used.tests})
         data = kind.data(given, used)
         data = replace(data, caption=" ".join((data.caption, *idle_notes(settings, kind))))
     except ValueError as refusal:

@@ -221,13 +221,12 @@ def read_table(path: Path) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Question:
-    """One test of the plan for one outcome (ALL: for all of them together), and its rows."""
+    """One test of the plan for one outcome (ALL: for all of them together), and its rows or why it has none."""
 
     settings: StatisticSettings
     kind: Kind
     outcome: str
-    selected: Selected | None
-    refused: str = ""
+    selected: Selected | ValueError
 
 
 def run_tests(
@@ -247,9 +246,9 @@ def run_tests(
 def _questions(selector: Selector, settings: StatisticSettings) -> Iterator[Question]:
     kind = TESTS[settings.test]
     try:
-        selected = selector.of(settings, kind.takes)
+        selected = selector.of(settings, kind)
     except ValueError as refusal:
-        yield Question(settings, kind, ALL, None, str(refusal))
+        yield Question(settings, kind, ALL, refusal)
         return
     # The outcomes themselves may be a factor of the test, as the items of a questionnaire are.
     compares_outcomes = OUTCOME in columns_named(settings, COLUMNS)
@@ -276,9 +275,10 @@ def _answer(selector: Selector, question: Question, clock: Clock, digests: _Dige
     """Return the answer to a question, or the reason why there is none."""
     settings, kind, selected = question.settings, question.kind, question.selected
     policy = settings.missing or selector.plan.declared.missing
-    missing = MissingSummary(policy, unanswered=() if selected is None else selected.unanswered)
-    if selected is None:
-        return QuestionResult(settings, question.outcome, None, question.refused, "", missing, 0.0)
+    if isinstance(selected, ValueError):
+        refused = (str(selected), "", MissingSummary(policy), 0.0)
+        return QuestionResult(settings, question.outcome, None, *refused, reason=type(selected))
+    missing = MissingSummary(policy, unanswered=selected.unanswered)
     own = settings.table is not None
     start = clock()
     try:
@@ -299,7 +299,8 @@ def _answer(selector: Selector, question: Question, clock: Clock, digests: _Dige
         answer = replace(answer, notes=(*answer.notes, *idle_notes(settings, kind)))
     except ValueError as refusal:
         inputs = digests.of(selected.table, own)
-        return QuestionResult(settings, question.outcome, None, str(refusal), inputs, missing, clock() - start)
+        refused = (str(refusal), inputs, missing, clock() - start)
+        return QuestionResult(settings, question.outcome, None, *refused, reason=type(refusal))
     seconds, inputs = clock() - start, digests.of(selected.table, own)
     return QuestionResult(settings, question.outcome, answer, "", inputs, missing, seconds, selected.table)
 

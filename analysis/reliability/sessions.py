@@ -41,7 +41,7 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
 
 def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.DataFrame]:
     """Return the tables to compare raters in: one per group if no two groups share a target."""
-    if "group" not in table.columns:
+    if "group" not in table.columns or "group" in targets:
         return [table]
     groups = table[["group", *targets]].drop_duplicates()
     if groups["group"].nunique() < 2 or groups.duplicated(list(targets)).any():

@@ -188,7 +188,7 @@ def lexicon_answer(selected: Selected, settings: LexiconSpec) -> Answer:
     """Return the different words that were written, with participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists, synonym_table
     from palpate.analysis.plans.answers import plain_rows, require_columns
-    from palpate.analysis.ratings.dataset import DataRefused
+    from palpate.analysis.ratings.dataset import NoRows
     from palpate.analysis.statistics.apa import number
 
     table = selected.table
@@ -196,7 +196,7 @@ def lexicon_answer(selected: Selected, settings: LexiconSpec) -> Answer:
     of_kinds = table["kind"].isin(settings.kinds) if settings.kinds is not None else table["kind"] != TICKED
     if not of_kinds.any():
         there = ", ".join(sorted(set(table["kind"]))) or "none at all"
-        raise DataRefused(f"no written words among the answers; kinds of word there: {there}")
+        raise NoRows(f"no written words among the answers; kinds of word there: {there}")
     written = table[of_kinds]
     synonyms = settings.synonyms
     if isinstance(synonyms, str):
@@ -240,10 +240,10 @@ def lexicon_answer(selected: Selected, settings: LexiconSpec) -> Answer:
 
 def _selections(selected: Selected) -> Selections:
     from palpate.analysis.adjectives.selections import gather_selections
-    from palpate.analysis.ratings.dataset import DataRefused
+    from palpate.analysis.ratings.dataset import NoRows
 
     if "kind" not in selected.table.columns or not len(selected.trials):
-        raise DataRefused("no adjectives were chosen here: this test needs a study in which words are ticked")
+        raise NoRows("no adjectives were chosen here: this test needs a study in which words are ticked")
     ticked = selected.table[selected.table["kind"] == TICKED]
     return gather_selections(ticked, selected.trials, selected.offered)
 

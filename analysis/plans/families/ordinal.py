@@ -164,6 +164,8 @@ class Ordinal(StatisticSettings):
     def _some(self) -> Self:
         if not self.fixed + self.numeric:
             raise ValueError("name a predictor in `fixed` or `numeric`")
+        if both := [name for name in self.fixed if name in self.numeric]:
+            raise ValueError(f"{both[0]!r} is named in `fixed` and in `numeric`")
         return self
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -72,6 +72,7 @@ class ConcordanceSpec(StatisticSettings):
 class KrippendorffSpec(StatisticSettings):
     """The settings of Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
 
+    not_columns: ClassVar[frozenset[str]] = frozenset({"level"})
     test: Literal["krippendorff_alpha"]
     level: Literal["nominal", "ordinal", "interval", "ratio"]
     units: tuple[str, ...] = ("stimulus",)

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.plans.answers import Selected, require_columns
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused
+from palpate.analysis.ratings.design import CellsRefused
 from palpate.analysis.statistics.cells import coded, numbers_of
 from palpate.analysis.statistics.refusals import listed
 from palpate.protocols.wording import count
@@ -39,7 +40,7 @@ def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
     numbers = {name: pd.to_numeric(table[name], errors="coerce").astype("float64") for name in names}
     for name, column in numbers.items():
         if wrong := table.loc[column.isna(), name].unique().tolist():
-            raise DataRefused(
+            raise DeclarationRefused(
                 f"column {name!r} holds {wrong[0]!r}, no number; name it in `fixed` to take it as a factor"
             )
     return table.assign(**numbers)
@@ -47,8 +48,6 @@ def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
 
 def complete_rows(selected: Selected, settings: StatisticSettings) -> tuple[pd.DataFrame, list[str]]:
     """Return the rows without incomplete participants, as the test's `missing` says, and notes on exclusions."""
-    if settings.missing == "mixed_model":
-        raise DataRefused("this test has no form that takes gaps; choose `missing: listwise`, or a mixed_model test")
     table, lacking = without_gaps(selected.table, "listwise" if settings.missing == "listwise" else "raise")
     if not lacking:
         return table, []
@@ -62,7 +61,7 @@ def without_gaps(
     """Return the rows of those who rated all that others of their `group` rated, and how much each other person lacks.
 
     In each group every combination of `items` is expected as often as in the participant with most of it; NaN is no
-    rating. Raises DataRefused if someone lacks ratings (unless `missing="listwise"`) and if nobody is left.
+    rating. Raises CellsRefused if someone lacks ratings (unless `missing="listwise"`) and if nobody is left.
     """
     known = table[~np.isnan(numbers_of(table["value"], "value"))].reset_index(drop=True)
     names = [name for name in items if name in table.columns]
@@ -82,12 +81,12 @@ def without_gaps(
         return known, {}
     if missing == "raise":
         lines = (f"{who} lacks {count(number, 'rating')}" for who, number in gaps.items())
-        raise DataRefused(
+        raise CellsRefused(
             f"{listed(lines, len(gaps))}; find the ratings, or leave such participants out with `missing: listwise`"
         )
     complete = known[~known["participant"].astype(str).isin(list(gaps))].reset_index(drop=True)
     if not len(complete):
-        raise DataRefused(f"each of {count(len(gaps), 'participant')} lacks a rating; nobody is left listwise")
+        raise CellsRefused(f"each of {count(len(gaps), 'participant')} lacks a rating; nobody is left listwise")
     return complete, gaps
 
 

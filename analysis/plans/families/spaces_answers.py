@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.plans.answers import Answer, plain_rows, require_columns
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused
 from palpate.analysis.spaces.classical import classical_mds
 from palpate.analysis.spaces.components import Components, parallel_analysis, pca, share_intervals
 from palpate.analysis.spaces.dissimilarities import Dissimilarities, pair_dissimilarities, profile_distances
@@ -124,9 +124,7 @@ def profiles_of(selected: Selected, settings: Pca | Mds | Procrustes | Vectors) 
     Without it, a mean is over those who rated a stimulus, since a study's groups may have different stimuli.
     """
     require_columns(selected.table, (settings.over, settings.items))
-    if settings.missing == "mixed_model":
-        raise DataRefused("a space has no form that takes gaps by a mixed model; choose `missing: listwise`")
-    gaps = {"refuse": "raise", "listwise": "listwise"}.get(settings.missing or "", "available")
+    gaps = {None: "available", "listwise": "listwise"}.get(settings.missing, "raise")
     return gather_profiles(
         selected.table,
         "value",
@@ -192,7 +190,9 @@ def numeric(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
                 i for i, (text, number) in enumerate(zip(texts, numbers, strict=True)) if text and math.isnan(number)
             ]
             if wrong:
-                raise DataRefused(f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}")
+                raise DeclarationRefused(
+                    f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}"
+                )
             numbers_table[name] = pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)
     return numbers_table
 

@@ -55,7 +55,7 @@ def question(selecting, study, name):
     chosen = selecting(study)
     test = next(candidate for candidate in chosen.plan.tests if candidate.name == name)
     kind = kinds.TESTS[test.test]
-    selected = chosen.of(test, kind.takes)
+    selected = chosen.of(test, kind)
     if kind.each == "outcome" and "attribute" not in (getattr(test, "factor", ""), *getattr(test, "within", ())):
         selected = next(chosen.by_outcome(selected))
     return kind, test.model_copy(update={"missing": "refuse"}), replace(selected, draws=100)
@@ -119,7 +119,7 @@ def test_a_repeated_answer_is_refused_and_never_weighs_double(selecting, study, 
     )
     test = next(candidate for candidate in chosen.plan.tests if candidate.name == name)
     with pytest.raises(DataRefused, match="2 rows hold the same answers twice, the first: participant P001, session"):
-        Selector(twice, chosen.plan, chosen.tables).of(test, kinds.TESTS[test.test].takes)
+        Selector(twice, chosen.plan, chosen.tables).of(test, kinds.TESTS[test.test])
 
 
 def test_every_kind_that_a_shipped_plan_asks_for_is_among_them():

@@ -9,7 +9,7 @@ from palpate.analysis.plans.selecting import apply_exclusions
 from palpate.analysis.plans.where import Range, keeps, matching_rows
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.people import people_of
-from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
+from palpate.analysis.regenerating.plan_check import answers_of_study
 from palpate.protocols.study import Study
 from palpate.studies.participants.lab_forms import lab_forms
 from tests.analysis.ratings.test_people import LAB, STUDY, answered, plan_of
@@ -24,8 +24,8 @@ def material():
 
 def checked(test, study=STUDY):
     request = TESTS[test["test"]].settings.model_validate({"name": "t", **test})
-    columns = study_columns(study, lab_forms(study, LAB, live=False).questions)
-    return [f"{problem.path} {problem.message}" for problem in problems_of_test(request, columns)]
+    known = answers_of_study(study, lab_forms(study, LAB, live=False).questions)
+    return [f"{problem.path} {problem.message}" for problem in known.problems(request)]
 
 
 def in_range(material, low, high):

@@ -109,7 +109,7 @@ def test_a_missing_rating_is_refused_or_its_participant_is_left_out_with_a_note(
     answer = answer_of(TRENDS, gap, **settings, missing="listwise")
     assert {row["n"] for row in answer.rows} == {7}
     assert "Left out listwise: P100 (1 rating missing)." in answer.notes
-    with pytest.raises(DataRefused, match="no form that takes gaps"):
+    with pytest.raises(DataRefused, match=r"P100 lacks 1 rating; find the ratings, or"):
         answer_of(TRENDS, gap, **settings, missing="mixed_model")
 
 

@@ -10,7 +10,7 @@ from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.power.simulated_studies import people, simulated_material
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.people import people_of
-from palpate.analysis.regenerating.plan_check import problems_of_test, study_columns
+from palpate.analysis.regenerating.plan_check import answers_of_study
 from palpate.analysis.regenerating.regeneration import run_tests
 from palpate.protocols.study import Study
 from palpate.protocols.yaml_text import load
@@ -89,7 +89,7 @@ def declarations():
 
 
 def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(material):
-    columns = study_columns(STUDY, lab_forms(STUDY, LAB, live=False).questions)
+    known = answers_of_study(STUDY, lab_forms(STUDY, LAB, live=False).questions)
     in_order = []
     for number, one in enumerate(declarations()):
         outcomes = {} if one["test"] in ("likert", "cronbach_alpha") or "attribute" in str(one) else ("Soft",)
@@ -98,7 +98,7 @@ def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(mate
             request = TESTS[one["test"]].settings.model_validate(whole)
         except ValueError:
             continue
-        if not problems_of_test(request, columns):
+        if not list(known.problems(request)):
             in_order.append(whole)
     assert len(in_order) > 40
     results = answered(material, *in_order, least_people=1)
