@@ -122,7 +122,7 @@ def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[M
     for cap in trials:
         shorter = with_trials(study, cap)
         left = replace(material, choices=first_choices(material.choices, shorter))
-        selected = Selector(left, plan, {}).of(settings, TESTS[settings.test].takes)
+        selected = Selector(left, plan, {}).of(settings, TESTS[settings.test])
         failed = bool(catch_exclusions(shorter, left.choices))
         measured[cap] = [
             measurement._replace(value=None, without="left out") if failed else measurement
