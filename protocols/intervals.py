@@ -71,7 +71,8 @@ class Intervals(KnownKeys):
             raise ValueError("at_once goes with two intervals or more")
         if self.design in ("forced_choice", "oddity") and self.catch is not None and self.catch.absent is not None:
             raise problem_at(
-                ("catch", "absent"), f"absent has no place in design {self.design}, where one interval has the stimulus"
+                ("catch", "absent"),
+                f"absent has no place in design {self.design}, where one interval has the stimulus; say easy",
             )
         return self
 

@@ -115,7 +115,7 @@ def assembled(study: Study, choice: Choice, ratings: Sequence[Rating]) -> Rating
         where = "tables words, answers and streams" if own is None else f"table {own.name}"
         raise DataRefused(
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; its answers are in the"
-            f" {where} of the collected database"
+            f" {where} of the collected database; an analysis.yaml asks about them: palpate regenerate {study.study}"
         )
     sessions = {session.session for session in choice.sessions}
     counted = [rating for rating in ratings if rating.session in sessions and not rating.practice]

@@ -194,7 +194,8 @@ def _coverage(study: Study) -> Iterator[Problem]:
                     yield Problem(("procedure",), f"track {track.name!r}: two stimuli have one level")
                 start = getattr(track.procedure, "start", None)
                 if start is not None and float(start) not in track.levels:
-                    yield Problem(("procedure",), f"start ({start}) is not a level of track {track.name!r}")
+                    levels = ", ".join(map(str, track.levels))
+                    yield Problem(("procedure",), f"start ({start}) is not a level of track {track.name!r}: {levels}")
     standard = study.intervals.standard
     for stimulus in study.stimuli:
         if stimulus.id not in covered and (standard is None or stimulus.id != str(standard)):
