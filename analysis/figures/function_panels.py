@@ -61,6 +61,12 @@ def functions_of(inputs: FigureInput, settings: FunctionSettings) -> tuple[Answe
     return answer, tuple(key for key in answer.more["trials"][0] if key not in NAMED)
 
 
+def words_of(inputs: FigureInput, settings: FunctionSettings) -> dict[str, Any]:
+    """Return the number of panels in a row, and the name of the levels: their column, where all tracks have one."""
+    columns = {track.procedure.grids[0].column for track in inputs.selected.tracks.values()}
+    return {"columns": settings.columns, "level": columns.pop() if len(columns) == 1 else "level"}
+
+
 def name_of(row: Row, by: Sequence[str]) -> str:
     """Return the name of a function's panel."""
     return ", ".join(str(row[key]) for key in by) or "all choices"
@@ -86,7 +92,7 @@ def write_note(panel: Axes, row: Row, at: tuple[float, float], align: Literal["r
 
 
 def panels(names: Sequence[str], columns: int, labels: tuple[str, str]) -> tuple[Figure, Mapping[str, Axes]]:
-    """Return a figure with a titled panel for each name; labels of axes stand at the edges only."""
+    """Return a figure with a titled panel for each name; the labels of axes stand once."""
     across = min(columns, len(names))
     down = math.ceil(len(names) / across)
     figure = Figure(figsize=(PANEL_IN[0] * across + 0.4, PANEL_IN[1] * down + 0.35), layout="constrained")
@@ -97,11 +103,9 @@ def panels(names: Sequence[str], columns: int, labels: tuple[str, str]) -> tuple
         panel.set_title(elide(name, letters_that_fit(PANEL_IN[0] - 0.5)), fontsize=9)
         panel.tick_params(labelsize=8)
         quiet_axes(panel)
-        if n + across >= len(names):
-            panel.set_xlabel(labels[0], fontsize=8.5, color=SOFT)
-        if n % across == 0:
-            panel.set_ylabel(labels[1], fontsize=8.5, color=SOFT)
         result[name] = panel
     for n in range(len(names), across * down):
         axes[n // across][n % across].set_axis_off()
+    figure.supxlabel(labels[0], fontsize=9, color=SOFT)
+    figure.supylabel(labels[1], fontsize=9, color=SOFT)
     return figure, result

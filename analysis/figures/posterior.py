@@ -12,6 +12,7 @@ from palpate.analysis.figures.function_panels import (
     note_of,
     panels,
     row_of,
+    words_of,
     write_note,
 )
 from palpate.analysis.figures.lettering import format_number
@@ -58,13 +59,17 @@ def data(inputs: FigureInput, settings: PosteriorSettings) -> FigureData:
         "The density of the threshold after the answers (filled) and before them (dotted), each panel with a height of "
         f"its own; the diamond is the estimate, the bar its interval. {answer.method}."
     )
-    return FigureData(tuple(rows), settings.title or "Posterior of thresholds.", caption, {"columns": settings.columns})
+    return FigureData(tuple(rows), settings.title or "Posterior of thresholds.", caption, words_of(inputs, settings))
 
 
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a panel for each function, all with the same levels."""
     names = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
-    figure, axes = panels(names, int(data.words["columns"]), ("threshold", "density"))
+    figure, axes = panels(
+        names,
+        int(data.words["columns"]),
+        (f"threshold, {data.words['level']}" if data.words["level"] != "level" else "threshold", "density"),
+    )
     marks = Marks()
     shown: list[float] = []
     placed = {row["panel"] for row in data.rows if row["shows"] == "threshold" and row["level"] is not None}

@@ -12,15 +12,20 @@ from palpate.analysis.figures.function_panels import (
     note_of,
     panels,
     row_of,
+    words_of,
     write_note,
 )
 from palpate.analysis.figures.lettering import format_number
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, tint
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from palpate.analysis.plans.answers import Row
 
 COLUMNS = ("panel", "shows", "level", "share", "low", "high", "n", "note")
+MOST_CIRCLES = 12
+"""Circles of a panel, at most."""
 LARGEST = 150.0
 """The area of the largest bubble in square points."""
 
@@ -35,9 +40,11 @@ def data(inputs: FigureInput, settings: PsychometricSettings) -> FigureData:
     """Return rows of three kinds (`shows`): the shares at each "level", points of the "curve", each "threshold"."""
     answer, by = functions_of(inputs, settings)
     rows: list[Row] = []
+    by_panel: dict[str, list[Row]] = {}
     for row in answer.more["levels"]:
-        own = {"level": row["level"], "share": row["share"], "n": row["n"]}
-        rows.append(row_of(COLUMNS, panel=name_of(row, by), shows="level", **own))
+        by_panel.setdefault(name_of(row, by), []).append(row)
+    for panel, levels in by_panel.items():
+        rows += [row_of(COLUMNS, panel=panel, shows="level", **own) for own in pooled(levels)]
     for row in answer.more["curve"]:
         own = {key: row[key] for key in ("level", "share", "low", "high")}
         rows.append(row_of(COLUMNS, panel=name_of(row, by), shows="curve", **own))
@@ -52,17 +59,42 @@ def data(inputs: FigureInput, settings: PsychometricSettings) -> FigureData:
             row_of(COLUMNS, panel=name_of(row, by), shows="threshold", share=row["guess"], note=note_of(row), **own)
         )
     caption = (
-        "Circles are shares of hits, their area the number of trials. The line is the function expected by the "
+        "Circles are shares of hits, their area the number of trials; of adaptive tracks neighbouring levels are taken "
+        "together until a circle has a twelfth of the trials. The line is the function expected by the "
         "posterior, its band the pointwise 95 % interval; the diamond is the threshold with its interval. "
         f"{answer.method}."
     )
-    return FigureData(tuple(rows), settings.title or "Psychometric functions.", caption, {"columns": settings.columns})
+    return FigureData(tuple(rows), settings.title or "Psychometric functions.", caption, words_of(inputs, settings))
+
+
+def pooled(levels: Sequence[Row]) -> list[dict[str, float]]:
+    """Return {level, share, n} of levels, neighbours being taken together until they have a twelfth of the trials.
+
+    An adaptive track has many levels of one or two trials, whose shares are 0, one half or 1.
+    """
+    ordered = sorted(levels, key=lambda row: float(row["level"] or 0))
+    enough = sum(float(row["n"] or 0) for row in ordered) / MOST_CIRCLES
+    groups: list[list[Row]] = [[]]
+    for row in ordered:
+        groups[-1].append(row)
+        if sum(float(one["n"] or 0) for one in groups[-1]) >= enough:
+            groups.append([])
+    if len(groups) > 1:
+        last = groups.pop()
+        groups[-1] += last  # what is left at the upper end is no group of its own
+    made = []
+    for group in groups:
+        n = sum(float(row["n"] or 0) for row in group)
+        hits = sum(float(row["share"] or 0) * float(row["n"] or 0) for row in group)
+        level = sum(float(row["level"] or 0) * float(row["n"] or 0) for row in group) / n
+        made.append({"level": level, "share": hits / n, "n": n})
+    return made
 
 
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a panel for each function, all with the same axes."""
     names = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
-    figure, axes = panels(names, int(data.words["columns"]), ("level", "share of hits"))
+    figure, axes = panels(names, int(data.words["columns"]), (data.words["level"], "share of hits"))
     marks = Marks()
     curves = [row for row in data.rows if row["shows"] == "curve"]
     drawn_at = [float(row["level"] or 0) for row in curves or data.rows if row["level"] is not None]

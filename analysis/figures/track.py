@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
-from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels, row_of
+from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels, row_of, words_of
 from palpate.analysis.figures.lettering import format_number
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, tint
 from palpate.analysis.ratings.dataset import DataRefused
@@ -58,7 +58,7 @@ def data(inputs: FigureInput, settings: TrackSettings) -> FigureData:
         "The level of each trial, catch trials left out: filled circles are hits, hollow ones misses, triangles mark "
         f"reversals of staircases. The dashed line is the threshold, the band its interval. {answer.method}."
     )
-    return FigureData(tuple(rows), settings.title or "Tracks of the levels.", caption, {"columns": settings.columns})
+    return FigureData(tuple(rows), settings.title or "Tracks of the levels.", caption, words_of(inputs, settings))
 
 
 def _reversals(levels: Sequence[float]) -> dict[int, str]:
@@ -74,7 +74,7 @@ def _reversals(levels: Sequence[float]) -> dict[int, str]:
 def draw(data: FigureData) -> DrawnFigure:
     """Draw a panel for each track, all with the same levels."""
     names = list(dict.fromkeys(str(row["panel"]) for row in data.rows))
-    figure, axes = panels(names, int(data.words["columns"]), ("trial", "level"))
+    figure, axes = panels(names, int(data.words["columns"]), ("trial", data.words["level"]))
     marks = Marks()
     levels = [float(row["level"] or 0) for row in data.rows if row["shows"] == "trial"]
     room = 0.06 * ((max(levels) - min(levels)) or 1.0)
