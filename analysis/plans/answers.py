@@ -24,6 +24,7 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     import pandas as pd
 
+    from palpate.protocols.study import Study
     from palpate.protocols.tracks import Track
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -172,7 +173,9 @@ class Kind:
     `answer` raises a named ValueError with the reason if the question has no answer. `each` says whether outcomes are
     answered separately or together. `complete` names, for given settings, the factors whose cells each participant must
     have filled (averaging over the study's other factors): if a cell is missing, the plan's `missing` decides before
-    `answer` is called. `with_gaps` is called instead under `missing: mixed_model`. `headings` are readable names of its
+    `answer` is called. `with_gaps` is called instead under `missing: mixed_model`.
+    `why_refused` returns why a study's choices cannot answer it, as far as its declaration tells, else "".
+    `headings` are readable names of its
     own columns, beside those that all tests share (reports/tables.py).
     """
 
@@ -183,6 +186,7 @@ class Kind:
     each: Literal["outcome", "all"] = "outcome"
     complete: Callable[[Any], tuple[str, ...]] | None = None
     with_gaps: Callable[[Selected, Any], Answer] | None = None
+    why_refused: Callable[[Any, Study], str] | None = None
     headings: Mapping[str, str] = field(default_factory=lambda: _NONE)
 
 

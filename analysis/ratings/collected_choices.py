@@ -36,6 +36,12 @@ ADAPTIVE = ("staircase", "questplus")
 """Procedures whose levels follow from the answers, so that they concentrate on a few."""
 NOISE = ("noise", "same")
 """The targets of trials without a signal, or without a difference."""
+PAIRS, TIE = "pairs", "equal"
+"""The procedure of stimuli that are compared with each other, and the answer that neither was chosen."""
+NO_LEVELS = "pairs of stimuli have no levels, which this test needs; ask bradley_terry or thurstone"
+NO_RIGHT_ANSWER = "no answer to a forced choice between two stimuli is correct, so it has no d'"
+GUESSING = "a forced choice has a guess rate, which this model lacks; ask a psychometric test for each participant"
+NO_SCALE = "a scale is of forced choices between the stimuli of pairs; "
 _CHOICES = text(
     "SELECT choices.* FROM choices JOIN sessions ON sessions.session = choices.session WHERE sessions.study = :study"
 )
@@ -159,9 +165,11 @@ def track_design(rows: pd.DataFrame, with_easy: bool = False) -> tuple[TrackDesi
     """Return the function of one track's choices, and the rows that it is fitted to.
 
     `with_easy`: catch trials at the easiest level are among them, as they say how often somebody lapses. Raises
-    DataRefused for rows of several designs, procedures, standards or numbers of alternatives, for levels of two
-    dimensions, and where no row has a level.
+    DataRefused for pairs of stimuli, rows of several designs, procedures, standards or numbers of alternatives, for
+    levels of two dimensions, and where no row has a level.
     """
+    if (rows["procedure"].astype(str) == PAIRS).any():
+        raise DataRefused(NO_LEVELS)
     kind = rows["catch"].astype(str)
     easy = kind == EASY if with_easy else pd.Series(False, index=rows.index)
     catch = (kind != NO_CATCH) & ~easy
@@ -191,6 +199,25 @@ def track_design(rows: pd.DataFrame, with_easy: bool = False) -> tuple[TrackDesi
     falling = standard is not None and bool((level < standard).any())
     used = used[used["correct"].notna()]
     return TrackDesign("forced_choice", alternatives, "correct", falling=falling, standard=standard, **numbers), used
+
+
+def compared_pairs(table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
+    """Return forced choices between pairs as comparisons, and how many pairs of a stimulus with itself are left out.
+
+    Added are `winner`, `loser`, `tie` (whether neither was chosen); `stimulus` is the one that came first. Raises
+    DataRefused for choices that are not of pairs, of another design, or with an answer that names neither interval.
+    """
+    if "other" not in table.columns or (table["procedure"].astype(str) != PAIRS).any():
+        raise DataRefused(f"{NO_SCALE}here a procedure chose levels (column 'procedure')")
+    if designs := sorted(set(table["design"].astype(str)) - {"forced_choice"}):
+        raise DataRefused(f"{NO_SCALE}these are of design {', '.join(designs)}")
+    if unknown := sorted(set(table["chosen"].astype(str)) - {"1", "2", TIE}):
+        raise DataRefused(f"column 'chosen' has {unknown[0]!r}; 1, 2 or {TIE} is expected")
+    used = table[table["stimulus"] != table["other"]].reset_index(drop=True)
+    chosen = used["chosen"].astype(str)
+    first, second = used["stimulus"], used["other"]
+    won, lost = first.where(chosen != "2", second), second.where(chosen != "2", first)
+    return used.assign(winner=won, loser=lost, tie=chosen == TIE), len(table) - len(used)
 
 
 def _one(rows: pd.DataFrame, name: str) -> Any:

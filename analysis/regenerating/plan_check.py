@@ -148,6 +148,10 @@ class KnownAnswers:
         if self.design is None or misnamed or not isinstance(settings, StatisticSettings) or settings.table is not None:
             return
         if source == "choices":
+            why_refused = TESTS[settings.test].why_refused
+            if why_refused is not None and (why := why_refused(settings, self.design.study)):
+                yield Problem(("test",), why)
+                return
             yield from self.design.of_choices(settings)
         if outcomes is None:
             return
@@ -177,7 +181,9 @@ def _column_problems(settings: StatisticSettings | FigureSettings, columns: Colu
     for column in implied if isinstance(settings, StatisticSettings) else ():
         if column not in columns and not hasattr(settings, column):
             yield Problem(("table",), f"{whose} has no column {column!r}; {nearest(column, columns)}")
-    for key in (*COLUMNS, *TERMS, *READ):
+    # Who won a pair of a study follows from its choices, not from columns.
+    unread = ("winner", "loser") if settings.table is None and settings.source == "choices" else ()
+    for key in (key for key in (*COLUMNS, *TERMS, *READ) if key not in unread):
         for column in columns_named(settings, (key,)):
             # A column that is read as it is stands in the table itself, not among the answers about oneself.
             if column not in columns or (key in READ and columns[column].about_people):

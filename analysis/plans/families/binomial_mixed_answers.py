@@ -15,7 +15,7 @@ from palpate.analysis.plans.families.choices import BinomialMixedModel
 from palpate.analysis.plans.families.collected_answers import PARTICIPANT
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, sentences
-from palpate.analysis.ratings.collected_choices import track_design
+from palpate.analysis.ratings.collected_choices import GUESSING, track_design
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.cells import coded
 from palpate.analysis.statistics.doubles import Floats
@@ -94,9 +94,7 @@ def _rows(selected: Selected, settings: BinomialMixedModel) -> tuple[pd.DataFram
     for _, part in parts_of(table, condition):
         design, used = track_design(part)
         if design.task == "forced_choice":
-            raise DataRefused(
-                "a forced choice has a guess rate, which this model lacks; ask a psychometric test for each participant"
-            )
+            raise DataRefused(GUESSING)
         parts.append(used.assign(_hit=used[design.hits]))
     used = pd.concat(parts, ignore_index=True)
     hits = used["_hit"].to_numpy(dtype=np.float64)

@@ -16,18 +16,36 @@ if TYPE_CHECKING:
     from palpate.analysis.choices.specification import FunctionSpec as Model
 
 _ANSWERS = "palpate.analysis.plans.families.choices_answers"
+_OF_STUDY = "palpate.analysis.plans.families.choices_of_study"
 
 Rate = Annotated[float, Field(ge=0, lt=1)]
 Draws = Annotated[Whole, Field(ge=19)]
 Correction = Literal["holm", "bonferroni", "none"]
 
 
-class BradleyTerry(StatisticSettings):
+class ChoiceSettings(StatisticSettings):
+    """The settings of tests of choices: those of a study (`source: choices`), or of a table of the plan's own."""
+
+    @model_validator(mode="after")
+    def _of_choices(self) -> Self:
+        if self.source not in (None, "choices"):
+            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
+        return self
+
+    @property
+    def of_choices(self) -> bool:
+        """Return whether the answers are a study's choices; a table of the plan's own goes before `source`."""
+        return self.source == "choices" and self.table is None
+
+
+class BradleyTerry(ChoiceSettings):
     """The settings of Bradley-Terry: columns `winner`, `loser`, optional `tie` (true for ties), `first` (presented
     first).
 
     `count` is the number of equal comparisons, `participant` the column of people (None: the column of that name, if
-    any). `reference`: the item whose value is 0 (None: values sum to 0).
+    any). `reference`: the item whose value is 0 (None: values sum to 0). With `source: choices` a study's pairs are
+    compared: who won is known, ties are modelled if there are any, and `first: stimulus` adds the effect of the
+    interval.
     """
 
     test: Literal["bradley_terry"]
@@ -41,10 +59,27 @@ class BradleyTerry(StatisticSettings):
     correction: Correction = "holm"
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that have no effect in combination with the others."""
+        yield from super().idle()
+        yield from _idle_on_pairs(self)
 
-class Thurstone(StatisticSettings):
-    """The settings of Thurstone's scale: as for bradley_terry without ties and places; `method`: likelihood or least
-    squares.
+    @model_validator(mode="after")
+    def _first_of_a_pair(self) -> Self:
+        if self.of_choices and self.first not in (None, "stimulus"):
+            raise ValueError("first: stimulus is expected with `source: choices`: it is the one that came first")
+        return self
+
+
+def _idle_on_pairs(settings: BradleyTerry | Thurstone) -> Iterator[Idle]:
+    if settings.of_choices:
+        names = ("winner", "loser", "tie", "count", "participant")
+        yield from (Idle(name, "with `source: choices`, which say who won and who chose") for name in names)
+
+
+class Thurstone(ChoiceSettings):
+    """The settings of Thurstone's scale: as for bradley_terry, but without ties and effects of the place; `method`:
+    likelihood or least squares.
     """
 
     test: Literal["thurstone"]
@@ -60,12 +95,13 @@ class Thurstone(StatisticSettings):
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
+        yield from _idle_on_pairs(self)
         if self.method == "least_squares":
             names = ("correction", "confidence")
             yield from (Idle(name, "with `method: least_squares`, which has no standard errors") for name in names)
 
 
-class PsychometricFunction(StatisticSettings):
+class PsychometricFunction(ChoiceSettings):
     """The settings of psychometric functions, one for each combination of `by` (default: participants, if any).
 
     The table has one row per trial (`correct` 0 or 1), or `correct` of `n`. `task` decides which rates are free;
@@ -128,18 +164,11 @@ class PsychometricFunction(StatisticSettings):
 
     @model_validator(mode="after")
     def _a_model(self) -> Self:
-        if self.source not in (None, "choices"):
-            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
         if self.of_choices and self.method == "staircase":
             raise ValueError("method: staircase is for a table of the plan's own; choices name their procedure")
         if not self.of_choices:
             self.model()
         return self
-
-    @property
-    def of_choices(self) -> bool:
-        """Return whether the answers are a study's choices; a table of the plan's own goes before `source`."""
-        return self.source == "choices" and self.table is None
 
     @property
     def interval_kind(self) -> str:
@@ -160,7 +189,7 @@ class PsychometricFunction(StatisticSettings):
         return function_spec(function, rates, self.threshold, self.jnd, self.falling)
 
 
-class DPrime(StatisticSettings):
+class DPrime(ChoiceSettings):
     """The settings of d' and c, one for each combination of `by` (default: participants and tracks).
 
     `model` is for same/different designs. `correction` says which rates have the log-linear correction: all
@@ -174,14 +203,8 @@ class DPrime(StatisticSettings):
     correction: Literal["log_linear", "when_extreme", "none"] = "log_linear"
     confidence: Confidence = 0.95
 
-    @model_validator(mode="after")
-    def _of_choices(self) -> Self:
-        if self.source not in (None, "choices"):
-            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
-        return self
 
-
-class BinomialMixedModel(StatisticSettings):
+class BinomialMixedModel(ChoiceSettings):
     """The settings of a binomial mixed model: participants differ in intercept, or in intercept and slope of the level.
 
     `condition` is a column whose levels have a PSE and a slope each. `nodes` are those of the quadrature of each random
@@ -206,12 +229,6 @@ class BinomialMixedModel(StatisticSettings):
             names = (("level", "level"), ("correct", "correct"), ("n", None))
             yield from (Idle(name, "on choices, whose table has these columns", value) for name, value in names)
 
-    @model_validator(mode="after")
-    def _of_choices(self) -> Self:
-        if self.source not in (None, "choices"):
-            raise ValueError("source: choices is expected, or a table of the plan's own (`table`)")
-        return self
-
 
 KINDS: Mapping[str, Kind] = {
     "bradley_terry": Kind(
@@ -220,9 +237,15 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:bradley_terry_answer"),
         takes="table",
         each="all",
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_scale"),
     ),
     "thurstone": Kind(
-        "Thurstone scale", Thurstone, lazy_function(f"{_ANSWERS}:thurstone_answer"), takes="table", each="all"
+        "Thurstone scale",
+        Thurstone,
+        lazy_function(f"{_ANSWERS}:thurstone_answer"),
+        takes="table",
+        each="all",
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_scale"),
     ),
     "psychometric": Kind(
         "psychometric functions",
@@ -230,6 +253,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:psychometric_answer"),
         takes="table",
         each="all",
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_function"),
     ),
     "binomial_mixed_model": Kind(
         "binomial mixed model",
@@ -237,6 +261,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.binomial_mixed_answers:binomial_mixed_answer"),
         takes="choices",
         each="all",
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_function"),
         headings={"pse": "PSE", "pse_low": "PSE, low", "pse_high": "PSE, high"},
     ),
     "dprime": Kind(
@@ -245,6 +270,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.detection_answers:dprime_answer"),
         takes="choices",
         each="all",
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_sensitivity"),
         headings={"dprime": "d′", "dprime_low": "d′, low", "dprime_high": "d′, high", "criterion": "c"},
     ),
 }

@@ -21,6 +21,8 @@ from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
+from palpate.analysis.ratings.collected_choices import compared_pairs
+from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import apa_p
 from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
@@ -281,46 +283,58 @@ NOT_INDEPENDENT = (
 
 def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
     """Return one row per item with its log odds."""
-    table = _table(selected, settings, (settings.tie, settings.first))
+    table, same = _comparisons(selected, settings, (settings.tie, settings.first))
     reference = SUM_ZERO if settings.reference is None else settings.reference
+    tie = settings.tie
+    if settings.of_choices:
+        tie = "tie" if table["tie"].any() else None
     scale = bradley_terry(
-        table,
-        settings.winner,
-        settings.loser,
-        settings.tie,
-        settings.first,
-        settings.count,
-        reference,
-        settings.confidence,
+        table, settings.winner, settings.loser, tie, settings.first, settings.count, reference, settings.confidence
     )
     kinds = {"value": "log odds", "worth": "share of the summed odds", "ties": "times tied", **KINDS}
-    sources = "Bradley & Terry 1952" + ("" if settings.tie is None else "; Davidson 1970")
-    return _scale_answer(settings, table, scale, f"{scale.model} by maximum likelihood ({sources})", kinds)
+    sources = "Bradley & Terry 1952" + ("" if tie is None else "; Davidson 1970")
+    method = f"{scale.model} by maximum likelihood ({sources})"
+    return _scale_answer(settings, table, scale, method, kinds, tie, same)
 
 
 def thurstone_answer(selected: Selected, settings: Thurstone) -> Answer:
     """Return one row per item with its value in standard deviations of a difference."""
-    table = _table(selected, settings, ())
+    table, same = _comparisons(selected, settings, ())
+    if settings.of_choices and table["tie"].any():
+        raise DataRefused(
+            f"Thurstone's scale has no ties, and {table['tie'].sum()} pairs were equal; ask bradley_terry"
+        )
     reference = SUM_ZERO if settings.reference is None else settings.reference
     scale = thurstone(
         table, settings.winner, settings.loser, settings.count, settings.method, reference, settings.confidence
     )
     kinds = {"value": "in standard deviations of a difference of two items", **KINDS}
-    return _scale_answer(settings, table, scale, f"{scale.model} (Thurstone 1927; Mosteller 1951)", kinds)
+    method = f"{scale.model} (Thurstone 1927; Mosteller 1951)"
+    return _scale_answer(settings, table, scale, method, kinds, None, same)
 
 
-def _table(selected: Selected, settings: BradleyTerry | Thurstone, more: tuple[str | None, ...]) -> pd.DataFrame:
+def _comparisons(
+    selected: Selected, settings: BradleyTerry | Thurstone, more: tuple[str | None, ...]
+) -> tuple[pd.DataFrame, int]:
+    """Return the comparisons, and how many pairs of an item with itself a study's choices have beside them."""
+    if settings.of_choices:
+        return compared_pairs(selected.table)
     named = (settings.winner, settings.loser, settings.count, settings.participant, *more)
     require_columns(selected.table, [name for name in named if name is not None])
-    return numeric(selected.table, () if settings.count is None else (settings.count,))
+    return numeric(selected.table, () if settings.count is None else (settings.count,)), 0
 
 
 def _scale_answer(
-    settings: BradleyTerry | Thurstone, table: pd.DataFrame, scale: Scale, method: str, kinds: dict[str, str]
+    settings: BradleyTerry | Thurstone,
+    table: pd.DataFrame,
+    scale: Scale,
+    method: str,
+    kinds: dict[str, str],
+    tie: str | None,
+    same: int,
 ) -> Answer:
     ranked = scale.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
     fit = f"deviance({scale.df}) = {scale.deviance:.2f}, {apa_p(scale.p)}" if scale.df else "no test of fit"
-    tie = settings.tie if settings.test == "bradley_terry" else None
     who = settings.participant or ("participant" if "participant" in table.columns else None)
     triads = circular_triads(table, settings.winner, settings.loser, who, tie, settings.count)
     zero = "values sum to 0" if settings.reference is None else f"{settings.reference} is 0"
@@ -343,6 +357,12 @@ def _scale_answer(
         values=int(scale.values["comparisons"].sum()) // 2,
         headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; "
         f"{circular} of {of} triads circular (all choices together)",
-        notes=sentences([*scale.notes, "" if people == 1 else NOT_INDEPENDENT]),
+        notes=sentences(
+            [
+                *scale.notes,
+                "" if people == 1 else NOT_INDEPENDENT,
+                f"{same} pair(s) of a stimulus with itself left out" if same else "",
+            ]
+        ),
         more=more | ({"effects": rows_of(scale.effects)} if len(scale.effects) else {}),
     )

@@ -12,7 +12,7 @@ from palpate.analysis.plans.families.choices import DPrime
 from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import sentences
-from palpate.analysis.ratings.collected_choices import NO_CATCH, NOISE
+from palpate.analysis.ratings.collected_choices import NO_CATCH, NO_RIGHT_ANSWER, NOISE, PAIRS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import StatisticsError
 
@@ -91,6 +91,8 @@ def _row(part: pd.DataFrame, settings: DPrime) -> dict[str, Any]:
         result = _pairs(used["hit"], ~noise, model, settings)
     else:
         used = part[(catch == NO_CATCH) & part["correct"].notna()]
+        if not len(used) and "procedure" in part.columns and (part["procedure"].astype(str) == PAIRS).any():
+            raise DataRefused(NO_RIGHT_ANSWER)
         several = sorted({int(value) for value in used["alternatives"]})
         if len(several) != 1:
             raise DataRefused("choices of several numbers of alternatives have no d' in common; name it in `by`")

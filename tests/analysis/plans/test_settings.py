@@ -372,6 +372,7 @@ OWN: Mapping[tuple[str, str], Any] = {
     ("categories", "over"): ["cloth"], ("mixed_model", "numeric"): ["goal"], ("ordinal_model", "numeric"): ["age"],
     ("relevance", "interval"): "bca", ("means", "interval"): "none", ("psychometric", "interval"): "bootstrap",
     **{(kind, "source"): "choices" for kind in ("psychometric", "dprime", "binomial_mixed_model")},
+    **{(kind, "source"): "choices" for kind in ("bradley_terry", "thurstone")},
     ("psychometric", "prior"): "levels", ("psychometric", "easy_catch"): "counted",
     ("psychometric", "method"): "staircase", ("psychometric", "order"): "back", ("psychometric", "by"): ["run"],
     ("retest", "targets"): ["stimulus", "attribute"], ("raters", "targets"): ["dose"],
