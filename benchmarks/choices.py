@@ -304,7 +304,7 @@ def _by_model(counted: Levels) -> tuple[float, tuple[float, float]]:
     of = track(LAPSES["lapses to .04"], 1000)
     if not isinstance(of.procedure, QuestPlus):
         raise TypeError(of.procedure.kind)
-    model = DeclaredModel(of.procedure.model, of.procedure.grids[0].levels, False)
+    model = DeclaredModel(of.procedure.model, of.procedure.grids[0].levels, chance=GUESS)
     hits = [[1.0] * int(k) + [0.0] * int(n - k) for k, n in zip(counted.hits, counted.trials, strict=True)]
     levels = np.repeat(counted.levels, counted.trials.astype(int))
     estimate = model_posterior(model, levels, np.concatenate(hits)).estimate()

@@ -44,11 +44,15 @@ SHAPES = {"weibull": "Weibull", "logistic": "logistic", "gaussian": "Gaussian"}
 
 @dataclass(frozen=True)
 class DeclaredModel:
-    """The model that a study declares for a track: `levels` is its grid, `falling` says that low levels are easier."""
+    """The model that a study declares for a track: `levels` is its grid, `falling` says that low levels are easier.
+
+    `chance` is the share of hits of somebody who perceives nothing, where the design decides it; of yes/no it does not.
+    """
 
     model: Model
     levels: tuple[float, ...]
     falling: bool = False
+    chance: float | None = None
 
     @property
     def share(self) -> float:
@@ -210,7 +214,7 @@ def model_posterior(declared: DeclaredModel, levels: Floats, hits: Floats) -> Mo
     weights = updated(table, uniform(table), answers)
     share = float(hits.mean())
     guess, lapse = table.axes["guess"], table.axes["lapse"]
-    flat = float(guess[0]) if len(guess) == 1 and guess[0] > 0 else None
+    flat = declared.chance
     level = min(max(share, float(guess.min())), 1 - float(lapse.min())) if flat is None else flat
     against = float((xlogy(found, level) + xlogy(trials - found, 1 - level)).sum())
     whole = float(logsumexp(log_mass)) - math.log(len(log_mass))

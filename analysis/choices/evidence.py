@@ -180,7 +180,7 @@ def refuse_guessing(answers: Levels, spec: FunctionSpec) -> float:
 def no_threshold(answers: Levels, spec: FunctionSpec, ratio: float) -> str:
     """Return the message on answers that a flat function explains as well as a rising one."""
     share = float(answers.hits.sum() / answers.trials.sum())
-    flat = f"guessing (a share of {spec.guess[0]:.3g})" if is_fixed(spec) else f"a constant share of {share:.3g}"
+    flat = f"guessing (a share of {spec.guess[0]:.3g})" if spec.chance else f"a constant share of {share:.3g}"
     return (
         f"there is no threshold: the answers are no better explained by a function of the level than by {flat}; "
         f"the likelihood ratio is {_ratio_text(ratio)}, {RATIO:g} is demanded"
@@ -199,7 +199,7 @@ def outside_of(evidence: Evidence, answers: Levels, spec: FunctionSpec) -> tuple
     if evidence.ratio < math.log(RATIO):
         hardest = "below" if spec.falling else "above"
         easiest = "above" if spec.falling else "below"
-        side = hardest if is_fixed(spec) or share == 0 else easiest if share == 1 else "unknown"
+        side = hardest if spec.chance or share == 0 else easiest if share == 1 else "unknown"
     if side == "below":
         return side, low if evidence.below >= SURE else evidence.limits[1]
     if side == "above":
@@ -224,11 +224,6 @@ def lapse_excess(answers: Levels, spec: FunctionSpec) -> float:
     return math.exp(min(averages[1] - averages[0], 700.0))
 
 
-def is_fixed(spec: FunctionSpec) -> bool:
-    """Return whether the share of hits of somebody who perceives nothing is known, as in a forced choice."""
-    return not spec.equal_rates and spec.guess[0] == spec.guess[1] and spec.guess[0] > 0
-
-
 def _ratio_text(ratio: float) -> str:
     return f"{math.exp(ratio):.2g}" if ratio > -20 else "below 1e-8"
 
@@ -236,7 +231,7 @@ def _ratio_text(ratio: float) -> str:
 def _flat(answers: Levels, spec: FunctionSpec) -> float:
     """Return the log likelihood of the flat function: the known guess rate, else the likeliest share."""
     share = float(answers.hits.sum() / answers.trials.sum())
-    level = spec.guess[0] if is_fixed(spec) else min(max(share, spec.guess[0]), 1 - spec.lapse[0])
+    level = spec.guess[0] if spec.chance else min(max(share, spec.guess[0]), 1 - spec.lapse[0])
     return log_likelihood(answers.hits, answers.trials, np.full_like(answers.trials, level))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, rel_entr
 
-from palpate.analysis.choices.evidence import CERTAIN, is_fixed, refuse_guessing
+from palpate.analysis.choices.evidence import CERTAIN, refuse_guessing
 from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts, shares
 from palpate.analysis.choices.shapes import JndKind
 from palpate.analysis.choices.specification import (
@@ -160,7 +160,7 @@ def refuse_no_estimate(answers: Levels, spec: FunctionSpec, problem: Problem, fi
     turned = Levels(problem.t, problem.hits[i], problem.trials)
     refuse_flat(turned, reached, spec.guess, spec.lapse)
     simulated = Levels(answers.levels, turned.hits[::-1] if spec.falling else turned.hits, answers.trials)
-    certain = not is_fixed(spec) or refuse_guessing(simulated, spec) >= math.log(CERTAIN)
+    certain = not spec.chance or refuse_guessing(simulated, spec) >= math.log(CERTAIN)
     named = Levels(answers.levels[::-1] if spec.falling else answers.levels, turned.hits, turned.trials)
     refuse_step(named, reached, spec.guess, spec.lapse, spec.equal_rates, certain)
     place, low, high = fits.parameters[i], problem.low, problem.high

@@ -137,7 +137,8 @@ def _pooled(answers: Levels, part: slice, low: float, high: float) -> float:
 class FunctionSpec:
     """The specification of a fit: the model, the level of F that is the threshold, the definition of the JND.
 
-    `assumed` describes which rates the task fixes, ties or leaves free; `equal_rates`: guess equals the lapse rate.
+    `assumed` describes which rates the task fixes, ties or leaves free; `equal_rates`: guess equals the lapse rate;
+    `chance`: the guess rate is that of somebody who perceives nothing.
     """
 
     shape: Shape
@@ -148,15 +149,21 @@ class FunctionSpec:
     falling: bool
     assumed: str
     equal_rates: bool = False
+    chance: bool = False
 
 
 class Rates(NamedTuple):
-    """Bounds of the guess and the lapse rate, whether they are equal, and a description of these assumptions."""
+    """Bounds of the guess and the lapse rate, whether they are equal, and a description of these assumptions.
+
+    `chance`: the guess rate is that of somebody who perceives nothing, as in a forced choice; not so a rate of false
+    alarms, since a person may say yes at random.
+    """
 
     guess: Bounds
     lapse: Bounds
     equal: bool
     assumed: str
+    chance: bool = False
 
 
 def rates_of(
@@ -182,7 +189,7 @@ def rates_of(
             raise BadOption(f"alternatives={shown(alternatives)}: a forced choice needs their number, 2 or more")
         high = _bounds(estimated if lapse is None else lapse, "lapse")
         words = f"forced choice, guess rate fixed at 1/{alternatives}, lapse rate {_words(high)}"
-        return Rates((1 / alternatives, 1 / alternatives), high, False, words)
+        return Rates((1 / alternatives, 1 / alternatives), high, False, words, chance=True)
     if task == "symmetric":
         if guess is not None:
             raise BadOption("guess has no effect: both sides of a symmetric task have the lapse rate; give `lapse`")
@@ -192,7 +199,8 @@ def rates_of(
     low = _bounds((0.0 if task is None else estimated) if guess is None else guess, "guess")
     high = _bounds((WICHMANN_HILL if task is None else estimated) if lapse is None else lapse, "lapse")
     name = "no task declared" if task is None else "yes/no task"
-    return Rates(low, high, False, f"{name}, guess rate {_words(low)}, lapse rate {_words(high)}")
+    words = f"{name}, guess rate {_words(low)}, lapse rate {_words(high)}"
+    return Rates(low, high, False, words, chance=task is None and low[0] == low[1] > 0)
 
 
 def _words(rate: Bounds) -> str:
@@ -213,7 +221,7 @@ def function_spec(function: str, rates: Rates, threshold: float, jnd: str, falli
     if falling and SHAPES[function].logarithmic:
         raise BadOption("a Weibull function of a falling share has no place here; use 'logistic' or 'gaussian'")
     kind: JndKind = "x84_x50" if jnd == "x84_x50" else "half_interquartile"
-    return FunctionSpec(SHAPES[function], low, high, threshold, kind, falling, rates.assumed, rates.equal)
+    return FunctionSpec(SHAPES[function], low, high, threshold, kind, falling, rates.assumed, rates.equal, rates.chance)
 
 
 def _bounds(rate: Rate, name: str) -> Bounds:

@@ -32,7 +32,7 @@ from palpate.analysis.plans.where import (
     levels_of,
     matching_rows,
 )
-from palpate.analysis.ratings.collected_choices import study_tracks
+from palpate.analysis.ratings.collected_choices import common_tracks
 from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused, Exclusion, NoRows, Ratings, natural
 from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
@@ -268,7 +268,7 @@ class Selector:
             antonyms={} if ratings is None else ratings.antonyms,
             categories={} if ratings is None else ratings.categories,
             tables=self.tables,
-            tracks=study_tracks(study) if takes == "choices" and study is not None else {},
+            tracks=common_tracks(study) if takes == "choices" and study is not None else {},
         )
         return replace(selected, unanswered=silent)
 

@@ -21,10 +21,10 @@ from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.request import MOST_RUNS, PowerError, PowerRequest, only
 from palpate.analysis.power.simulated_studies import people, simulated_material
-from palpate.analysis.ratings.collected_choices import EASY, NO_CATCH, catch_exclusions, study_tracks, track_design
+from palpate.analysis.ratings.collected_choices import catch_exclusions, study_tracks, track_design
 from palpate.protocols.keyed import normal
 from palpate.protocols.procedures import MOST_TRIALS, Constant, Ending
-from palpate.protocols.tracks import ABSENT
+from palpate.protocols.tracks import ABSENT, EASY, NO_CATCH
 from palpate.studies.catalogue import read_study
 from palpate.studies.procedures.model_grid import level_at
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -23,15 +24,14 @@ from sqlalchemy import Connection, inspect, text
 
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.analysis.ratings.session_choice import query
-from palpate.protocols.tracks import tracks_in
+from palpate.protocols.tracks import EASY, NO_CATCH, tracks_in
 
 if TYPE_CHECKING:
     from palpate.analysis.ratings.session_choice import Choice
-    from palpate.protocols.study import Stimulus, Study
+    from palpate.protocols.study import Study
     from palpate.protocols.tracks import Track
 
 TABLE = "choices"
-NO_CATCH, EASY = "none", "easy"
 ADAPTIVE = ("staircase", "questplus")
 """Procedures whose levels follow from the answers, so that they concentrate on a few."""
 NOISE = ("noise", "same")
@@ -49,17 +49,23 @@ NUMBERS = ("level", "level_2", "standard", "confidence", "rt_s")
 TRUTHS = ("correct", "hit")
 
 
-def study_tracks(study: Study) -> dict[str, Track]:
-    """Return the tracks that a study declares, by name; {} where no procedure chooses levels."""
+def study_tracks(study: Study, group: str | None = None) -> dict[str, Track]:
+    """Return the tracks that a study declares for a group (None: of all stimuli), by name; {} without a procedure."""
     if not study.procedure or study.intervals is None:
         return {}
-    standard = study.intervals.standard
-    members: dict[str, list[Stimulus]] = {}
-    for stimulus in study.stimuli:
-        if standard is None or stimulus.id != str(standard):
-            block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
-            members.setdefault(block, []).append(stimulus)
-    return {track.name: track for block, own in members.items() for track in tracks_in(study, block, own, ())}
+    blocks = study.by_block(study.stimuli_of(group))
+    return {track.name: track for block, own in blocks.items() for track in tracks_in(study, block, own, ())}
+
+
+def common_tracks(study: Study) -> dict[str, Track]:
+    """Return the tracks that have the same levels in every group of the study that has them."""
+    by_group = [study_tracks(study, group) for group in study.groups or (None,)]
+    return {
+        name: track
+        for own in by_group
+        for name, track in own.items()
+        if all(other.get(name, track) == track for other in by_group)
+    }
 
 
 def read_choices(connection: Connection, study: Study, choice: Choice) -> list[dict[str, Any]]:
@@ -161,10 +167,13 @@ class TrackDesign:
         return self.procedure in ADAPTIVE
 
 
-def track_design(rows: pd.DataFrame, with_easy: bool = False) -> tuple[TrackDesign, pd.DataFrame]:
+def track_design(
+    rows: pd.DataFrame, with_easy: bool = False, tracks: Mapping[str, Track] = MappingProxyType({})
+) -> tuple[TrackDesign, pd.DataFrame]:
     """Return the function of one track's choices, and the rows that it is fitted to.
 
-    `with_easy`: catch trials at the easiest level are among them, as they say how often somebody lapses. Raises
+    `with_easy`: catch trials at the easiest level are among them, as they say how often somebody lapses. `tracks` of
+    the study say which end of the levels is the easier, where no standard does. Raises
     DataRefused for pairs of stimuli, rows of several designs, procedures, standards or numbers of alternatives, for
     levels of two dimensions, and where no row has a level.
     """
@@ -186,17 +195,22 @@ def track_design(rows: pd.DataFrame, with_easy: bool = False) -> tuple[TrackDesi
         "catch": int(catch.sum()), "silent": int(silent.sum()), "easy": int(easy.sum()), "procedure": procedure,
     }  # fmt: skip
     level = used["level"].to_numpy(dtype=np.float64)
+    below = standard is not None and bool((level < standard).any())
+    above = standard is not None and bool((level > standard).any())
+    easier = {tracks[name].procedure.easier for name in set(used["track"].astype(str)) & set(tracks)}
+    falling = below if standard is not None and design != "yes_no" else easier == {"lower"}
     if design in ("yes_no", "same_different"):
         noise = rows[silent | (rows["catch"].astype(str) == "absent")]
         guess = _interval(int((noise["hit"] == 1).sum()), len(noise)) if len(noise) else None
-        return TrackDesign("yes_no", None, "hit", guess=guess, standard=standard, **numbers), used
+        if design == "same_different" and below and above:
+            raise DataRefused("levels on both sides of a standard differ from it more and more on each; ask about each")
+        return TrackDesign("yes_no", None, "hit", falling=falling, standard=standard, guess=guess, **numbers), used
     if design not in ("forced_choice", "oddity"):
         raise DataRefused(f"design {design!r}: forced_choice, yes_no, same_different or oddity is expected")
-    if standard is not None and (level < standard).any() and (level > standard).any():
+    if below and above:
         if design == "oddity" or alternatives != 2:
             raise DataRefused("levels on both sides of a standard have a function in a forced choice of two only")
         return TrackDesign("symmetric", None, "hit", standard=standard, **numbers), used
-    falling = standard is not None and bool((level < standard).any())
     used = used[used["correct"].notna()]
     return TrackDesign("forced_choice", alternatives, "correct", falling=falling, standard=standard, **numbers), used
 

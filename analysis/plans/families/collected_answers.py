@@ -35,10 +35,11 @@ from palpate.analysis.plans.families.declared_answers import (
 )
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
-from palpate.analysis.ratings.collected_choices import NO_CATCH, TrackDesign, track_design
+from palpate.analysis.ratings.collected_choices import TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.f_and_t import adjusted, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
+from palpate.protocols.tracks import NO_CATCH
 
 if TYPE_CHECKING:
     from palpate.analysis.choices.declared_model import DeclaredModel
@@ -126,8 +127,8 @@ def function_row(
     notes: list[str] = []
     shown = None
     try:
-        design, used = track_design(part, settings.easy_catch == "counted")
-        _, with_easy = track_design(part, with_easy=True)
+        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
+        _, with_easy = track_design(part, True, selected.tracks)
         row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
         spec = spec_of(settings, design)
         row["trials"] = len(used)
@@ -216,7 +217,9 @@ def _estimate(
 def _declared(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> Iterator[DeclaredModel]:
     """Yield the declared model of one function's choices, if it decides them."""
     try:
-        model = declared_model(selected, settings, *track_design(part, settings.easy_catch == "counted"))
+        model = declared_model(
+            selected, settings, *track_design(part, settings.easy_catch == "counted", selected.tracks)
+        )
     except DataRefused:
         return
     if model is not None:
@@ -226,7 +229,7 @@ def _declared(selected: Selected, settings: PsychometricFunction, part: pd.DataF
 def density_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
     """Return points of the posterior and prior density of a threshold, per unit of the level, for drawing."""
     try:
-        design, used = track_design(part, settings.easy_catch == "counted")
+        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
         declared = declared_model(selected, settings, design, used)
         if declared is not None:
             density = track_posterior(declared, used).density(threshold_share(settings, declared))
@@ -241,7 +244,7 @@ def density_rows(selected: Selected, settings: PsychometricFunction, part: pd.Da
 def curve_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
     """Return points of a function for drawing: the share expected by the posterior, and its pointwise interval."""
     try:
-        design, used = track_design(part, settings.easy_catch == "counted")
+        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
         spec = spec_of(settings, design)
         given = gather_levels(used, "level", design.hits)
         low, high = float(given.levels[0]), float(given.levels[-1])

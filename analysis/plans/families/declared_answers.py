@@ -37,8 +37,9 @@ def declared_model(
         return None
     names = sorted(set(used["track"].astype(str)))
     tracks = [selected.tracks.get(name) for name in names]
+    chance = None if design.alternatives is None else 1 / design.alternatives
     models = [
-        DeclaredModel(track.procedure.model, track.levels, track.procedure.easier == "lower")  # type: ignore[arg-type]
+        DeclaredModel(track.procedure.model, track.levels, track.procedure.easier == "lower", chance)  # type: ignore[arg-type]
         for track in tracks
         if track is not None and isinstance(track.procedure, QuestPlus) and len(track.procedure.grids) == 1
     ]

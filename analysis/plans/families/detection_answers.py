@@ -12,9 +12,10 @@ from palpate.analysis.plans.families.choices import DPrime
 from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import sentences
-from palpate.analysis.ratings.collected_choices import NO_CATCH, NO_RIGHT_ANSWER, NOISE, PAIRS
+from palpate.analysis.ratings.collected_choices import NO_RIGHT_ANSWER, NOISE, PAIRS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.tracks import NO_CATCH
 
 if TYPE_CHECKING:
     from palpate.analysis.plans.answers import Row, Selected
@@ -98,7 +99,10 @@ def _row(part: pd.DataFrame, settings: DPrime) -> dict[str, Any]:
             raise DataRefused("choices of several numbers of alternatives have no d' in common; name it in `by`")
         places = sorted(set(used["target"].astype(str)))
         if design == "forced_choice" and several == [2] and len(places) == 2:
-            first = used["target"].astype(str) == places[0]
+            target = used["target"].astype(str)
+            named = (used["chosen"].astype(str) == target) == (used["correct"] == 1)
+            right = target.where(named, target.map(dict(zip(places, reversed(places), strict=True))))
+            first = right == places[0]  # of a comparison below its standard the standard is right
             chose = pd.Series(used["chosen"].astype(str) == places[0], index=used.index).astype(float)
             result = _pairs(chose, first, "two_intervals", settings)
         else:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import NormalDist
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +23,7 @@ from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.reading import Material, read_material
 from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regeneration import run_tests
+from palpate.analysis.statistics.refusals import StatisticsError
 from palpate.studies.sessions.session_files import ledgers_in
 from tests.analysis.choices.collected_for_tests import QuestPlus, constant, halfway, rows, staircase, weibull_db
 from tests.recorded.make_many import MANY
@@ -202,3 +205,32 @@ def test_no_bare_number_for_an_extreme_observer(truth: float, side: str) -> None
     (row,) = answer("psychometric", rows(levels, hits, procedure="staircase")).rows
     assert (row["threshold"], row["outside"], row["sure"]) == (None, side, 0.95)
     assert f"the threshold is {side}" in str(row["note"])
+
+
+def test_differences_from_a_standard_above_fall_with_the_level_and_on_both_sides_have_no_function() -> None:
+    """Same/different, standard 10: the further below, the more often different."""
+    levels = np.repeat(np.arange(1.0, 10.0), 12)
+    hits = (np.random.default_rng(3).random(len(levels)) < 0.05 + 0.93 / (1 + np.exp(1.5 * (levels - 5)))).astype(float)
+    own = {"design": "same_different", "standard": 10.0, "target": "different"}
+    table = rows(levels, hits, **own, chosen="x")
+    (row,) = answer("psychometric", table).rows
+    assert row["outside"] is None and row["threshold"] == pytest.approx(5, abs=0.6)
+    assert float(row["likelihood_ratio"] or 0) > 1e6
+    with pytest.raises(StatisticsError, match="on both sides of a standard"):
+        answer("psychometric", rows(levels + 5, hits, **own, chosen="x"))
+
+
+@pytest.mark.parametrize("below", [1.0, 0.5])
+def test_d_prime_around_a_standard_is_of_right_answers_whichever_interval_has_them(below: float) -> None:
+    """Of a comparison below its standard the standard is the right choice; 85 % are right on both sides."""
+    count = 400
+    chance = np.random.default_rng(8)
+    level = np.where(chance.random(count) < below, 60.0, 140.0)
+    correct = chance.random(count) < 0.85
+    target = np.where(chance.random(count) < 0.5, "1", "2")
+    hit = correct == (level > 100)
+    chosen = np.where(hit, target, np.where(target == "1", "2", "1"))
+    table = rows(level, correct.astype(float), standard=100.0, target=target, chosen=chosen, hit=hit.astype(float))
+    (row,) = answer("dprime", table, by=("participant",)).rows
+    share = correct.mean()
+    assert row["dprime"] == pytest.approx(math.sqrt(2) * NormalDist().inv_cdf(share), abs=0.1) and row["note"] == ""

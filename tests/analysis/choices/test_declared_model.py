@@ -18,10 +18,11 @@ from palpate.analysis.choices.declared_model import (
 from palpate.analysis.choices.evidence import EXCESS
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Answer, Selected
-from palpate.analysis.ratings.collected_choices import study_tracks
+from palpate.analysis.ratings.collected_choices import common_tracks, study_tracks
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import NoEstimate
 from palpate.protocols.procedures import QuestPlus
+from palpate.protocols.study import Study
 from palpate.protocols.tracks import Track
 from palpate.studies.procedures.model_grid import level_at, rise
 from palpate.studies.procedures.questplus import QuestPlusAdviser, make
@@ -37,7 +38,7 @@ def declared_by(of: Track) -> DeclaredModel:
     procedure = of.procedure
     if not isinstance(procedure, QuestPlus):
         raise TypeError(procedure.kind)
-    return DeclaredModel(procedure.model, of.levels, procedure.easier == "lower")  # type: ignore[arg-type]
+    return DeclaredModel(procedure.model, of.levels, procedure.easier == "lower", 0.5)  # type: ignore[arg-type]
 
 
 def arrays(of: Track, past: Any) -> tuple[Any, Any]:
@@ -271,6 +272,32 @@ def test_thresholds_of_tracks_are_compared_within_people() -> None:
         [min(p, 1) for p in holm], abs=1e-12
     )
     assert list(difference_rows(found, ("track",), ("threshold",), 0.95)) == []
+
+
+def test_whoever_says_yes_at_random_has_no_threshold_although_the_model_fixes_the_guess_rate(full_run: bool) -> None:
+    """A rate of false alarms is no chance level: a person may say yes to half of all levels (yes/no, QUEST+)."""
+    of = track(QUESTPLUS, model={**MODEL, "guess": 0.1}, stop={"trials": 1000})
+    adviser = make(of)
+    declared = DeclaredModel(of.procedure.model, of.levels)  # type: ignore[attr-defined, arg-type]
+    for seed in range(100 if full_run else 5):
+        past = ran(adviser, of, most=40, seed=seed, threshold=1000.0, guess=0.5, lapse=0.0)
+        estimate = model_posterior(declared, *arrays(of, past)).estimate()
+        assert (estimate.threshold, estimate.outside) == (None, "unknown")
+
+
+def test_tracks_that_differ_between_groups_are_no_common_ones() -> None:
+    """Levels that are rows of the table: each group has its own, under one name."""
+    table = [{"id": f"P{n}", "columns": {"um": str(n), "kind": "fine" if n < 10 else "coarse"}}
+             for n in (5, 6, 7, 8, 20, 30, 40)]  # fmt: skip
+    data = {
+        "study": "papers", "task": "intervals", "stimuli": table, "intervals": {"standard": "P5"},
+        "procedure": {"kind": "constant", "level": {"column": "um", "of": "stimuli"}, "repeats": 2},
+        "groups": {"1": {"kind": ["fine"]}, "2": {"kind": ["coarse"]}}, "order": {"design": "random"},
+    }  # fmt: skip
+    of = Study.model_validate(data)
+    assert [study_tracks(of, group)["main"].levels for group in ("1", "2")] == [(6.0, 7.0, 8.0), (20.0, 30.0, 40.0)]
+    assert common_tracks(of) == {}
+    assert list(common_tracks(Study.model_validate({**data, "groups": {}}))) == ["main"]
 
 
 def test_a_study_names_its_tracks() -> None:
