@@ -428,7 +428,7 @@ test anova.eta =: generalized partial
 test anova.sum_of_squares =: II III
 test binomial_mixed_model: condition confidence correct level link n nodes random
 test binomial_mixed_model.link =: logit probit
-test binomial_mixed_model.random =: intercept intercept_and_slope
+test binomial_mixed_model.random =: intercept intercept_and_condition intercept_and_slope
 test bradley_terry: confidence correction count first loser participant reference tie winner
 test bradley_terry.correction =: bonferroni holm none
 test categories: by confidence correction over reversed

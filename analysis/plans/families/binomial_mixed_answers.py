@@ -40,14 +40,22 @@ def binomial_mixed_answer(selected: Selected, settings: BinomialMixedModel) -> A
     fixed = np.zeros((len(keys), 2 * len(names)))
     fixed[place, 2 * keys[:, 1].astype(np.int64)] = 1.0
     fixed[place, 2 * keys[:, 1].astype(np.int64) + 1] = x
-    effects = 2 if settings.random == "intercept_and_slope" else 1
-    random = np.column_stack([np.ones(len(keys)), x])[:, :effects]
-    counts = Counts(hits, trials, keys[:, 0].astype(np.int64), fixed, random)
+    random = [np.ones(len(keys))]
+    if settings.random == "intercept_and_slope":
+        random.append(x)
+    elif settings.random == "intercept_and_condition":
+        if len(names) != 2:
+            raise DataRefused(
+                f"{settings.name!r}: `random: intercept_and_condition` is for two conditions, and here are {len(names)}"
+            )
+        random.append(0.5 - keys[:, 1])
+    counts = Counts(hits, trials, keys[:, 0].astype(np.int64), fixed, np.column_stack(random))
     fit = fit_binomial_mixed(counts, settings.link, settings.nodes)
     rows = [_condition(fit, i, name, middle, unit, settings) for i, name in enumerate(names)]
     spread: Row = {
         "sd_intercept": float(fit.sd[0]),
-        "sd_slope": float(fit.sd[1]) / unit if effects > 1 else None,
+        "sd_slope": float(fit.sd[1]) / unit if settings.random == "intercept_and_slope" else None,
+        "sd_condition": float(fit.sd[1]) if settings.random == "intercept_and_condition" else None,
         "correlation": fit.correlation,
         "at_level": middle,
         "log_likelihood": fit.log_likelihood,

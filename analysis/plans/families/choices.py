@@ -205,7 +205,10 @@ class DPrime(ChoiceSettings):
 
 
 class BinomialMixedModel(ChoiceSettings):
-    """The settings of a binomial mixed model: participants differ in intercept, or in intercept and slope of the level.
+    """The settings of a binomial mixed model: participants differ in intercept, or also in the slope of the level.
+
+    With `random: intercept_and_condition` they differ in intercept, and in the difference of two conditions: a
+    comparison of conditions within people needs it where that difference is not the same for all of them.
 
     `condition` is a column whose levels have a PSE and a slope each. `nodes` are those of the quadrature of each random
     effect (1: Laplace). A table of the plan's own has one row per trial (`correct` 0 or 1), or `correct` of `n`.
@@ -217,7 +220,7 @@ class BinomialMixedModel(ChoiceSettings):
     correct: Text = "correct"
     n: Text | None = None
     condition: Text | None = None
-    random: Literal["intercept", "intercept_and_slope"] = "intercept_and_slope"
+    random: Literal["intercept", "intercept_and_slope", "intercept_and_condition"] = "intercept_and_slope"
     link: Literal["probit", "logit"] = "probit"
     nodes: Annotated[Whole, Field(ge=1, le=51)] = 7
     confidence: Confidence = 0.95
@@ -228,6 +231,12 @@ class BinomialMixedModel(ChoiceSettings):
         if self.table is None:
             names = (("level", "level"), ("correct", "correct"), ("n", None))
             yield from (Idle(name, "on choices, whose table has these columns", value) for name, value in names)
+
+    @model_validator(mode="after")
+    def _a_condition_to_differ_in(self) -> Self:
+        if self.random == "intercept_and_condition" and self.condition is None:
+            raise ValueError("random: intercept_and_condition goes together with condition: COLUMN")
+        return self
 
 
 KINDS: Mapping[str, Kind] = {

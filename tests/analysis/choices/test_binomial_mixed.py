@@ -12,7 +12,7 @@ from scipy.special import gammaln, log_ndtr, logsumexp, ndtr
 from benchmarks.statistics.sensitivity import GLMER, cbpp
 from palpate.analysis.choices.binomial_mixed import BinomialMixed, Counts, fit_binomial_mixed
 from palpate.analysis.plans import kinds
-from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.answers import Answer, Selected
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import BadOption, NotIdentified, RankDeficient, TooFew
@@ -127,6 +127,53 @@ def test_a_plan_asks_for_the_population_of_each_condition() -> None:
     assert [row["quantity"] for row in result.more["differences"]] == ["pse", "slope"]
     with pytest.raises(DataRefused, match="has a guess rate"):
         kind.answer(Selected(table.assign(standard=np.nan), pd.DataFrame(), (), {}), settings)
+
+
+def differing(seed: int, spread: float) -> pd.DataFrame:
+    """The choices of 10 people in two conditions with one population PSE: `spread` is the SD of their differences."""
+    rng, parts = np.random.default_rng(seed), []
+    for person in range(10):
+        base = rng.normal(0, 1.0)
+        for where in ("near", "far"):
+            levels = np.repeat(np.linspace(94, 106, 7), 16)
+            eta = base + rng.normal(0, spread) + 0.5 * (levels - 100)
+            hit = (rng.random(len(levels)) < ndtr(eta)).astype(float)
+            parts.append(rows(levels, hit, f"P{person:02d}", standard=100.0, hit=hit, track=where))
+    return pd.concat(parts, ignore_index=True)
+
+
+def compared(table: pd.DataFrame, random: str) -> Answer:
+    kind = TESTS["binomial_mixed_model"]
+    given = {"name": "x", "test": "binomial_mixed_model", "condition": "track", "nodes": 1, "random": random}
+    return kind.answer(Selected(table, pd.DataFrame(), (), {}), kind.settings.model_validate(given))
+
+
+def test_where_people_differ_in_the_difference_of_conditions_it_needs_an_effect_of_its_own(full_run: bool) -> None:
+    """The same PSE in the population: at most one in twenty tests may find a difference."""
+    alarms = {"intercept": 0, "intercept_and_condition": 0}
+    seeds = range(60 if full_run else 4)
+    for seed in seeds:
+        for random in alarms:
+            answer = compared(differing(seed, 0.5), random)
+            alarms[random] += float(answer.more["differences"][0]["p"] or 0) <= 0.05
+            if random == "intercept_and_condition":  # the SD of a difference of two
+                assert 0.3 < float(answer.more["spread"][0]["sd_condition"] or 0) < 1.3
+    assert (
+        alarms["intercept_and_condition"] <= max(1, 0.15 * len(seeds))
+        and alarms["intercept"] > alarms["intercept_and_condition"]
+    )
+
+
+def test_an_effect_of_condition_wants_two_conditions_and_people_who_differ() -> None:
+    with pytest.raises(NotIdentified, match="leave"):
+        compared(differing(1, 0.0), "intercept_and_condition")
+    three = differing(0, 0.5)
+    three.loc[three["participant"] == "P00", "track"] = "between"
+    with pytest.raises(DataRefused, match="is for two conditions, and here are 3"):
+        compared(three, "intercept_and_condition")
+    settings = {"name": "x", "test": "binomial_mixed_model", "random": "intercept_and_condition"}
+    with pytest.raises(ValueError, match="goes together with condition: COLUMN"):
+        TESTS["binomial_mixed_model"].settings.model_validate(settings)
 
 
 def test_the_random_effects_of_this_model_are_no_columns() -> None:
