@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from palpate.analysis.choices.evidence import RATIO
-from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, function_row
+from palpate.analysis.plans.families.collected_answers import BY, function_row
+from palpate.analysis.plans.families.function_summaries import PARTICIPANT
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import read_plan

@@ -12,7 +12,7 @@ from scipy.special import logit, ndtr, ndtri
 from palpate.analysis.choices.binomial_mixed import BinomialMixed, Counts, fit_binomial_mixed
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import BinomialMixedModel
-from palpate.analysis.plans.families.collected_answers import PARTICIPANT
+from palpate.analysis.plans.families.function_summaries import PARTICIPANT
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, sentences
 from palpate.analysis.ratings.collected_choices import GUESSING, track_design

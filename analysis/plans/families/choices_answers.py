@@ -18,25 +18,24 @@ from palpate.analysis.choices.staircase import Staircase, staircase
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
+from palpate.analysis.plans.families.function_summaries import PARTICIPANT, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
 from palpate.analysis.ratings.collected_choices import compared_pairs
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.apa import apa_p
-from palpate.analysis.statistics.f_and_t import t_critical
 from palpate.analysis.statistics.refusals import StatisticsError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from palpate.analysis.plans.answers import Row, Selected
 from palpate.analysis.plans.families.choices import BradleyTerry, PsychometricFunction, Thurstone
 
 NUMBERS = (
     "threshold", "threshold_low", "threshold_high", "share_at", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse",
 )  # fmt: skip
-PARTICIPANT, MOST_NAMED = "participant", 6
+MOST_NAMED = 6
+SUMMED = ("threshold", "jnd", "reversal_threshold")
 HOW = {
     "corrected": "profile likelihood with Bartlett's correction",
     "profile": "profile likelihood",
@@ -73,7 +72,7 @@ def psychometric_answer(selected: Selected, settings: PsychometricFunction) -> A
         reversals += [own.assign(**where) for own in turned]
     if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
         raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
-    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, settings.confidence))}
+    more: dict[str, tuple[Row, ...]] = {"summary": tuple(summary_rows(rows, by, SUMMED, settings.confidence))}
     for name, tables in (("levels", levels), ("reversals", reversals)):
         if tables:
             joined = pd.concat(tables, ignore_index=True)
@@ -185,31 +184,6 @@ def _staircases(
         turned,
         notes,
     )
-
-
-def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float) -> Iterator[Row]:
-    """Yield means over participants with SD and Student's interval, by combination of the other columns.
-
-    Participants without an estimate are counted.
-    """
-    others = [name for name in by if name != PARTICIPANT]
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row[name] for name in others), []).append(row)
-    for key, members in groups.items():
-        for name in ("threshold", "jnd", "reversal_threshold"):
-            values = [float(row[name]) for row in members if row.get(name) is not None]
-            if values:
-                where = dict(zip(others, key, strict=True))
-                n, mean = len(values), float(np.mean(values))
-                sd = float(np.std(values, ddof=1)) if n > 1 else None
-                half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
-                ends = (None, None) if half is None else (mean - half, mean + half)
-                yield {
-                    **where,
-                    **{"quantity": name, "n": n, "without_estimate": len(members) - n, "mean": mean, "sd": sd},
-                    **{"ci_low": ends[0], "ci_high": ends[1], "note": "" if n > 1 else "one value: no spread"},
-                }
 
 
 def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) -> str:

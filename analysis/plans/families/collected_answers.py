@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,20 +32,18 @@ from palpate.analysis.plans.families.declared_answers import (
     threshold_share,
     track_posterior,
 )
+from palpate.analysis.plans.families.function_summaries import PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
 from palpate.analysis.ratings.collected_choices import TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.f_and_t import adjusted, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 from palpate.protocols.tracks import NO_CATCH
 
 if TYPE_CHECKING:
     from palpate.analysis.choices.declared_model import DeclaredModel
     from palpate.analysis.plans.answers import Row, Selected
-    from palpate.analysis.statistics.doubles import Floats
 
-PARTICIPANT = "participant"
 BY = (PARTICIPANT, "track")
 NUMBERS = (
     "trials", "threshold", "threshold_low", "threshold_high", "threshold_sd", "outside", "bound", "sure", "jnd",
@@ -55,8 +52,6 @@ NUMBERS = (
 )  # fmt: skip
 POINTS = 61
 SUMMED = ("threshold", "jnd", "weber")
-MOST_COMPARED = 12
-"""The largest number of tracks of which every two are compared."""
 HOW = {
     "corrected": "profile likelihood with Bartlett's correction",
     "profile": "profile likelihood",
@@ -340,80 +335,6 @@ def _trial_rows(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[Row]:
         ):
             right = hit if pd.isna(correct) else correct
             yield {**where, "n": n, "level": float(level), "correct": None if pd.isna(right) else bool(right)}
-
-
-def summary_rows(
-    rows: list[dict[str, Any]], by: tuple[str, ...], names: tuple[str, ...], confidence: float
-) -> Iterator[Row]:
-    """Yield means over participants with SD and Student's interval, by combination of the other columns."""
-    others = [name for name in by if name != PARTICIPANT]
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row[name] for name in others), []).append(row)
-    for key, members in groups.items():
-        for name in names:
-            values = [float(row[name]) for row in members if row.get(name) is not None]
-            if not values:
-                continue
-            n, mean = len(values), float(np.mean(values))
-            sd = float(np.std(values, ddof=1)) if n > 1 else None
-            half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
-            yield {
-                **dict(zip(others, key, strict=True)),
-                "quantity": name, "n": n, "without_estimate": len(members) - n, "mean": mean, "sd": sd,
-                "ci_low": None if half is None else mean - half, "ci_high": None if half is None else mean + half,
-                "note": "" if n > 1 else "one value: no spread",
-            }  # fmt: skip
-
-
-def difference_rows(
-    rows: list[dict[str, Any]], by: tuple[str, ...], names: tuple[str, ...], confidence: float
-) -> Iterator[Row]:
-    """Yield paired t tests of every two combinations of the columns but the participant, over those with both numbers.
-
-    `p_corrected` is by Holm's method over the pairs of a quantity. None where the rows are not of participants.
-    """
-    others = [name for name in by if name != PARTICIPANT]
-    if PARTICIPANT not in by or not others:
-        return
-    keys = list(dict.fromkeys(tuple(row[name] for name in others) for row in rows))
-    if not 2 <= len(keys) <= MOST_COMPARED:
-        return
-    for name in names:
-        values = {
-            key: {row[PARTICIPANT]: float(row[name]) for row in rows
-                  if row.get(name) is not None and tuple(row[other] for other in others) == key}
-            for key in keys
-        }  # fmt: skip
-        tests: list[dict[str, Any]] = []
-        for one, two in combinations(keys, 2):
-            both = [who for who in values[one] if who in values[two]]
-            found = np.array([values[one][who] - values[two][who] for who in both])
-            tests.append(
-                {"quantity": name, "one": ", ".join(map(str, one)), "two": ", ".join(map(str, two)), "n": len(both)}
-                | _paired(found, confidence)
-            )
-        known = [float(test["p"]) for test in tests if test["p"] is not None]
-        corrected = iter(adjusted(known, "holm") if known else ())
-        for test in tests:
-            yield {**test, "p_corrected": None if test["p"] is None else next(corrected)}
-
-
-def _paired(found: Floats, confidence: float) -> dict[str, Any]:
-    """Return the mean difference with its interval and t test; without p for fewer than two, or where all are equal."""
-    n = len(found)
-    mean = float(found.mean()) if n else None
-    sd = float(found.std(ddof=1)) if n > 1 else 0.0
-    if mean is None or sd == 0:
-        note = "all differences are equal" if n > 1 else "fewer than two participants have both"
-        missing = dict.fromkeys(("sd", "ci_low", "ci_high", "t", "df", "p"))
-        return {"difference": mean, **missing, "note": note}
-    error = sd / math.sqrt(n)
-    half = t_critical(n - 1, confidence) * error
-    return {
-        "difference": mean, "sd": sd, "ci_low": mean - half, "ci_high": mean + half, "t": mean / error, "df": n - 1,
-        "p": t_two_sided(mean / error, n - 1), "note": "",
-    }  # fmt: skip
 
 
 def _answer(

@@ -9,7 +9,8 @@ import pandas as pd
 from palpate.analysis.choices.detection import Detection, detection_of_pairs, detection_of_share
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import DPrime
-from palpate.analysis.plans.families.collected_answers import BY, PARTICIPANT, difference_rows, summary_rows
+from palpate.analysis.plans.families.collected_answers import BY
+from palpate.analysis.plans.families.function_summaries import PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import sentences
 from palpate.analysis.ratings.collected_choices import NO_RIGHT_ANSWER, NOISE, PAIRS

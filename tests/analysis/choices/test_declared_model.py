@@ -250,7 +250,7 @@ def test_thresholds_of_tracks_are_compared_within_people() -> None:
     """Against scipy.stats.ttest_rel and Holm's steps by hand."""
     from scipy.stats import ttest_rel
 
-    from palpate.analysis.plans.families.collected_answers import difference_rows
+    from palpate.analysis.plans.families.function_summaries import difference_rows
 
     numbers = {"a": [1.0, 2.0, 4.0, 3.0], "b": [2.5, 2.0, 6.0, 5.0], "c": [0.5, 2.2, 3.9, None]}
     found = [
