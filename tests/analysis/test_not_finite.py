@@ -16,7 +16,7 @@ MAP = """
 name: hard
 source: made for a test
 files: table.csv
-columns: {participant: who, value: y, attribute_is: Roughness, within: {tool: tool, surface: surface}}
+columns: {participant: who, stimulus: what, value: y, attribute_is: Roughness, within: {tool: tool, surface: surface}}
 """
 HARD = {
     "all equal": lambda person, cell: 50.0,
@@ -46,8 +46,10 @@ tests:
 
 
 def hard_lab(folder, value, people):
-    lines = ["who,tool,surface,y"] + [
-        f"P{person},t{cell % 2},s{cell // 2},{value(person, cell)!r}" for person in range(people) for cell in range(4)
+    lines = ["who,what,tool,surface,y"] + [
+        f"P{person},{cell},t{cell % 2},s{cell // 2},{value(person, cell)!r}"
+        for person in range(people)
+        for cell in range(4)
     ]
     (folder / "table.csv").write_text("\n".join(lines) + "\n")
     (folder / "hard.yaml").write_text(MAP)
