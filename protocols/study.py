@@ -621,6 +621,9 @@ class Study(Strict):
         """Return these stimuli by their block, in their order; a study without blocks has one, main."""
         blocks: dict[str, list[Stimulus]] = {}
         for stimulus in stimuli:
-            name = "main" if self.order.blocks is None else stimulus.columns[self.order.blocks.by]
-            blocks.setdefault(name, []).append(stimulus)
+            blocks.setdefault(self.block_of(stimulus), []).append(stimulus)
         return blocks
+
+    def block_of(self, stimulus: Stimulus) -> str:
+        """Return the block of a stimulus; main if the study has no blocks."""
+        return "main" if self.order.blocks is None else stimulus.columns[self.order.blocks.by]

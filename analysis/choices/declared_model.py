@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import logsumexp, xlogy
 
 from palpate.analysis.choices.evidence import RATIO, SURE
+from palpate.analysis.choices.shapes import JndKind, jnd_ends
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NoEstimate
 from palpate.studies.procedures.model_grid import (
@@ -29,7 +30,6 @@ from palpate.studies.procedures.model_grid import (
 )
 
 if TYPE_CHECKING:
-    from palpate.analysis.choices.shapes import JndKind
     from palpate.protocols.procedures import Model
     from palpate.studies.procedures.adviser import Estimate
 
@@ -167,11 +167,11 @@ class ModelPosterior:
     def jnd(self, kind: JndKind, confidence: float = SURE) -> tuple[float, float, float]:
         """Return the mean of the JND and the ends of its central interval."""
         model, thresholds, slopes = self.declared.model, self.table.axes["threshold"], self.table.axes["slope"]
-        shares = (0.75, 0.25) if kind == "half_interquartile" else (0.8413447460685429, 0.5)
+        factor, *shares = jnd_ends(kind)
         upper, lower = (
             level_at(model.shape, model.scale, share, thresholds[:, None], slopes[None, :]) for share in shares
         )
-        sizes = (upper - lower) / (2 if kind == "half_interquartile" else 1)
+        sizes = factor * (upper - lower)
         return self._summary(sizes.ravel(), self._plane().ravel(), confidence)
 
     @staticmethod

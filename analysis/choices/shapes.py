@@ -122,14 +122,14 @@ def by_threshold(shape: Shape, level: float) -> Coordinates:
     return Coordinates(native, lambda centre, log_spread: (centre + z * np.exp(log_spread), log_spread))
 
 
-def ends(kind: JndKind) -> tuple[float, float, float]:
+def jnd_ends(kind: JndKind) -> tuple[float, float, float]:
     """Return the weight, and the two values of F whose levels' difference is the JND."""
     return (0.5, 0.75, 0.25) if kind == "half_interquartile" else (1.0, float(ndtr(1.0)), 0.5)
 
 
 def by_jnd(shape: Shape, kind: JndKind) -> Coordinates:
     """Return the coordinates (log JND, centre), for a logarithmic shape (log JND, log spread)."""
-    weight, high, low = ends(kind)
+    weight, high, low = jnd_ends(kind)
     up, down = shape.place(high), shape.place(low)
     if shape.logarithmic:
         return _logarithmic(weight, up, down)

@@ -228,7 +228,7 @@ def study_factors(study: Study, questions: Sequence[Question]) -> StudyFactors:
     encountered: dict[str, list[dict[str, str]]] = {}
     for group, session in product(groups, range(1, study.sessions + 1)):
         for stimulus in study.stimuli_of(group):
-            block = "main" if study.order.blocks is None else stimulus.columns[study.order.blocks.by]
+            block = study.block_of(stimulus)
             own = {column_name(name): level for name, level in stimulus.columns.items()}
             row = {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
             row["study"] = study.study

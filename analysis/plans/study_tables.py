@@ -98,7 +98,6 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
         "session": of_levels(numbers) if declared else Column(numbers=True),
         "group": of_levels(study.groups or [""]),
     }
-    by = None if study.order.blocks is None else study.order.blocks.by
     stimuli = {
         column_name(name): of_levels(stimulus.columns.get(name, "") for stimulus in study.stimuli)
         for name in study.stimuli[0].columns
@@ -106,7 +105,7 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
     trials = {
         **whose,
         "trial": NUMBERS,
-        "block": of_levels("main" if by is None else stimulus.columns[by] for stimulus in study.stimuli),
+        "block": of_levels(map(study.block_of, study.stimuli)),
         "stimulus": Column(tuple(stimulus.id for stimulus in study.stimuli)),
         **stimuli,
     }

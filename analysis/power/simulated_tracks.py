@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from palpate.analysis.choices.evidence import RATIO
+from palpate.analysis.choices.shapes import JndKind, jnd_ends
 from palpate.analysis.plans.families.collected_answers import BY, function_row
 from palpate.analysis.plans.families.function_summaries import PARTICIPANT
 from palpate.analysis.plans.families.rows import parts_of
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from palpate.protocols.tracks import Track
 
 THRESHOLD, JND = QUANTITIES = ("threshold", "jnd")
-JND_SHARES = {"half_interquartile": (0.75, 0.25, 2.0), "x84_x50": (0.8413447460685429, 0.5, 1.0)}
-"""F at the ends of a JND, and what their distance is divided by."""
 
 
 class Measurement(NamedTuple):
@@ -191,7 +190,7 @@ class _Expected:
     observer: Observer
     track: Track
     quantity: str
-    jnd: str
+    jnd: JndKind
     at: float
     distance: bool
 
@@ -201,8 +200,8 @@ class _Expected:
             return abs(self._level(self.at, threshold) - (self.track.standard_level or 0.0))
         if self.quantity == THRESHOLD:
             return self._level(self.at, threshold)
-        upper, lower, divisor = JND_SHARES[self.jnd]
-        return abs(self._level(upper, threshold) - self._level(lower, threshold)) / divisor
+        factor, upper, lower = jnd_ends(self.jnd)
+        return factor * abs(self._level(upper, threshold) - self._level(lower, threshold))
 
     def _level(self, share: float, threshold: float) -> float:
         observer, falling = self.observer, self.track.procedure.easier == "lower"

@@ -87,7 +87,7 @@ def _most_energy(header: dict[str, Any]) -> float:
     """Return the most energy that the session's vibrator allows within its window."""
     devices = (header["rig"].get("devices") or {}).values()
     limits = [Limits.model_validate(one.get("limits", {})) for one in devices if one.get("kind") == "vibrator"]
-    return max((one.hand_arm_m_s2**2 * one.window_s for one in limits or [Limits()]), default=0.0)
+    return max(one.hand_arm_m_s2**2 * one.window_s for one in limits or [Limits()])
 
 
 def runs_of(lab: Path, participant: str, day: date) -> Iterator[tuple[dict[str, Any], tuple[Event, ...]]]:

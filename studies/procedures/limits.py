@@ -88,10 +88,9 @@ class LimitsAdviser:
         if any(always_hit) != all(always_hit):
             return Estimate(outside="unknown")
         indexes = [series.indexes for series in ended]
-        lowest = always_hit[0] == (self.rules.easier == "higher")
-        level = self.track.levels[max(map(min, indexes)) if lowest else min(map(max, indexes))]
-        beyond = "below" if always_hit[0] == (self.rules.easier == "higher") else "above"
-        return Estimate(outside=beyond, bound=float(level), sure=None)  # type: ignore[arg-type]
+        below = always_hit[0] == (self.rules.easier == "higher")
+        level = self.track.levels[max(map(min, indexes)) if below else min(map(max, indexes))]
+        return Estimate(outside="below" if below else "above", bound=float(level), sure=None)  # type: ignore[arg-type]
 
     def _new(self, number: int) -> Series:
         direction = self.rules.direction
