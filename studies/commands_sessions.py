@@ -182,11 +182,17 @@ def _before(
 @click.option("--study", help="The study's name or path, if it is not among the lab's or the shipped ones.")
 @click.option("--without-wal", is_flag=True, help="Go on although the file's -wal companion was lost.")
 @resume_options
+@click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), show_default="the folder above LEDGER's",
+    help="The lab's folder.",
+)  # fmt: skip
 @JSON
-def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, live: LiveOptions) -> None:
+def resume(
+    ledger: Path, study: str | None, without_wal: bool, lab: Path | None, as_json: bool, live: LiveOptions
+) -> None:
     """Resume an interrupted session: what is recorded is replayed, then the session continues at the exact act.
 
-    It continues with the study as it was recorded. If the study's file or a model that it plays has changed since,
+    LEDGER is a session's file; with --lab also its name in LAB/sessions. It continues with the study as it was recorded. If the study's file or a model that it plays has changed since,
     --accept-change is needed, and is recorded.
 
     \b
@@ -197,6 +203,8 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     from palpate.studies.sessions.session import resume as resume_session
     from palpate.studies.sessions.session_files import in_person
 
+    if lab is not None and not ledger.exists():
+        ledger = lab / "sessions" / ledger
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
     record = read(ledger)
@@ -205,7 +213,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
             f"{ledger}: its -wal file, which may hold the session's last events, is not there; copy both files, "
             "or add --without-wal to continue from what is left"
         )
-    lab = ledger.resolve().parent.parent
+    lab = lab or ledger.resolve().parent.parent
     study_files, rig, accepted = _resumed(record, lab, study, live)
     result = resume_session(ledger, rig, accepted)
     if in_person(record.header):

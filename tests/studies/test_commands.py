@@ -31,7 +31,7 @@ def run(tmp_path, run_palpate):
     (folder / "study.yaml").write_text(TOY)
 
     def run_in_lab(*arguments, status=0):
-        return run_palpate(*arguments, *(["--lab", tmp_path] if arguments[0] != "resume" else []), status=status)
+        return run_palpate(*arguments, "--lab", tmp_path, status=status)
 
     return run_in_lab
 
@@ -111,7 +111,7 @@ def test_an_interrupted_session_is_reported_and_resumed(run, tmp_path, monkeypat
     assert not (tmp_path / "sessions" / "toy_P002_s1.sqlite").exists()
     monkeypatch.undo()
     assert f"(interrupted after {events} events" in run("replay")
-    assert "complete: " in run("resume", str(ledger))
+    assert "complete: " in run("resume", ledger.name)
     assert "is complete; nothing to resume" in run("resume", str(ledger), status=2)
 
 
@@ -139,7 +139,7 @@ def test_a_damaged_ledger_fails_the_replay_alone(run, tmp_path):
         (("runn", "toy"), "no verb 'runn'; did you mean 'run'?"),
         (("replay",), "no ledgers in"),
         (("collect",), "no ledgers in"),
-        (("resume", "nowhere.sqlite"), "nowhere.sqlite: no such ledger"),
+        (("resume", "nowhere.sqlite"), "/sessions/nowhere.sqlite: no such ledger"),
         (("resume", "."), "a folder; name one ledger"),
         (("replay", "nowhere.sqlite"), "nowhere.sqlite: no such ledger or folder"),
         (("run", "toy", "--participant", "P001\n", "--simulate"), "a pseudonym of a letter"),
@@ -243,15 +243,17 @@ def test_several_are_refused_before_the_first_starts(run, tmp_path):
     assert len(list((tmp_path / "sessions").glob("*.sqlite"))) == 1
 
 
-def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(run, tmp_path, monkeypatch):
+def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(
+    run, run_palpate, tmp_path, monkeypatch
+):
     lab = Lab(tmp_path)
     monkeypatch.setattr("palpate.studies.simulation.rig.simulated", lambda *_: stopping(lab.rig, 5))
     run("run", "toy", "--participant", "P001", "--simulate", status=1)
     monkeypatch.undo()
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")
     monkeypatch.chdir(tmp_path / "sessions")
-    assert "The study's file cannot be read any more" in run("resume", "toy_P001_s1.sqlite", status=2)
-    assert "complete: " in run("resume", "toy_P001_s1.sqlite", "--accept-change")
+    assert "The study's file cannot be read any more" in run_palpate("resume", "toy_P001_s1.sqlite", status=2)
+    assert "complete: " in run_palpate("resume", "toy_P001_s1.sqlite", "--accept-change")
     assert read(Path("toy_P001_s1.sqlite")).run_notes[-2].value["accepted_change"] == {
         "since_session": 1, "differences": "the study's file could not be read",
     }  # fmt: skip
@@ -299,11 +301,9 @@ def test_a_crashed_session_without_its_wal_is_not_silently_resumed(run, tmp_path
     ledger.close({"at": "2026-01-01T00:00:00+00:00"})
     assert "the -wal file is missing" in run("replay", str(alone))
     assert "its -wal file, which may hold the session's last events, is not there" in run(
-        "resume", str(alone), "--study", "toy", status=2
+        "resume", str(alone), status=2
     )
-    assert "complete" in run(
-        "resume", str(alone), "--study", str(tmp_path / "studies" / "toy"), "--without-wal", "--accept-change"
-    )
+    assert "complete" in run("resume", str(alone), "--without-wal", "--accept-change")
 
 
 def test_a_study_that_cannot_be_presented_is_reported_by_check_and_leaves_no_session(run, tmp_path):
