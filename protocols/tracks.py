@@ -60,6 +60,22 @@ def with_level(stimulus: Stimulus, grids: Sequence[Grid], level: Level) -> Stimu
     return stimulus.model_copy(update={"columns": {**stimulus.columns, **put_in}})
 
 
+def path_of(study: Study, stimulus: Stimulus, column: str | None = None) -> tuple[str | int, ...]:
+    """Return where the study file declares a stimulus at a level: its row, a procedure's levels, or the standard.
+
+    `column` is the one in question (None: the stimulus as a whole).
+    """
+    place = [own.id for own in study.stimuli].index(stimulus.id)
+    row = study.stimuli[place]
+    if stimulus == row or (column is not None and stimulus.columns.get(column) == row.columns.get(column)):
+        return ("stimuli", place)
+    for n, procedure in enumerate(study.procedure):
+        grids = procedure.grids
+        if all(stimulus.columns.get(grid.column, "") in map(level_text, grid.levels) for grid in grids):
+            return ("procedure", n, "level") if len(study.procedure) > 1 else ("procedure", "level")
+    return ("intervals", "standard")
+
+
 def level_text(value: float) -> str:
     """Return a level as a text that gives the same number again, short where that is possible."""
     short = f"{value:g}"

@@ -52,7 +52,14 @@ do not change it."""
 
 
 class VibrationError(ValueError):
-    """A vibration that cannot be made; the message names stimulus, column, value and what is expected."""
+    """A vibration that cannot be made; the message names stimulus, column, value and what is expected.
+
+    `column` is the column that is wrong, None if no single one is.
+    """
+
+    def __init__(self, message: str, column: str | None = None) -> None:
+        super().__init__(message)
+        self.column = column
 
 
 @dataclass(frozen=True)
@@ -184,7 +191,7 @@ def _demand_consistent(vibration: Vibration) -> None:
 
 def _wrong(stimulus: str, column: str, value: str, expected: str) -> VibrationError:
     found = repr(value) if value else "nothing"
-    return VibrationError(f"stimulus {stimulus!r}, column {column!r}: found {found}; {expected}")
+    return VibrationError(f"stimulus {stimulus!r}, column {column!r}: found {found}; {expected}", column)
 
 
 def waveform(vibration: Vibration, rate_hz: float) -> Array:

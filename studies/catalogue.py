@@ -70,6 +70,11 @@ def read_study(path: Path) -> StudyFiles:
 
     Raises StudyError, or YamlError, with what is wrong, where, and the nearest valid name.
     """
+    return read_with_document(path)[0]
+
+
+def read_with_document(path: Path) -> tuple[StudyFiles, Document]:
+    """Read a study as `read_study` does; return its document, too, which has the line of each of its keys."""
     document = load(_bytes(path), str(path))
     rows = list(_stimuli(document, path))
     study = study_from(document, rows, str(path))
@@ -78,7 +83,7 @@ def read_study(path: Path) -> StudyFiles:
         raise StudyError(
             f"{path}: study: found {study.study!r} in a folder named {folder.name!r}; let both be the same"
         )
-    return StudyFiles(study, path.parent)
+    return StudyFiles(study, path.parent), document
 
 
 def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:

@@ -86,18 +86,23 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 
 
 def _checked(path: Path, lab: Path) -> dict[str, Any]:
+    from palpate.protocols.complaints import Problem, listed
     from palpate.protocols.reading import StudyError
+    from palpate.protocols.tracks import path_of
     from palpate.protocols.yaml_text import YamlError
     from palpate.signals.doors.grid import DoorDataError
-    from palpate.studies.catalogue import read_study
+    from palpate.studies.catalogue import read_with_document
     from palpate.studies.participants.lab import ParticipantError
     from palpate.studies.participants.lab_forms import unasked_questions
-    from palpate.studies.sessions.rig import RigError
+    from palpate.studies.sessions.rig import RigError, StimulusRefused
 
     try:
-        study_files = read_study(path)
+        study_files, document = read_with_document(path)
         _demand_playable(study_files)
         notes = [*unasked_questions(study_files.study, lab)]
+    except StimulusRefused as error:
+        place = path_of(study_files.study, error.stimulus, error.column)
+        return {"file": str(path), "ok": False, "problems": listed([Problem(place, str(error))], document, str(path))}
     except (StudyError, YamlError, RigError, DoorDataError, ParticipantError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}
     if faults := _wordings(study_files, lab):

@@ -192,8 +192,9 @@ def resume(
 ) -> None:
     """Resume an interrupted session: what is recorded is replayed, then the session continues at the exact act.
 
-    LEDGER is a session's file; with --lab also its name in LAB/sessions. It continues with the study as it was recorded. If the study's file or a model that it plays has changed since,
-    --accept-change is needed, and is recorded.
+    LEDGER is a session's file; with --lab also its name in LAB/sessions. It continues with the study as it was
+    recorded. If the study's file or a model that it plays has changed since, --accept-change is needed, and is
+    recorded.
 
     \b
     Example:

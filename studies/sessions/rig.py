@@ -11,10 +11,22 @@ from typing import Any
 
 from palpate.protocols.events import Event, Reply, Request, Samples, World, WorldEvent
 from palpate.protocols.plan import Plan
+from palpate.protocols.study import Stimulus
 
 
 class RigError(ValueError):
     """The rig that a study needs is not available."""
+
+
+class StimulusRefused(RigError):
+    """A device cannot present `stimulus`, which has the level of a track in its columns, or must not.
+
+    `column` is the column of the stimulus that is wrong, None if no single one is.
+    """
+
+    def __init__(self, message: str, stimulus: Stimulus, column: str | None = None) -> None:
+        super().__init__(message)
+        self.stimulus, self.column = stimulus, column
 
 
 def _do_nothing() -> None:

@@ -14,7 +14,8 @@ from palpate.protocols.events import NS, Present, Reply, Request
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_world import Done
 from palpate.protocols.trial import Trial
-from palpate.studies.sessions.rig import RigError
+from palpate.signals.vibration import VibrationError
+from palpate.studies.sessions.rig import RigError, StimulusRefused
 
 RATE_HZ = 8000
 """Rate of the simulated output: what a device plays at 48 kHz is the same vibration, and takes six times as long."""
@@ -42,14 +43,16 @@ class VibratorTwin:
         return self.driver
 
     def check(self, trial: Trial) -> None:  # noqa: ARG002 - all stimuli are checked with the first trial
-        """Raise RigError unless every stimulus that may be presented can be played."""
+        """Raise StimulusRefused unless every stimulus that may be presented can be played."""
         if self.checked:
             return
         for stimulus in self.plan.possible:
             try:
                 self.opened.check(stimulus, self.plan.interval_s)
             except DeviceError as error:
-                raise RigError(str(error)) from None
+                raise StimulusRefused(str(error), stimulus) from None
+            except VibrationError as error:
+                raise StimulusRefused(str(error), stimulus, error.column) from None
         self.checked = True
 
     def __call__(self, request: Request, t_ns: int) -> Done:

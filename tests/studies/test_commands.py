@@ -306,6 +306,36 @@ def test_a_crashed_session_without_its_wal_is_not_silently_resumed(run, tmp_path
     assert "complete" in run("resume", str(alone), "--without-wal", "--accept-change")
 
 
+FELT = """study: felt
+task: intervals
+stimuli:
+  - {id: f250, waveform: sine, frequency_hz: 250, reference: m_s2}
+intervals: {seconds: 0.6}
+procedure:
+  kind: constant
+  repeats: 1
+  level: {column: level_db, values: [0, 10]}
+order: {design: random}
+needs: [window, vibration]
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("[0, 10]", "[0, 60]", "line 9: procedure.level: vibrator: stimulus 'f250' (60 dB re 1 m/s^2 RMS, sine)"),
+        ("{seconds", "{standard: 60, seconds", "line 5: intervals.standard: vibrator: stimulus 'f250' (60 dB"),
+        ("sine", "sinus", "line 4: stimuli[0]: stimulus 'f250', column 'waveform': found 'sinus'"),
+    ],
+)
+def test_a_vibration_that_cannot_be_played_is_reported_by_check_with_its_line(
+    run_palpate, tmp_path, right, wrong, message
+):
+    file = tmp_path / "study.yaml"
+    file.write_text(FELT.replace(right, wrong))
+    assert f"NOT OK\n{file}: {message}" in run_palpate("check", tmp_path, status=1)
+
+
 def test_a_study_that_cannot_be_presented_is_reported_by_check_and_leaves_no_session(run, tmp_path):
     folder = tmp_path / "studies" / "toy"
     (folder / "study.yaml").write_text(TOY.replace("[A, B, C, D]", "stimuli.csv") + "needs: [door]\n")
