@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -14,6 +15,7 @@ from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.complaints import Problem
 from palpate.protocols.forms import Question
 from palpate.protocols.study import Study
+from palpate.protocols.wording import count
 
 Rows = Sequence[Mapping[str, str]]
 TRIAL = "trial"
@@ -61,14 +63,6 @@ class StudyFactors:
                 place = f" in group {group}" if group else ""
                 yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
 
-    def of_choices(self, settings: StatisticSettings) -> Iterator[Problem]:
-        """Yield the problems of a test of choices that follow from their design."""
-        intervals = self.study.intervals
-        guessed = intervals.design == "oddity" or (intervals.design == "forced_choice" and intervals.standard is None)
-        if settings.test == "binomial_mixed_model" and guessed:
-            why = "who perceives nothing guesses the answer, and this model has no guess rate"
-            yield Problem(("test",), f"the study's design is {intervals.design}: {why}; ask a psychometric test")
-
     def _of_kind(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
         """Yield the problems that only tests of this kind have."""
         match settings.test:
@@ -87,6 +81,8 @@ class StudyFactors:
                 yield from self._one_category(settings, outcomes)
             case "target_error":
                 yield from self._no_target(settings, groups, outcomes)
+            case "mds" | "procrustes" | "vectors":
+                yield from self._cramped_map(settings, groups, outcomes)
 
     def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
         """Yield problems that prevent every rater from rating every target."""
@@ -177,6 +173,24 @@ class StudyFactors:
         named = {row[settings.attribute_column] for rows in groups.values() for row in rows}
         if not named & set(outcomes):
             yield Problem(("attribute_column",), f"{settings.attribute_column!r} names none of the attributes asked")
+
+    def _cramped_map(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
+        """Yield problems of a map: outcomes beside those of pairs, or more dimensions than distances can span."""
+        if getattr(settings, "pairs", None) is not None:
+            if len(outcomes) != 1:
+                yield Problem(("outcomes",), f"`pairs` needs one outcome; here are {', '.join(outcomes)}")
+            return
+        if getattr(settings, "on", "") == "attributes":
+            return
+        rows = [row for own in groups.values() for row in own]
+        levels = {name: {row[name] for row in rows if name in row} for name in (settings.over, settings.items)}
+        points, items = (len(levels[name]) or math.inf for name in (settings.over, settings.items))
+        nonmetric = "nonmetric" in (getattr(settings, "method", ""), getattr(settings, "on", ""))
+        most = points - 1 if nonmetric else min(points - 1, items)
+        if settings.dimensions > most:
+            by = "" if nonmetric else f" by {items} of {settings.items!r}"
+            message = f"a map of {points} levels of {settings.over!r}{by} has {count(int(most), 'dimension')} at most"
+            yield Problem(("dimensions",), message)
 
     @property
     def _columns(self) -> set[str]:

@@ -39,6 +39,8 @@ NOISE = ("noise", "same")
 PAIRS, TIE = "pairs", "equal"
 """The procedure of stimuli that are compared with each other, and the answer that neither was chosen."""
 NO_LEVELS = "pairs of stimuli have no levels, which this test needs; ask bradley_terry or thurstone"
+TWO_DIMENSIONS = "the levels have two dimensions; a psychometric function has one"
+GUESS_KNOWN = "the design of these choices decides `guess`, which is free in yes_no and same_different; leave it out"
 NO_RIGHT_ANSWER = "no answer to a forced choice between two stimuli is correct, so it has no d'"
 GUESSING = "a forced choice has a guess rate, which this model lacks; ask a psychometric test for each participant"
 NO_SCALE = "a scale is of forced choices between the stimuli of pairs; "
@@ -188,7 +190,7 @@ def track_design(
         raise DataRefused("no trial with a level is among these choices")
     one = {name: _one(used, name) for name in ("design", "procedure", "alternatives", "standard")}
     if "level_2" in used.columns and used["level_2"].notna().any():
-        raise DataRefused("the levels have two dimensions; a psychometric function has one")
+        raise DataRefused(TWO_DIMENSIONS)
     design, procedure, standard = str(one["design"]), str(one["procedure"]), one["standard"]
     alternatives = int(one["alternatives"])
     numbers: dict[str, Any] = {
@@ -234,11 +236,24 @@ def compared_pairs(table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     return used.assign(winner=won, loser=lost, tie=chosen == TIE), len(table) - len(used)
 
 
+def several_values(name: str, values: Sequence[object]) -> str:
+    """Return that choices with several values of a column have no function in common."""
+    shown = ", ".join(map(str, values[:4]))
+    return f"choices of several values of {name} ({shown}) have no function in common; name it in `by`"
+
+
+def no_model_in_common(tracks: Sequence[str]) -> str:
+    """Return that a study declares no model in common for these tracks, which a plan asks for."""
+    return (
+        f"the plan says `prior: declared_model`, and the study declares no model in common for track "
+        f"{', '.join(tracks)}; leave `prior` out, or say `prior: levels`"
+    )
+
+
 def _one(rows: pd.DataFrame, name: str) -> Any:
     values = rows[name].dropna().unique().tolist() if name in rows.columns else []
     if len(values) > 1:
-        shown = ", ".join(map(str, values[:4]))
-        raise DataRefused(f"choices of several values of {name} ({shown}) have no function in common; name it in `by`")
+        raise DataRefused(several_values(name, values))
     if not values and name != "standard":
         raise DataRefused(f"column {name!r} has no value")
     return values[0] if values else None

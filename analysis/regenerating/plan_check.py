@@ -152,7 +152,6 @@ class KnownAnswers:
             if why_refused is not None and (why := why_refused(settings, self.design.study)):
                 yield Problem(("test",), why)
                 return
-            yield from self.design.of_choices(settings)
         if outcomes is None:
             return
         yield from self.design.problems(settings, outcomes if settings.outcomes is None else settings.outcomes)
@@ -204,7 +203,7 @@ def _named_twice(settings: StatisticSettings) -> Iterator[Problem]:
     seen: set[tuple[str, str]] = {("", name) for name in implied if of_ratings}
     for key in keys:
         # A number, and what categories are compared over, may be a factor as well.
-        place = key if key in ("numeric", "over") else ""
+        place = key if key == "numeric" or (key == "over" and not hasattr(settings, "items")) else ""
         for name in () if key in settings.not_columns else column_names(getattr(settings, key, None)):
             if (place, name) in seen or (of_ratings and name in implied):
                 yield Problem((key,), f"{name!r} has a place in this test already; every column has one")

@@ -157,6 +157,8 @@ class PsychometricFunction(ChoiceSettings):
             yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
         if self.of_choices:
             yield from (Idle(name, "with `source: choices`, whose table has these columns") for name in ("level", "n"))
+            of_design = ("task", "alternatives", "correct", "falling")
+            yield from (Idle(name, "with `source: choices`, whose design decides it") for name in of_design)
         elif self.function not in ("weibull", "weibull_db"):
             yield Idle("level_unit", "with this function of a table of the plan's own", "linear")
         if self.interval in ("none", "posterior"):
@@ -270,7 +272,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.binomial_mixed_answers:binomial_mixed_answer"),
         takes="choices",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_function"),
+        why_refused=lazy_function(f"{_OF_STUDY}:why_no_mixed_model"),
         headings={"pse": "PSE", "pse_low": "PSE, low", "pse_high": "PSE, high"},
     ),
     "dprime": Kind(

@@ -35,8 +35,8 @@ from palpate.analysis.plans.families.declared_answers import (
 from palpate.analysis.plans.families.function_summaries import PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
-from palpate.analysis.ratings.collected_choices import TrackDesign, track_design
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.collected_choices import GUESS_KNOWN, TrackDesign, track_design
+from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 from palpate.protocols.tracks import NO_CATCH
 
@@ -95,21 +95,16 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
 
 
 def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec:
-    """Return the function of a design. Raises DataRefused where a setting of the plan contradicts the design."""
-    given = settings.model_fields_set
-    expected = {
+    """Return the function of a design. Raises DeclarationRefused for a guess rate where the design decides it."""
+    guess: float | tuple[float, float] | None = design.guess
+    if "guess" in settings.model_fields_set:
+        if design.task != "yes_no":
+            raise DeclarationRefused(GUESS_KNOWN)
+        guess = settings.guess
+    of_design = {
         "task": design.task, "alternatives": design.alternatives, "correct": design.hits, "falling": design.falling,
     }  # fmt: skip
-    for name, value in expected.items():
-        if name in given and getattr(settings, name) != value:
-            raise DataRefused(
-                f"the plan says `{name}: {getattr(settings, name)}`, and the design of these choices is "
-                f"`{name}: {value}`; leave it out"
-            )
-    if "guess" in given and design.task != "yes_no":
-        raise DataRefused("the plan says `guess`, which the design of these choices decides; leave it out")
-    guess = settings.guess if "guess" in given else design.guess
-    own = settings.model_copy(update={**expected, "guess": guess, "interval": settings.interval or "corrected"})
+    own = settings.model_copy(update={**of_design, "guess": guess, "interval": settings.interval or "corrected"})
     own = own.model_copy(update={"interval": "corrected"}) if own.interval == "posterior" else own
     return own.model()
 
@@ -148,9 +143,9 @@ def function_row(
             notes += [f"{count} {what}"] if count else []
     except StatisticsError as refusal:
         notes.append(str(refusal))
+    except DeclarationRefused:
+        raise
     except DataRefused as refusal:
-        if "the plan says" in str(refusal):
-            raise
         notes.append(str(refusal))
     return {**row, "note": "; ".join(note for note in notes if note)}, shown
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from palpate.analysis.choices.declared_model import DeclaredModel, model_lapse_excess, model_posterior
 from palpate.analysis.choices.evidence import EXCESS, RATIO
+from palpate.analysis.ratings.collected_choices import no_model_in_common
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.procedures import QuestPlus, values_of
 
@@ -46,10 +47,7 @@ def declared_model(
     if len(models) == len(names) and all(model == models[0] for model in models):
         return models[0]
     if settings.prior is not None:
-        raise DataRefused(
-            f"the plan says `prior: declared_model`, and the study declares no model in common for track "
-            f"{', '.join(names)}; leave `prior` out, or say `prior: levels`"
-        )
+        raise DataRefused(no_model_in_common(names))
     return None
 
 

@@ -19,7 +19,7 @@ from palpate.analysis.plans.answers import Answer, QuestionResult, Selected
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
 from palpate.analysis.ratings.collected_choices import catch_exclusions, inattentive
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import DeclarationRefused
 from palpate.analysis.ratings.reading import Material, read_material
 from palpate.analysis.ratings.sources import gathered
 from palpate.analysis.regenerating.regeneration import run_tests
@@ -118,10 +118,21 @@ def test_sensitivity_of_a_plan(material: Material, tmp_path: Path) -> None:
     assert result.answer.more["summary"][0]["n"] == len(result.answer.rows)
 
 
-def test_a_plan_that_contradicts_the_design_is_refused(material: Material, tmp_path: Path) -> None:
-    (result,) = answers(material, tmp_path, "{name: t, test: psychometric, source: choices, task: symmetric}")
-    assert "`task: symmetric`, and the design of these choices is `task: forced_choice`" in result.refused
-    (several,) = answers(material, tmp_path, "{name: t, test: psychometric, source: choices, by: [participant]}")
+def test_tracks_of_several_procedures_are_refused_and_what_the_design_decides_is_noted(
+    material: Material, tmp_path: Path
+) -> None:
+    where = "interval: none, where: {track: f40, participant: P001}"
+    one, own, several = answers(
+        material, tmp_path,
+        f"{{name: a, test: psychometric, source: choices, {where}, task: symmetric, correct: hit, falling: true}}",
+        f"{{name: b, test: psychometric, source: choices, {where}}}",
+        "{name: c, test: psychometric, source: choices, interval: none, by: [participant]}",
+    )  # fmt: skip
+    assert one.answer is not None and own.answer is not None and one.answer.rows == own.answer.rows
+    design = "has no effect with `source: choices`, whose design decides it."
+    assert [f"The plan's `{name}` {design}" in one.answer.notes for name in ("task", "correct", "falling")] == [
+        True
+    ] * 3
     assert "several values of procedure" in several.refused
 
 
@@ -132,10 +143,10 @@ def answer(test: str, table: pd.DataFrame, **settings: Any) -> Answer:
     return kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **own, **settings}))
 
 
-def test_a_contradicting_setting_is_refused_by_name() -> None:
+def test_a_guess_rate_that_the_design_decides_is_refused() -> None:
     levels, hits = constant(np.random.default_rng(1), 128, weibull_db)
-    with pytest.raises(DataRefused, match="`task: yes_no`, and the design of these choices is `task: forced_choice`"):
-        answer("psychometric", rows(levels, hits), task="yes_no")
+    with pytest.raises(DeclarationRefused, match="the design of these choices decides `guess`"):
+        answer("psychometric", rows(levels, hits), guess=0.3)
 
 
 def test_a_track_of_50_questplus_trials_is_no_step(full_run: bool) -> None:
