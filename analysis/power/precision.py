@@ -74,9 +74,9 @@ class MeanPrecision:
     """How wide the 95 % interval (Student's t) of a mean over participants is, in units of the level.
 
     `of` is a track, the difference of two tracks within people, or that of two groups. `sd_between` is the SD of
-    people's own values, `sd_error` that of the measurement, `measured` the share of participants with a number. `width`
-    is that of the root mean square SD; the share ASSURED of studies are not wider than `width_assured`. None where
-    fewer than two participants are expected to have a number.
+    people's own values, `sd_error` that of the measurement, `measured` the share of all participants with a number (a
+    track may be of one group). `width` is that of the root mean square SD; the share ASSURED of studies are not wider
+    than `width_assured`. None where fewer than two participants are expected to have a number.
     """
 
     of: str
@@ -209,7 +209,7 @@ def precision(
                 rows.setdefault(one.label, {})[number] = one
                 own_of[one.label] = own[one.track]
         tracks += [_of_track(label, cap, cap == own_of[label], several) for label, several in rows.items()]
-        for of, spread in _spreads(rows, own_of, len(study.groups)):
+        for of, spread in _spreads(rows, own_of, runs, len(study.groups)):
             spreads[of, cap] = spread
     means = [
         MeanPrecision(
@@ -249,17 +249,20 @@ def _of_track(label: str, trials: int, own: bool, several: People) -> TrackPreci
     )  # fmt: skip
 
 
-def _spreads(rows: Mapping[str, People], own: dict[str, int | None], groups: int) -> Iterator[tuple[str, Spread]]:
+def _spreads(
+    rows: Mapping[str, People], own: dict[str, int | None], people: int, groups: int
+) -> Iterator[tuple[str, Spread]]:
     """Yield what means are of, and their spread: tracks, differences of two within people, and of two groups.
 
-    Those are left out that fewer than two people have a number for. `own` has the study's number of trials for each.
+    Those are left out that fewer than two people have a number for; groups are compared in the tracks that all of them
+    have. `own` has the study's number of trials for each, `people` were simulated.
     """
     means: dict[str, Spread] = {}
     for label, several in rows.items():
         known = [one for one in several.values() if one.value is not None]
         if len(known) > 1:
             error = float(np.std([one.error for one in known], ddof=1))
-            means[label] = Spread(known[0].between, error, len(known) / len(several))
+            means[label] = Spread(known[0].between, error, len(known) / people)
             yield label, means[label]
     for one, two in combinations(means, 2):
         pairs = [(rows[one][number], rows[two][number]) for number in rows[one] if number in rows[two]]
@@ -270,10 +273,11 @@ def _spreads(rows: Mapping[str, People], own: dict[str, int | None], groups: int
         own[of] = own[one] if own[one] == own[two] else None
         between = abs(sds[0] - sds[1]) if both[0][0].stimulus == both[0][1].stimulus else math.hypot(*sds)
         error = float(np.std([a.error - b.error for a, b in both], ddof=1))
-        yield of, Spread(between, error, len(both) / len(pairs), is_difference=True)
-    for label, spread in means.items() if groups > 1 else ():
+        yield of, Spread(between, error, len(both) / people, is_difference=True)
+    common = [label for label in means if len(rows[label]) == people] if groups > 1 else []
+    for label in common:
         own[of := f"{label}: two of {groups} groups"] = own[label]
-        yield of, spread._replace(groups=groups)
+        yield of, means[label]._replace(groups=groups)
 
 
 def estimate_precision_s(

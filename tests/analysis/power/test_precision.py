@@ -275,3 +275,18 @@ def test_targets_that_are_not_reached_say_so(write):
     assert sd == "a person's SD of at most 0.01: not reached with 16 trials"
     assert interval.endswith("not reached with 16 trials")
     assert all(line.endswith("not reached with 999 participants") for line in widths)
+
+
+def test_participants_without_a_track_do_not_narrow_the_interval_of_its_mean(write):
+    """Two groups have a track each: of ten participants five have it, and the groups are compared in none."""
+    stimuli = [
+        {**stimulus, "finger": name} for stimulus, name in zip(STUDY["stimuli"], ("index", "thumb"), strict=True)
+    ]
+    request = write(stimuli=stimuli, groups={name: {"finger": [name]} for name in ("index", "thumb")})
+    planned = precision(request, [16], [10], 8)
+    measured = {point.track: point.people * (1 - point.without) / 8 for point in planned.tracks}
+    assert {point.of: point.measured for point in planned.means} == measured and max(measured.values()) <= 0.5
+    assert all(
+        point.width == planned.spreads[point.of, 16]._replace(measured=1.0).width(10 * point.measured)
+        for point in planned.means
+    )
