@@ -14,6 +14,7 @@ from palpate.analysis.ratings.people import ANSWER, CLOSED
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question, own_tables
+from palpate.protocols.pairs import PAIRS
 from palpate.protocols.study import Study, is_number
 from palpate.protocols.tasks import TASKS
 
@@ -131,8 +132,10 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
             "session_number": of_levels(numbers) if declared else NUMBERS,
             "attempt": NUMBERS,
             "seq": NUMBERS,
-            "track": Column(tuple(study_tracks(study))),
-            "procedure": Column(tuple(dict.fromkeys(procedure.kind for procedure in study.procedure))),
+            "track": Column(tuple(study_tracks(study))) if study.procedure else trials["block"],
+            "other": WORDS if study.procedure else trials["stimulus"],
+            "procedure": of_levels([procedure.kind for procedure in study.procedure] or [PAIRS]),
+            "design": of_levels([study.intervals.design]),
         }
     return {name: {**people, **columns} for name, columns in tables.items()}
 

@@ -24,6 +24,7 @@ from sqlalchemy import Connection, inspect, text
 
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.analysis.ratings.session_choice import query
+from palpate.protocols.pairs import PAIRS
 from palpate.protocols.tracks import EASY, NO_CATCH, tracks_in
 
 if TYPE_CHECKING:
@@ -36,8 +37,8 @@ ADAPTIVE = ("staircase", "questplus")
 """Procedures whose levels follow from the answers, so that they concentrate on a few."""
 NOISE = ("noise", "same")
 """The targets of trials without a signal, or without a difference."""
-PAIRS, TIE = "pairs", "equal"
-"""The procedure of stimuli that are compared with each other, and the answer that neither was chosen."""
+TIE = "equal"
+"""The answer that neither of a pair was chosen."""
 NO_LEVELS = "pairs of stimuli have no levels, which this test needs; ask bradley_terry or thurstone"
 TWO_DIMENSIONS = "the levels have two dimensions; a psychometric function has one"
 GUESS_KNOWN = "the design of these choices decides `guess`, which is free in yes_no and same_different; leave it out"

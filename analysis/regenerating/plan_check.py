@@ -44,15 +44,10 @@ def check_against_study(request: DataRequest, plan: Plan) -> None:
     if request.digest is not None:
         return
     known = known_answers(request, plan)
-    both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
-        ("tests", plan.tests),
-        ("figures", plan.figures),
-    )
     problems = [
-        Problem((section, place, *problem.path), problem.message)
-        for section, settings in both
-        for place, test in enumerate(settings)
-        for problem in known.problems(test)
+        Problem((*place, *problem.path), problem.message)
+        for place, settings in _declared(plan)
+        for problem in known.problems(settings)
     ]
     problems += [
         Problem(("exclusions", place, *problem.path), problem.message)
@@ -81,18 +76,19 @@ def refuse_idle_settings(plan: Plan) -> None:
 
     `regenerate` still reads such a plan, with a note beside the answer.
     """
-    both: tuple[tuple[str, Sequence[StatisticSettings | FigureSettings]], ...] = (
-        ("tests", plan.tests),
-        ("figures", plan.figures),
-    )
     problems = [
-        Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
-        for section, settings in both
-        for place, test in enumerate(settings)
-        for idle in idle_settings(test, _kind_of(test))
+        Problem((*place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
+        for place, settings in _declared(plan)
+        for idle in idle_settings(settings, _kind_of(settings))
     ]
     if problems:
         raise plan.complaint(problems)
+
+
+def _declared(plan: Plan) -> Iterator[tuple[tuple[str, int], StatisticSettings | FigureSettings]]:
+    """Yield the tests and figures of a plan, each with its place in the file."""
+    yield from ((("tests", n), test) for n, test in enumerate(plan.tests))
+    yield from ((("figures", n), figure) for n, figure in enumerate(plan.figures))
 
 
 def answers_of_study(study: Study, questions: Sequence[Question]) -> KnownAnswers:
@@ -151,10 +147,8 @@ class KnownAnswers:
             why_refused = TESTS[settings.test].why_refused
             if why_refused is not None and (why := why_refused(settings, self.design.study)):
                 yield Problem(("test",), why)
-                return
-        if outcomes is None:
-            return
-        yield from self.design.problems(settings, outcomes if settings.outcomes is None else settings.outcomes)
+        if outcomes is not None:
+            yield from self.design.problems(settings, outcomes if settings.outcomes is None else settings.outcomes)
 
     def problems_of_rule(self, rule: Rule) -> Iterator[Problem]:
         """Yield the problems of a rule for leaving something out."""

@@ -13,9 +13,10 @@ from palpate.analysis.plans.families.collected_answers import BY
 from palpate.analysis.plans.families.function_summaries import PARTICIPANT, difference_rows, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import sentences
-from palpate.analysis.ratings.collected_choices import NO_RIGHT_ANSWER, NOISE, PAIRS
+from palpate.analysis.ratings.collected_choices import NO_RIGHT_ANSWER, NOISE
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.pairs import PAIRS
 from palpate.protocols.tracks import NO_CATCH
 
 if TYPE_CHECKING:
