@@ -44,10 +44,12 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
     if not row and not column:
         match = next(iter(answer.more.get("differences", ())), match)
     columns = [column] if column else [name for name in P_COLUMNS if name in match]
-    known = [name for name in match if name == "p" or name.startswith("p_")]
+    known = _p_columns(match)
     if not known:
         what = f"the row {row!r} has" if row else "this test has"
-        raise PowerError(f"{test}: {what} no p value, and power is how often p is at most alpha")
+        others = [other for rows in answer.more.values() for other in rows if _p_columns(other)]
+        way_out = f"; name a row that has one with --row, as {', '.join(_row_texts(others[0]))!r}" if others else ""
+        raise PowerError(f"{test}: {what} no p value, and power is how often p is at most alpha{way_out}")
     if not columns or columns[0] not in match:
         what = f"no column {column!r}" if column else "name the column of its p value with --p"
         raise PowerError(f"{test}: {what}; {nearest(column, known)}")
@@ -55,6 +57,10 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> PValue:
     if isinstance(value, int | float) and math.isfinite(value):
         return PValue(float(value), by=by)
     return PValue(None, str(match.get("note") or "p is undefined"), by)
+
+
+def _p_columns(row: Row) -> Sequence[str]:
+    return [name for name in row if name == "p" or name.startswith("p_")]
 
 
 def demand_p(result: QuestionResult, request: PowerRequest) -> None:
@@ -76,7 +82,9 @@ def precision_command(request: PowerRequest) -> str:
     tests = read_plan(request.plan_file).tests
     names = [test.name for test in tests if isinstance(test, PsychometricFunction) and test.of_choices]
     test = request.test if request.test in names else next(iter(names), "TEST")
-    return shell_command("power", request.study_file.parent.name, "--test", test, "--trials", "24,48,96")
+    return shell_command(
+        "power", request.study_file.parent.name, "--test", test, "--trials", "24,48,96", "--lab", request.lab
+    )
 
 
 def _row_with(answer: Answer, test: str, text: str) -> Row:

@@ -64,6 +64,10 @@ def check_request(request: PowerRequest) -> StatisticSettings:
             f"{request.study_file}: simulated people have one threshold for all tracks, so there is no difference that "
             "--effect could change; give one for each track, simulation: {observer: {threshold: {TRACK: LEVEL}}}"
         )
+    if request.outcome and (source := test.source or TESTS[test.test].takes) != "ratings":
+        raise PowerError(
+            f"{request.test}: --outcome {request.outcome}: it is about {source}, not ratings; leave it out"
+        )
     known = [attribute.name for attribute in study.attributes]
     if request.outcome and known and request.outcome not in known:
         raise PowerError(f"{request.test}: no outcome {request.outcome!r}; {nearest(request.outcome, known)}")

@@ -155,6 +155,9 @@ def test_the_row_and_the_column_that_decide_are_chosen_by_name():
         p_of(Answer(({"measure": "Pearson r", "value": 0.8},), "t", {}, 4, 8), "retest")
     with pytest.raises(PowerError, match="the row .y. has no p value"):
         p_of(Answer(({"a": "x", "p": 0.5}, {"a": "y"}), "t", {}, 4, 8), "mixed", "y")
+    scale = Answer(({"a": "x"},), "t", {}, 4, 8, more={"differences": ({"a": "x", "b": "y", "p": 0.5},)})
+    with pytest.raises(PowerError, match="'x' has no p value.*; name a row that has one with --row, as 'x, y'"):
+        p_of(scale, "scale", "x")
     with pytest.raises(PowerError, match="name the column of its p value with --p; known: p_deviance"):
         p_of(Answer(({"a": "x", "p_deviance": 0.5},), "t", {}, 4, 8), "ordinal")
 
@@ -235,6 +238,14 @@ procedure: {kind: constant, level: {column: height, values: [1.4, 1.8, 2.0, 2.2,
 order: {design: random}
 simulation: {observer: {threshold: {bare: 2.0, gloved: 2.4}, shape: gaussian, slope: 6, guess: 0.01, threshold_sd: 0.1}}
 """
+
+
+def test_an_outcome_is_refused_where_no_ratings_are_asked(lab):
+    folder = lab / "studies" / "pairs"
+    (folder / "study.yaml").write_text(COMPARISONS)
+    (folder / "analysis.yaml").write_text("study: pairs\ntests:\n  - {name: textures, test: dprime}\n")
+    with pytest.raises(PowerError, match="--outcome rough: it is about choices, not ratings; leave it out"):
+        check_request(asking(lab, outcome="rough"))
 
 
 def test_the_difference_of_conditions_decides_of_a_binomial_mixed_model(lab):
