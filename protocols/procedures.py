@@ -149,6 +149,15 @@ class Procedure(KnownKeys):
         """Return the greatest number of trials of a track with so many levels."""
         raise NotImplementedError
 
+    @property
+    def counted_trials(self) -> int:
+        """Return the number that decides how long a track is: its cap of trials, or the repeats of each level."""
+        raise NotImplementedError
+
+    def with_trials(self, count: int) -> Self:
+        """Return the procedure with another number in the place of `counted_trials`."""
+        raise NotImplementedError
+
     @model_validator(mode="after")
     def _dimensions(self) -> Self:
         if isinstance(self.level, tuple):
@@ -171,6 +180,15 @@ class Constant(Procedure):
         """Return the number of trials of a track with so many levels."""
         return self.repeats * levels
 
+    @property
+    def counted_trials(self) -> int:
+        """Return the repeats of each level."""
+        return self.repeats
+
+    def with_trials(self, count: int) -> Self:
+        """Return the procedure with so many repeats of each level."""
+        return self.model_copy(update={"repeats": count})
+
 
 class Ending(Procedure):
     """What the procedures have that go by the answers: rules by which a track ends, a cap among them.
@@ -184,6 +202,15 @@ class Ending(Procedure):
     def most_trials(self, levels: int) -> int:  # noqa: ARG002
         """Return the cap."""
         return self.stop.trials
+
+    @property
+    def counted_trials(self) -> int:
+        """Return the cap."""
+        return self.stop.trials
+
+    def with_trials(self, count: int) -> Self:
+        """Return the procedure with another cap."""
+        return self.model_copy(update={"stop": self.stop.model_copy(update={"trials": count})})
 
     @model_validator(mode="after")
     def _rules_of_the_kind(self) -> Self:

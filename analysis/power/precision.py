@@ -17,7 +17,7 @@ from palpate.analysis.plans.families.choices import PsychometricFunction
 from palpate.analysis.plans.families.collected_answers import BY
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.power.request import PowerError, PowerRequest, check_request
-from palpate.analysis.power.simulated_tracks import QUANTITIES, Measurement, measure, observer_of, own_trials
+from palpate.analysis.power.simulated_tracks import QUANTITIES, Measurement, measure, observer_of
 from palpate.analysis.ratings.collected_choices import study_tracks
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.procedures import MOST_TRIALS, Constant, Ending
@@ -169,7 +169,7 @@ def check_precision(request: PowerRequest) -> PsychometricFunction:
 
 def all_trials(study: Study, wanted: Sequence[int]) -> tuple[int, ...]:
     """Return the numbers of trials in order, the study's own among them; without any, half to twice its own."""
-    own = {own_trials(procedure) for procedure in study.procedure}
+    own = {procedure.counted_trials for procedure in study.procedure}
     around = {max(1, round(factor * number)) for number in own for factor in (0.5, 0.75, 1.5, 2)}
     numbers = {*(wanted or around), *own}
     return tuple(sorted(number for number in numbers if number <= MOST_TRIALS))
@@ -200,7 +200,7 @@ def precision(
         for done, person in enumerate(measured, start=1):
             persons.append(person)
             progress(done, runs, title)
-    own = {track.name: own_trials(track.procedure) for track in study_tracks(study).values()}
+    own = {track.name: track.procedure.counted_trials for track in study_tracks(study).values()}
     tracks, spreads, own_of = [], dict[tuple[str, int], Spread](), dict[str, int | None]()
     for cap in trials:
         rows: dict[str, dict[int, Measurement]] = {}

@@ -59,7 +59,12 @@ def with_effect(study: Study, effect: float) -> Study:
 
 def people(count: int) -> list[str]:
     """Return pseudonyms P001, P002, ...: rows of the counterbalancing square follow from them as in a real study."""
-    return [f"P{number:03d}" for number in range(1, count + 1)]
+    return [person(number) for number in range(1, count + 1)]
+
+
+def person(number: int) -> str:
+    """Return the pseudonym of a person by number, as P001."""
+    return f"P{number:03d}"
 
 
 def simulated_material(study: Study, lab: Path, participants: Sequence[str], seed: int) -> Material:

@@ -22,11 +22,10 @@ from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.request import MOST_RUNS, PowerError, PowerRequest, only
-from palpate.analysis.power.simulated_studies import people, simulated_material
+from palpate.analysis.power.simulated_studies import person, simulated_material
 from palpate.analysis.ratings.collected_choices import catch_exclusions, study_tracks, track_design
 from palpate.protocols.keyed import normal
-from palpate.protocols.procedures import MOST_TRIALS, Constant, Ending
-from palpate.protocols.tracks import ABSENT, EASY, NO_CATCH
+from palpate.protocols.tracks import ABSENT, EASY, NO_CATCH, Slot
 from palpate.studies.catalogue import read_study
 from palpate.studies.procedures.model_grid import level_at
 
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
 
     from palpate.analysis.plans.answers import Selected
     from palpate.analysis.plans.families.choices import PsychometricFunction
-    from palpate.protocols.procedures import Procedure
     from palpate.protocols.study import Observer, Study
     from palpate.protocols.tracks import Track
 
@@ -77,24 +75,10 @@ class Measurement(NamedTuple):
         return not (self.truth < self.low or self.truth > self.high)
 
 
-def own_trials(procedure: Procedure) -> int:
-    """Return the number that `--trials` replaces: the cap of a track, or the repeats of constant stimuli."""
-    if isinstance(procedure, Constant):
-        return procedure.repeats
-    return procedure.stop.trials if isinstance(procedure, Ending) else MOST_TRIALS
-
-
 def with_trials(study: Study, trials: int) -> Study:
     """Return the study with this number in every procedure."""
-    procedures = [
-        procedure.model_copy(
-            update={"repeats": trials}
-            if isinstance(procedure, Constant)
-            else {"stop": procedure.stop.model_copy(update={"trials": trials})}
-        )
-        for procedure in study.procedure
-    ]
-    return study.model_copy(update={"procedure": tuple(procedures)})
+    procedures = tuple(procedure.with_trials(trials) for procedure in study.procedure)
+    return study.model_copy(update={"procedure": procedures})
 
 
 def first_choices(choices: pd.DataFrame, study: Study) -> pd.DataFrame:
@@ -117,7 +101,7 @@ def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[M
     plan = only(read_plan(request.plan_file), request, study)
     settings: Any = plan.tests[0]
     longest = _without_catch_rule(with_trials(study, trials[-1]))
-    material = simulated_material(longest, request.lab, people(number)[-1:], request.seed * MOST_RUNS)
+    material = simulated_material(longest, request.lab, [person(number)], request.seed * MOST_RUNS)
     measured = {}
     for cap in trials:
         shorter = with_trials(study, cap)
@@ -154,7 +138,7 @@ def _measurements(
     for where, part in parts_of(selected.table, BY if settings.by is None else settings.by):
         label = ", ".join(text for name, text in where.items() if name != PARTICIPANT)
         track = selected.tracks[where["track"]]
-        stimulus = _perceived(track)
+        stimulus = Slot(track.name, track).stimulus.id
         row, _ = function_row(selected, settings, part)
         measurement = Measurement(label, track.name, stimulus, int(row["trials"] or 0))
         if row[quantity] is None:
@@ -176,11 +160,6 @@ def _measurements(
             truth=expected.value(mean + observer.threshold_sd * own),
             between=abs(expected.value(mean + observer.threshold_sd) - expected.value(mean)),
         )
-
-
-def _perceived(track: Track) -> str:
-    """Return the stimulus that a simulated person's own deviation belongs to: the standard where levels are stimuli."""
-    return track.stimuli[0].id if len(track.stimuli) == 1 or track.standard is None else track.standard.id
 
 
 @dataclass(frozen=True)
