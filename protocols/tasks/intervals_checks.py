@@ -23,7 +23,8 @@ def problems(study: Study) -> Iterator[Problem]:
     if study.intervals is None:
         return
     if bool(study.procedure) == (study.pairs is not None):
-        yield Problem(("procedure",), "procedure: {kind, level, ...} or pairs: {} is expected for task intervals")
+        found = "both" if study.procedure else "neither"
+        yield Problem(("procedure",), f"{{kind, level, ...}}, or pairs: {{}} in its place, is expected, found {found}")
         return
     about = [question for question in study.ask if question.is_about_intervals]
     if study.ask and len(about) != 1:
@@ -58,7 +59,7 @@ def _pairs(study: Study) -> Iterator[Problem]:
     intervals, choice = study.intervals, study.intervals.design == "forced_choice"
     fits = {"forced_choice": intervals.of == 2, "yes_no": False}
     practice = study.practice
-    asked = any(question.text for question in study.ask if question.is_about_intervals)
+    asked = bool(study.ask) and all(question.text for question in study.ask if question.is_about_intervals)
     goal = practice is not None and practice.until is not None
     odd = practice is not None and len(practice.stimuli) % 2 == 1
     observer = study.simulation is not None and study.simulation.observer is not None

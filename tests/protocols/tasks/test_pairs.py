@@ -141,7 +141,7 @@ GOOD = {"intervals": "", "pairs": "", "order": "random", "more": ""}
     ("changes", "message"),
     [
         ({"more": "procedure: {kind: constant, level: {column: grit, values: [1, 2]}, repeats: 3}"},
-         "procedure: {kind, level, ...} or pairs: {} is expected for task intervals"),
+         "procedure: {kind, level, ...}, or pairs: {} in its place, is expected, found both"),
         ({"intervals": "design: yes_no"}, "pairs are felt in two intervals, or with design: oddity"),
         ({"intervals": "count: 3"}, "pairs are felt in two intervals, or with design: oddity"),
         ({"intervals": "standard: A"}, "pairs have no standard"),
