@@ -4,7 +4,8 @@ The likelihood of a rising function is averaged over a prior like that of QUEST+
 levels and one and a half of their ranges on both sides, flat in the slope for widths (x.95 - x.05) from a twelfth of
 the range to two ranges, flat in the rates that are free. Its ratio to the likelihood of a flat function is a test that
 also holds where levels were chosen by the answers, because its mean is 1 without a threshold, whatever chose the
-levels: a ratio of 20 occurs with a probability of at most 1 in 20. Sources: Ville 1939; Robbins 1970; Wasserman, Ramdas
+levels: a ratio of 20 occurs with a probability of at most 1 in 20. Where all levels lie on one side of a standard, so
+do the thresholds of the prior. Sources: Ville 1939; Robbins 1970; Wasserman, Ramdas
 & Balakrishnan 2020; of the prior Watson 2017.
 """
 
@@ -23,6 +24,7 @@ from palpate.analysis.choices.specification import (
     log_likelihood,
     problem_of,
     quantities,
+    standard_place,
     to_level,
     unit_of,
 )
@@ -111,8 +113,8 @@ def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -
 
 def _fine(answers: Levels, spec: FunctionSpec) -> tuple[_Grid, Floats, float]:
     """Return a grid where the posterior is not negligible, its mass, and the log of the average likelihood."""
-    problem = problem_of(answers, spec)
-    coarse = _grid(spec, *_reach(float(problem.t[-1])), COARSE)
+    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
+    coarse = _grid(spec, *_reach(problem, standard), COARSE)
     log_mass = _log_mass(coarse, problem, spec)
     whole = float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
     ends = []
@@ -131,7 +133,7 @@ def _fine(answers: Levels, spec: FunctionSpec) -> tuple[_Grid, Floats, float]:
 def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Floats]:
     """Return levels, the density of the posterior threshold at them, and that of the prior, per unit of the level."""
     grid, mass, _ = _fine(answers, spec)
-    low, high = _reach(float(problem_of(answers, spec).t[-1]))[0]
+    (low, high), _ = _reach(problem_of(answers, spec), standard_place(spec, answers))
     ends = (np.linspace(low, grid.place[0], BESIDE + 1)[:-1], np.linspace(grid.place[-1], high, BESIDE + 1)[1:])
     below, above = (end if end[-1] > end[0] else end[:0] for end in ends)
     place = np.concatenate([below, grid.place, above])
@@ -147,8 +149,8 @@ def curve_of(
     answers: Levels, spec: FunctionSpec, levels: Floats, confidence: float = SURE
 ) -> tuple[Floats, Floats, Floats]:
     """Return the posterior mean of the share of hits at `levels`, and the ends of its pointwise interval."""
-    problem = problem_of(answers, spec)
-    grid = _grid(spec, *_reach(float(problem.t[-1])), COARSE)
+    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
+    grid = _grid(spec, *_reach(problem, standard), COARSE)
     log_mass = _log_mass(grid, problem, spec)
     mass = np.exp(log_mass - log_mass.max()).ravel()
     kept = np.flatnonzero(mass > NEGLIGIBLE * mass.max())
@@ -216,10 +218,10 @@ def lapse_excess(answers: Levels, spec: FunctionSpec) -> float:
     most = min(MOST_LAPSES, 1 - spec.guess[1] - 0.01)
     if spec.lapse[1] >= most:
         return 0.0
-    problem = problem_of(answers, spec)
+    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
     averages = []
     for bounds in (spec.lapse, (spec.lapse[1], most)):
-        grid = _grid(replace(spec, lapse=bounds), *_reach(float(problem.t[-1])), COARSE)
+        grid = _grid(replace(spec, lapse=bounds), *_reach(problem, standard), COARSE)
         averages.append(float(logsumexp(_log_mass(grid, problem, spec))) - float(logsumexp(grid.weight)))
     return math.exp(min(averages[1] - averages[0], 700.0))
 
@@ -245,9 +247,10 @@ def _grid(spec: FunctionSpec, places: tuple[float, float], widths: tuple[float, 
     return _Grid(place, width, guess, lapse, weight)
 
 
-def _reach(span: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _reach(problem: Problem, standard: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the ends of the prior: of the threshold, and of the width's logarithm."""
-    return (-BEYOND * span, (1 + BEYOND) * span), (math.log(NARROWEST * span), math.log(WIDEST * span))
+    span = float(problem.t[-1])
+    return (max(-BEYOND * span, standard), (1 + BEYOND) * span), (math.log(NARROWEST * span), math.log(WIDEST * span))
 
 
 def _rates(bounds: tuple[float, float]) -> tuple[Floats, Floats]:

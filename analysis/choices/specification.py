@@ -138,7 +138,8 @@ class FunctionSpec:
     """The specification of a fit: the model, the level of F that is the threshold, the definition of the JND.
 
     `assumed` describes which rates the task fixes, ties or leaves free; `equal_rates`: guess equals the lapse rate;
-    `chance`: the guess rate is that of somebody who perceives nothing.
+    `chance`: the guess rate is that of somebody who perceives nothing. `standard`: the level that others are compared
+    with, where all lie on one side of it, so that there is nothing to perceive at it.
     """
 
     shape: Shape
@@ -150,6 +151,7 @@ class FunctionSpec:
     assumed: str
     equal_rates: bool = False
     chance: bool = False
+    standard: float | None = None
 
 
 class Rates(NamedTuple):
@@ -253,6 +255,16 @@ def unit_of(answers: Levels, spec: FunctionSpec) -> float:
     if spec.shape.logarithmic:
         return 1.0
     return float(np.ldexp(1.0, int(np.frexp(answers.levels[-1] - answers.levels[0])[1])))
+
+
+def standard_place(spec: FunctionSpec, answers: Levels) -> float:
+    """Return the standard on the fit's axis: at most 0, -inf where there is none or it lies infinitely far."""
+    if spec.standard is None or (spec.shape.logarithmic and spec.standard <= 0):
+        return -math.inf
+    if spec.shape.logarithmic:
+        return math.log(spec.standard / answers.levels[0])
+    beyond = answers.levels[-1] - spec.standard if spec.falling else spec.standard - answers.levels[0]
+    return float(beyond) / unit_of(answers, spec)
 
 
 def quantities(spec: FunctionSpec, answers: Levels, place: Floats) -> tuple[Floats, Floats]:

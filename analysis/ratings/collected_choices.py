@@ -148,7 +148,8 @@ def inattentive(choices: pd.DataFrame, most: float) -> list[Exclusion]:
 class TrackDesign:
     """The function that a track's design asks for: its task and alternatives, the column of hits, the procedure.
 
-    `falling`: hits become rarer as the level rises, which is so where every level is below the standard. `guess`: the
+    `falling`: hits become rarer as the level rises, which is so where every level is below the standard. `nothing_at`:
+    the standard where all levels lie on one side of it, since nothing is to be perceived there. `guess`: the
     bounds of the guess rate from trials without a signal (None: free). `catch`, `silent`: how many catch trials, and
     trials without a signal, are not in the fit. `easy`: how many catch trials at the easiest level are in it.
     """
@@ -159,6 +160,7 @@ class TrackDesign:
     procedure: str
     falling: bool = False
     standard: float | None = None
+    nothing_at: float | None = None
     guess: tuple[float, float] | None = None
     catch: int = 0
     silent: int = 0
@@ -200,6 +202,7 @@ def track_design(
     level = used["level"].to_numpy(dtype=np.float64)
     below = standard is not None and bool((level < standard).any())
     above = standard is not None and bool((level > standard).any())
+    numbers["nothing_at"] = standard if below != above else None
     easier = {tracks[name].procedure.easier for name in set(used["track"].astype(str)) & set(tracks)}
     falling = below if standard is not None and design != "yes_no" else easier == {"lower"}
     if design in ("yes_no", "same_different"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -106,7 +107,7 @@ def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec
     }  # fmt: skip
     own = settings.model_copy(update={**of_design, "guess": guess, "interval": settings.interval or "corrected"})
     own = own.model_copy(update={"interval": "corrected"}) if own.interval == "posterior" else own
-    return own.model()
+    return replace(own.model(), standard=design.nothing_at)
 
 
 def function_row(

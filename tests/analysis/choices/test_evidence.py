@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -123,3 +124,41 @@ def test_the_interval_of_a_track_holds_the_threshold(full_run: bool) -> None:
     ]
     held = np.mean([low <= halfway() <= high for low, high in ends])
     assert 0.82 <= held <= 0.985 if full_run else held >= 0.6
+
+
+def test_thresholds_lie_on_the_side_of_the_standard_where_all_levels_are(full_run: bool) -> None:
+    """Odd one of three against 100, 2 down 1 up: thresholds of 115 are found (docs/reference/choices.md)."""
+    anywhere = function_spec("logistic", rates_of("forced_choice", 3, None, None), 0.5, "half_interquartile", False)
+    errors: dict[float | None, list[float]] = {None: [], 100.0: []}
+    for seed in range(100 if full_run else 10):
+        given = of_differences(seed, 15.0)
+        for standard, own in errors.items():
+            own.append(evidence_of(given, replace(anywhere, standard=standard)).threshold - 115)
+    free, bounded = (float(np.sqrt(np.mean(np.square(own)))) for own in errors.values())
+    assert bounded < 4.5 and free > 2 * bounded
+    falling = replace(anywhere, falling=True, standard=100.0)
+    mirrored = Levels(200 - given.levels[::-1], given.hits[::-1], given.trials[::-1])
+    assert evidence_of(mirrored, falling).threshold == pytest.approx(200 - bounded_at(given, anywhere), abs=1e-9)
+
+
+def bounded_at(given: Levels, spec: FunctionSpec) -> float:
+    return evidence_of(given, replace(spec, standard=100.0)).threshold
+
+
+def of_differences(seed: int, threshold: float) -> Levels:
+    """64 trials of a staircase from 160, in steps of 8, 4 and 2, of an observer with a logistic F of slope .15."""
+    rng, place, in_a_row, last, reversals = np.random.default_rng([5, seed]), 30, 0, 0, 0
+    given: dict[float, list[bool]] = {}
+    for _ in range(64):
+        share = 1 / (1 + np.exp(-0.15 * (2 * place - threshold)))
+        hit = bool(rng.random() < 1 / 3 + (2 / 3 - 0.02) * share)
+        given.setdefault(100.0 + 2 * place, []).append(hit)
+        in_a_row = in_a_row + 1 if hit else 0
+        move = -1 if in_a_row == 2 else 0 if hit else 1
+        in_a_row = 0 if move else in_a_row
+        reversals += move * last < 0
+        last = move or last
+        place = min(30, max(1, place + move * (4, 2, 1)[min(reversals, 2)]))
+    levels = sorted(given)
+    hits, trials = ([float(of(given[level])) for level in levels] for of in (sum, len))
+    return Levels(np.array(levels), np.array(hits), np.array(trials))
