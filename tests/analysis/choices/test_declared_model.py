@@ -19,8 +19,7 @@ from palpate.analysis.choices.evidence import EXCESS
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Answer, Selected
 from palpate.analysis.ratings.collected_choices import common_tracks, study_tracks
-from palpate.analysis.ratings.dataset import DataRefused
-from palpate.analysis.statistics.refusals import NoEstimate
+from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
 from palpate.protocols.procedures import QuestPlus
 from palpate.protocols.study import Study
 from palpate.protocols.tracks import Track
@@ -190,7 +189,7 @@ def test_a_plan_may_ask_for_the_other_prior(questplus: Any) -> None:
     (without,) = answer(table, None, function="weibull_db", lapse=(0, 0.04)).rows
     assert levels == without
     assert levels["prior"] == "levels presented"
-    with pytest.raises(DataRefused, match="`prior: declared_model`, and the study declares no model"):
+    with pytest.raises(StatisticsError, match="`prior: declared_model`, and the study declares no model"):
         answer(table, None, prior="declared_model")
 
 
