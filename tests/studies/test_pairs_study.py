@@ -1,28 +1,15 @@
-"""A study of pairs through the commands: check, run, replay, collect, and a scale of what was preferred."""
+"""The study of pairs of the how-to through its commands: check, run, replay, collect, and a scale of the stimuli."""
 
 import csv
+from pathlib import Path
 
 from palpate.command_line import _status
 
-STUDY = """study: papers
-task: intervals
-stimuli: [{id: P150, um: 150}, {id: P80, um: 80}, {id: P120, um: 120}]
-intervals: {seconds: 1.0, at_once: false}
-pairs: {orders: one}
-ask:
-  - {name: rougher, kind: choice, of: intervals, text: "Which one was rougher?"}
-  - {name: sure, kind: confidence}
-order: {design: random, repeats: 4}
-practice: {stimuli: [P80, P150]}
-simulation: {latents: {rougher: {um: 1}}, noise_sd: 0.8}
-"""
-PLAN = """study: papers
-tests:
-  - {name: scale, test: bradley_terry, source: choices, first: stimulus}
-"""
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "compare-stimuli-in-pairs.md"
+STUDY, PLAN = (block.split("```")[0] for block in PAGE.read_text("utf-8").split("```yaml\n")[1:])
 
 
-def test_from_the_declaration_to_the_scale(tmp_path, capsys):
+def test_the_how_to_leads_from_the_declaration_to_the_scale(tmp_path, capsys):
     lab = str(tmp_path / "lab")
     assert _status(["init", lab]) == 0
     folder = tmp_path / "lab" / "studies" / "papers"
