@@ -64,7 +64,7 @@ class Intervals(KnownKeys):
                 ("count",), f"{'' if fixed else 'at least '}{fewest} for design: {self.design}, found {self.count}"
             )
         if self.names and len(self.names) != len(self.answers):
-            raise problem_at(("names",), f"{len(self.answers)} names are expected, for {', '.join(self.answers)}")
+            raise problem_at(("names",), f"{len(self.answers)} names are expected, found {len(self.names)}")
         if len(set(self.names)) < len(self.names):
             raise problem_at(("names",), "different names are expected")
         if self.at_once and self.of == 1:
@@ -89,6 +89,16 @@ class Intervals(KnownKeys):
         if self.design == "same_different":
             return ("same", "different")
         return tuple(str(n) for n in range(1, self.of + 1))
+
+    @property
+    def chance(self) -> float | None:
+        """Return the share of right answers of who perceives nothing; None where it depends on how people guess.
+
+        So it does in yes/no and same/different, and where a forced choice has a standard, which may be the greater.
+        """
+        if self.design == "oddity" or (self.design == "forced_choice" and self.standard is None):
+            return 1 / len(self.answers)
+        return None
 
     @property
     def catch_every(self) -> tuple[int | None, int | None]:

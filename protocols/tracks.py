@@ -72,8 +72,13 @@ def path_of(study: Study, stimulus: Stimulus, column: str | None = None) -> tupl
     for n, procedure in enumerate(study.procedure):
         grids = procedure.grids
         if all(stimulus.columns.get(grid.column, "") in map(level_text, grid.levels) for grid in grids):
-            return ("procedure", n, "level") if len(study.procedure) > 1 else ("procedure", "level")
+            return (*procedure_path(study, n), "level")
     return ("intervals", "standard")
+
+
+def procedure_path(study: Study, place: int) -> tuple[str | int, ...]:
+    """Return where the study file has its procedure of this number: several are in a list."""
+    return ("procedure", place) if len(study.procedure) > 1 else ("procedure",)
 
 
 def level_text(value: float) -> str:

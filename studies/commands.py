@@ -88,6 +88,7 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from palpate.protocols.complaints import Problem, listed
     from palpate.protocols.reading import StudyError
+    from palpate.protocols.tasks import TASKS
     from palpate.protocols.tracks import path_of
     from palpate.protocols.yaml_text import YamlError
     from palpate.signals.doors.grid import DoorDataError
@@ -98,10 +99,11 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
 
     try:
         study_files, document = read_with_document(path)
+        study = study_files.study
         _demand_playable(study_files)
-        notes = [*unasked_questions(study_files.study, lab)]
+        notes = [*unasked_questions(study, lab), *TASKS[study.task].notes(study)]
     except StimulusRefused as error:
-        place = path_of(study_files.study, error.stimulus, error.column)
+        place = path_of(study, error.stimulus, error.column)
         return {"file": str(path), "ok": False, "problems": listed([Problem(place, str(error))], document, str(path))}
     except (StudyError, YamlError, RigError, DoorDataError, ParticipantError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}

@@ -17,7 +17,7 @@ from palpate.protocols.intervals import Intervals
 from palpate.protocols.keyed import Key, normal, uniform
 from palpate.protocols.pairs import PAIRS
 from palpate.protocols.study import Feedback, Observer, PracticeGoal, Stimulus, Study
-from palpate.protocols.tasks.intervals_checks import problems
+from palpate.protocols.tasks.intervals_checks import notes, problems
 from palpate.protocols.tasks.steps import Answered, Steps, Stopped, Task, TaskError
 from palpate.protocols.tracks import ABSENT, NO_CATCH, Track
 from palpate.protocols.trial import ParticipantRow, Trial
@@ -314,7 +314,7 @@ def _which_are_presented(study: Study) -> str:
 TASK = Task(
     "Stimuli are presented in intervals, at levels that a procedure chooses or in pairs, and one interval is chosen.",
     choose_present_ask, keys=("intervals", "procedure", "pairs", "ask", "feedback"), required=("intervals",),
-    form=_form, answers="choices", forward_only=True, check=problems,
+    form=_form, answers="choices", forward_only=True, check=problems, notes=notes,
     summary=lambda study: f"{DESIGNS[study.intervals.design]} {_which_are_presented(study)}",
 )  # fmt: skip
 FORM = FormKind(

@@ -11,9 +11,11 @@ from palpate.protocols.intervals import Intervals
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.pairs import MOST_PAIRS
 from palpate.protocols.study import Study, is_number
-from palpate.protocols.tracks import PRACTICE, tracks_in
+from palpate.protocols.tracks import PRACTICE, procedure_path, tracks_in
 from palpate.protocols.yaml_text import Path
 
+ROUNDED = 0.01
+"""A guess rate differs from chance by more: 0.33 means a third."""
 COMPARED = ("same_different", "oddity")
 """Designs whose other intervals cannot be blank."""
 
@@ -46,12 +48,31 @@ def problems(study: Study) -> Iterator[Problem]:
         yield Problem(("procedure",), "of: stimuli is expected for all procedures or for none")
     problems = [*_standard(study, any(rows)), *_names(study)]
     for n, procedure in enumerate(study.procedure):
-        path = ("procedure", n) if len(study.procedure) > 1 else ("procedure",)
-        problems += _levels(study, procedure, path)
+        problems += _levels(study, procedure, procedure_path(study, n))
     problems += _devices(study)
     yield from problems
     if not problems:
         yield from _coverage(study)
+
+
+def notes(study: Study) -> Iterator[str]:
+    """Yield what the study file says of guessing that its design contradicts: no mistake, but rarely meant."""
+    chance = study.intervals.chance if study.intervals is not None and study.procedure else None
+    if chance is None:
+        return
+    from palpate.protocols.procedures import values_of
+
+    declared = {
+        ".".join(map(str, (*procedure_path(study, n), "model.guess"))): values_of(procedure.model.guess)
+        for n, procedure in enumerate(study.procedure)
+        if procedure.kind == "questplus"
+    }
+    if study.simulation is not None and study.simulation.observer is not None:
+        declared["simulation.observer.guess"] = (study.simulation.observer.guess,)
+    for name, rates in declared.items():
+        if all(abs(rate - chance) > ROUNDED for rate in rates):
+            found = f"{name} is {', '.join(f'{rate:g}' for rate in rates)}"
+            yield f"{found}; who guesses among {len(study.intervals.answers)} intervals is right in {chance:.2g}"
 
 
 def _pairs(study: Study) -> Iterator[Problem]:
@@ -148,31 +169,31 @@ def _devices(study: Study) -> Iterator[Problem]:
         yield Problem(("intervals", "at_once"), "one device presents the stimuli: it cannot present two at once")
     if study.procedure and intervals.standard is None and intervals.seconds is None:
         yield Problem(("intervals",), "seconds: N is expected: how long is an interval that is blank?")
-    for procedure in study.procedure:
-        for grid in procedure.grids:
+    for n, procedure in enumerate(study.procedure):
+        for k, grid in enumerate(procedure.grids):
             if grid.of is None and grid.column not in presenting.parameters:
                 known = nearest(grid.column, sorted(presenting.parameters))
-                yield Problem(
-                    ("procedure",), f"level: the column {grid.column!r} changes nothing that is presented; {known}"
-                )
+                place = ("level", k, "column") if len(procedure.grids) > 1 else ("level", "column")
+                path = (*procedure_path(study, n), *place)
+                yield Problem(path, f"the column {grid.column!r} changes nothing that is presented; {known}")
 
 
 def _levels(study: Study, procedure: Any, path: Path) -> Iterator[Problem]:
     """Yield problems between a procedure and the stimulus table."""
     ids = [stimulus.id for stimulus in study.stimuli]
-    for name in procedure.stimuli or ():
+    for n, name in enumerate(procedure.stimuli or ()):
         if name not in ids:
-            yield Problem(path, f"stimuli: found {name!r}, expected a stimulus id; {nearest(name, ids)}")
+            yield Problem((*path, "stimuli", n), f"found {name!r}, expected a stimulus id; {nearest(name, ids)}")
     grid = procedure.grids[0]
     if grid.of is None:
         return
     values = [stimulus.columns.get(grid.column, "") for stimulus in study.stimuli]
     if bad := [n for n, value in enumerate(values) if not is_number(value)]:
         found = f"stimulus {ids[bad[0]]!r} has {values[bad[0]]!r} in {grid.column!r}"
-        yield Problem(path, f"{found}, not a finite number")
+        yield Problem((*path, "level", "column"), f"{found}, not a finite number")
         return
     if procedure.kind == "questplus" and procedure.needs_positive_levels and min(map(float, values)) <= 0:
-        yield Problem(path, "a Weibull function on a linear scale needs levels above 0; or say scale: db")
+        yield Problem((*path, "level"), "a Weibull function on a linear scale needs levels above 0; or say scale: db")
 
 
 def _coverage(study: Study) -> Iterator[Problem]:
@@ -196,7 +217,8 @@ def _coverage(study: Study) -> Iterator[Problem]:
                 start = getattr(track.procedure, "start", None)
                 if start is not None and float(start) not in track.levels:
                     levels = ", ".join(map(str, track.levels))
-                    yield Problem(("procedure",), f"start ({start}) is not a level of track {track.name!r}: {levels}")
+                    path = (*procedure_path(study, study.procedure.index(track.procedure)), "start")
+                    yield Problem(path, f"{start} is not a level of track {track.name!r}: {levels}")
     standard = study.intervals.standard
     for stimulus in study.stimuli:
         if stimulus.id not in covered and (standard is None or stimulus.id != str(standard)):

@@ -58,7 +58,8 @@ class Task:
     session's number; None: there is no form. `block_form` replaces it where a trial is about all stimuli of a block: it
     makes the form from the study and these stimuli, in the order in which they are felt. `answers` is the collected
     table that holds the answers. `forward_only` tasks do not allow going back. `device` names the need that the task
-    requires, `makes` says that stimuli are made from wishes. `check` yields further problems of a study.
+    requires, `makes` says that stimuli are made from wishes. `check` yields further problems of a study, `notes` what
+    is no mistake and rarely meant.
     """
 
     description: str
@@ -74,6 +75,7 @@ class Task:
     makes: bool = False
     device: Callable[[Study], str | None] = lambda _study: None
     check: Callable[[Study], Iterator[Problem]] = lambda _study: iter(())
+    notes: Callable[[Study], Iterator[str]] = lambda _study: iter(())
 
     @property
     def asks(self) -> bool:

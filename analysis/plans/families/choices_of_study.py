@@ -60,7 +60,7 @@ def why_no_mixed_model(settings: BinomialMixedModel, study: Study) -> str:
     if study.pairs is not None:
         return NO_LEVELS
     intervals = study.intervals
-    if intervals.design == "oddity" or (intervals.design == "forced_choice" and intervals.standard is None):
+    if intervals.chance is not None:
         return f"the study's design is {intervals.design}: {GUESSING}"
     by = () if settings.condition is None else (settings.condition,)
     if settings.random == "intercept_and_condition" and (why := _why_no_two_conditions(settings, study)):

@@ -246,7 +246,7 @@ QUEST = (
         ({"kind": QUEST[0], "procedure": QUEST[1] + ", easier: lower"}, "easier: lower goes with shape: logistic"),
         ({"kind": QUEST[0], "procedure": QUEST[1].replace("9}, s", "9000}, s")}, "procedure.model.threshold"),
         ({"intervals": ", count: 1"}, "count: at least 2 for design: forced_choice, found 1"),
-        ({"intervals": ", names: [left]"}, "names: 2 names are expected, for 1, 2"),
+        ({"intervals": ", names: [left]"}, "names: 2 names are expected, found 1"),
         ({"intervals": ", standard: C"}, "found 'C', expected a stimulus id or a level"),
         ({"intervals": ", catch: {absent: {every: 2}}"}, "catch.absent: absent has no place in design forced_choice"),
         ({"intervals": ", desing: oddity"}, "intervals.desing: unknown key; did you mean 'design'?"),
@@ -277,11 +277,12 @@ TWO_DIMENSIONS = {"kind": QUEST[0], "level": TWO, "procedure": QUEST[1].replace(
     ("changes", "message"),
     [
         ({"more": "needs: [door]"}, "task intervals is presented by vibration, or by samples"),
-        ({"more": VIBRATION, "intervals": ", seconds: 1"}, "column 'x' changes nothing that is presented"),
+        ({"more": VIBRATION, "intervals": ", seconds: 1"}, "procedure.level.column: the column 'x' changes nothing that is presented"),
         ({"more": VIBRATION}, "seconds: N is expected: how long is an interval that is blank?"),
         ({"more": VIBRATION, "intervals": ", at_once: true"}, "it cannot present two at once"),
         ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [A]"}, "no procedure is for the stimulus 'B'"),
-        ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [C]"}, "found 'C', expected a stimulus id"),
+        ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [C]"},
+         "procedure.stimuli[0]: found 'C', expected a stimulus id"),
         ({**TWO_DIMENSIONS, "intervals": ", standard: 3"}, "a level as a standard has one dimension"),
         ({"kind": QUEST[0], "procedure": QUEST[1].replace("slope: 3", "slope: [3, 1]")}, "slope: different values"),
         ({"kind": QUEST[0], "level": "{column: x, from: 0, to: 9, points: 1000}", "procedure": LARGE},
@@ -335,3 +336,21 @@ def test_the_declaration_that_the_others_change_is_good():
     document = load(STUDY.format(**OPTIONS).encode(), "study.yaml")
     study = study_from(document, [{"id": "A"}, {"id": "B"}], "study.yaml")
     assert Study.model_validate(study.definition()) == study
+
+
+def test_a_guess_rate_that_the_design_contradicts_gets_a_note():
+    """Three intervals are guessed right in a third of the trials: 0.33 is not noted, 0.5 is."""
+
+    def notes_on(guess):
+        text = STUDY.format(**{
+            **OPTIONS, "kind": QUEST[0], "procedure": QUEST[1].replace("guess: 0.5", f"guess: {guess}"),
+            "intervals": ", count: 3", "more": "simulation: {observer: {threshold: 3}}",
+        })  # fmt: skip
+        study = study_from(load(text.encode(), "s"), [{"id": "A"}, {"id": "B"}], "s")
+        return [*TASKS["intervals"].notes(study)]
+
+    assert notes_on(0.5) == [
+        "procedure.model.guess is 0.5; who guesses among 3 intervals is right in 0.33",
+        "simulation.observer.guess is 0.5; who guesses among 3 intervals is right in 0.33",
+    ]
+    assert notes_on("[0.2, 0.33]") == notes_on(0.5)[1:]
