@@ -248,9 +248,11 @@ def _show(points: list[Point], request: PowerRequest, target: float, enough: Poi
 
     table = Table("participants", "power", "95 % interval", box=None, pad_edge=False)
     for point in points:
-        without = f"  ({point.undefined} runs without a p: {point.why})" if point.undefined else ""
+        without = f"  ({point.undefined} runs without a p)" if point.undefined else ""
         table.add_row(f"{point.participants}", f"{point.power:.2f}", f"{point.low:.2f} to {point.high:.2f}{without}")
     Console(highlight=False).print(table)
+    for why in dict.fromkeys(point.why for point in points if point.why):
+        click.echo(f"without a p, which counts as no effect: {why}")
     decided = points[-1].by or "no p"
     what = f"{request.test} ({decided}), effect × {request.effect:g}, {points[0].runs} simulated studies"
     if enough is None:

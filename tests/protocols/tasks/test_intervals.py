@@ -277,7 +277,8 @@ TWO_DIMENSIONS = {"kind": QUEST[0], "level": TWO, "procedure": QUEST[1].replace(
     ("changes", "message"),
     [
         ({"more": "needs: [door]"}, "task intervals is presented by vibration, or by samples"),
-        ({"more": VIBRATION, "intervals": ", seconds: 1"}, "procedure.level.column: the column 'x' changes nothing that is presented"),
+        ({"more": VIBRATION, "intervals": ", seconds: 1"},
+         "procedure.level.column: the column 'x' changes nothing that is presented"),
         ({"more": VIBRATION}, "seconds: N is expected: how long is an interval that is blank?"),
         ({"more": VIBRATION, "intervals": ", at_once: true"}, "it cannot present two at once"),
         ({"procedure": ", start: 5, stop: {trials: 9}, stimuli: [A]"}, "no procedure is for the stimulus 'B'"),
