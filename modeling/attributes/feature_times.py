@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import time
 from collections.abc import Callable, Collection, Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
 
     steps, result = steps_of(kinds), {}
     with limited(1):
-        for name, make, times in (*_touch_steps(), *_sight_steps(steps)):
+        for name, make, times in chain(_touch_steps(steps), _sight_steps(steps)):
             if name in steps:
                 make()
                 start = clock()
@@ -49,12 +50,14 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     return result
 
 
-def _touch_steps() -> Iterator[tuple[str, Callable[[], object], float]]:
-    """Yield the steps of touch: a name, a function to time, and how often one texture needs it."""
+def _touch_steps(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
+    """Yield the steps of touch, if any is among them: a name, a function to time, how often one texture needs it."""
     from palpate.analysis.features.touch import segments
     from palpate.analysis.features.touch_features import hand, mfcc, spectrum, wavelets
     from palpate.modeling.attributes.reading_touch import touch_of
 
+    if RECORDING not in steps:
+        return
     touched = tones(SECONDS)
     cut = segments(touch_of("made up", [touched])[0])
     yield RECORDING, lambda: segments(touch_of("made up", [touched])[0]), 1.0
@@ -71,6 +74,8 @@ def _sight_steps(steps: Collection[str]) -> Iterator[tuple[str, Callable[[], obj
     from palpate.analysis.features.glcm import glcm
     from palpate.analysis.features.pictures import SIDE, Looking, patches, square
 
+    if PICTURE not in steps:
+        return
     pixels = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "JPEG", quality=92)

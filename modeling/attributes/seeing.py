@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -167,8 +168,9 @@ def _compute(job: _Job) -> dict[str, Entry]:
     return result
 
 
+@lru_cache(maxsize=1)
 def _network(weights: Weights) -> ResNet50:
-    """Return the network with these weights, ready to look at patches."""
+    """Return the network with these weights, ready to look at patches; built once a process, not once a job."""
     from palpate.modeling.attributes.resnet import fold_batch_norms, load_network
 
     return fold_batch_norms(load_network(weights.state()))
