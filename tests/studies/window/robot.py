@@ -30,6 +30,8 @@ from palpate.studies.sessions.replay import recompiled
 from palpate.studies.stimuli.made_doors import made_doors
 
 PATIENCE_S = 60.0
+UNSTAMPED_S = 1.0
+"""A ledger whose files look unchanged is read again after so long all the same: two changes may have one time."""
 READ_S = 2 * DOUBLE_CLICK_S
 LEADING = ("agree", "next", "continue")
 MOVED = {"slider 0": (0.25, 0.9), "slider 2": (0.4, 0.95)}
@@ -61,6 +63,12 @@ def pending(record):
     except EndOfRecord:
         pass
     return None
+
+
+def stamp_of(ledger):
+    """What changes with the ledger's files, or None where there is none: to read and replay it takes longer."""
+    files = [path for path in (ledger, Path(f"{ledger}-wal")) if path.exists()]
+    return [(stat.st_size, stat.st_mtime_ns) for stat in map(Path.stat, files)] or None
 
 
 @contextmanager
@@ -102,8 +110,11 @@ class RunningSession:
     def record(self, seen=-1):
         """The ledger, once it holds more than `seen` events and the session waits for somebody, or is over."""
         with until(f"the ledger goes on after event {seen}; output: {self.output()}") as late:
+            stamp, read_at = None, 0.0
             while True:
-                if self.ledger.exists():
+                last, stamp = stamp, stamp_of(self.ledger)
+                if stamp is not None and (stamp != last or time.monotonic() > read_at + UNSTAMPED_S):
+                    read_at = time.monotonic()
                     try:
                         record = read(self.ledger)
                     except LedgerError:

@@ -143,13 +143,3 @@ def test_a_screen_of_another_size_is_refused_before_anything_is_recorded(hand, l
     session.end(status=2)
     assert "calibrated at 1024x768 px, the screen has 1280x720" in session.output()
     assert "Traceback" not in session.output() and not session.ledger.exists()
-
-
-def test_a_wrong_ruler_ends_the_run_and_the_session_can_be_resumed(hand, lab):
-    session, _ = begin(hand, lab)
-    record = session.record()
-    for _ in range(2):
-        session.order("120")
-    session.end(status=2)
-    assert "the bar of 127 mm measures 120 mm" in session.output()
-    assert read(session.ledger).events == record.events

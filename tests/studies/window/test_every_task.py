@@ -1,7 +1,13 @@
-"""A shipped study of every task in the real window: from the first screen through the first trial, then the last."""
+"""A shipped study of every task in the real window: from the first screen through the first trial, then the last.
+
+Two of them beside a rig of twins: a door's firmware in a process of its own, sensors in threads of their own.
+"""
+
+from itertools import pairwise
 
 import pytest
 
+from palpate.devices.rig.file import rig_path
 from palpate.protocols.events import Ask, Present, Sense, Show
 from palpate.protocols.runner import Recorded, run
 from palpate.studies.catalogue import SHIPPED, read_study
@@ -10,6 +16,7 @@ from palpate.studies.sessions.record import read
 from palpate.studies.sessions.replay import recompiled, replay
 from palpate.studies.sessions.session_files import ledger_path
 from palpate.studies.simulation.rig import simulated
+from tests.studies.live.rig_rooms import TWINS
 from tests.studies.window.robot import Robot, RunningSession
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
@@ -17,9 +24,15 @@ pytestmark = pytest.mark.needs("psychopy", "xvfb")
 STUDIES = ("door_adjectives", "door_authoring", "door_lexicon", "door_matching", "door_ratings", "texture_capture",
            "texture_similarity", "vibration_threshold")  # fmt: skip
 """One of every task. Screens of all studies: tests/studies/test_shipped_screens.py."""
-FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon", "vibration_threshold")
-"""Their last trial and their end are shown as those of door_ratings and texture_capture: no form follows the trials."""
-GROUP = {"texture_capture": ["--group", "pilot"]}
+FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon", "texture_capture", "door_adjectives", "vibration_threshold")
+"""Their last trial and their end are shown as those of door_ratings, where no form follows the trials, and of
+texture_similarity, which closes with the same interview as door_adjectives."""
+OPTIONS = {"texture_capture": ["--group", "pilot"]}
+STREAMS = {
+    "door_ratings": {"door_telemetry"},
+    "texture_capture": {"tool_acceleration", "tool_force", "tool_position"},
+}
+"""What the rig of twins records, by study; the other studies have the twins that need no rig file."""
 
 
 class Reached(Exception):
@@ -74,33 +87,46 @@ def test_every_task_of_a_shipped_study_is_among_them():
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
     study_files = read_study(SHIPPED / name / "study.yaml")
-    begin = ["run", name, "--participant", "P001", "--lab", str(lab), "--twins", *GROUP.get(name, [])]
-    session = live(hand, lab, name, *begin)
+    has_rig = name in STREAMS
+    if has_rig:
+        rig_path(lab).parent.mkdir(parents=True, exist_ok=True)
+        rig_path(lab).write_text(TWINS, encoding="utf-8")
+    begin = [name, "--participant", "P001", "--lab", str(lab), *OPTIONS.get(name, [])]
+    verb = ["record"] if name == "texture_capture" else ["run"]
+    session = live(hand, lab, name, *verb, *begin, *([] if has_rig else ["--twins"]))
     first = Robot(hand, session, study_files.folder)
     first.go_on(second_trial)
     session.order("quit")
     session.end(status=1)
+    record = read(session.ledger)
+    assert f"interrupted by QUIT; recorded: {len(record.events)} events. Resume with: palpate resume" in " ".join(
+        session.output().split()
+    )
+    assert record.header["rig"]["kind"] == "live"
+    assert trial_is_met(record) and not replay(session.ledger).complete
+    demand_answers_on_record(record, first)
+    if has_rig:
+        assert record.header["rig"]["settings"] and record.header["rig"]["twins"]
+        assert {block.stream for event in record.events for block in event.samples} >= STREAMS[name]
+        ended = next(event.value["as"] for event in record.events if event.kind == "trial_ended")
+        assert ended in {"answered", "captured"}
     if name in FIRST_TRIAL_ONLY:
-        record = read(session.ledger)
-        demand_answers_on_record(record, first)
-        assert trial_is_met(record) and not replay(session.ledger).complete
         return
 
     plan = fast_forward(session.ledger, study_files.folder)
     session = live(hand, lab, name, "resume", str(session.ledger))
-    last = Robot(hand, session, study_files.folder)
+    last = Robot(hand, session, study_files.folder, page=first.page)
     assert last.go_on(never).complete
     session.order("confirm")
     session.end(status=0)
 
     record = read(session.ledger)
-    assert record.header["rig"]["kind"] == "live" and record.header["group"] == plan.who.group
+    assert record.header["group"] == plan.who.group
     assert [s.value.get("because") for s in record.run_notes if s.kind == "closed"] == [
         "interrupted by QUIT", "the last trial is to come", "complete",
     ]  # fmt: skip
     assert replay(session.ledger).complete
     demand_answers_on_record(record, first, last)
-    assert trial_is_met(record)
 
 
 def demand_answers_on_record(record, *robots):
@@ -112,11 +138,10 @@ def demand_answers_on_record(record, *robots):
 
 def answers(record, form):
     """Every answer on record to a form; [None] for pages that are only read."""
-    requests = [event.value if event.kind == "request" else {} for event in record.events]
     given = [
-        record.events[n + 1].value.get("answers")
-        for n, request in enumerate(requests)
-        if request.get("form") == form and record.events[n + 1].kind == "reply"
+        reply.value.get("answers")
+        for request, reply in pairwise(record.events)
+        if request.kind == "request" and request.value.get("form") == form and reply.kind == "reply"
     ]
     return given or [None]
 
