@@ -1,6 +1,7 @@
 """A voice coil on a bench of virtual time, and an accelerometer fastened to it."""
 
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -38,6 +39,8 @@ class Accelerometer:
     spoilt: object = staticmethod(lambda rows: rows)
     rate_hz: int = 3000
     given: int = 0
+    taken: int = 0
+    """How many of the twin's pieces have been given."""
     name: str = "vibration"
     signals: tuple = field(init=False)
 
@@ -45,7 +48,7 @@ class Accelerometer:
         self.signals = (Signal("acceleration", ("x", "y", "z"), ("m/s^2",) * 3, self.rate_hz),)
 
     def start(self, now_ns):
-        self.given = 0
+        self.given = self.taken = 0
 
     def stop(self):
         pass
@@ -53,8 +56,9 @@ class Accelerometer:
     def read(self, timeout_s):
         self.clock.s += timeout_s
         self.coil.output.advance()
-        felt = self.coil.output.whole()[1]
-        samples = np.repeat(felt, self.rate_hz // 1000)[self.given :]
+        pieces = list(islice(self.coil.output.felt, self.taken, None))
+        self.taken += len(pieces)
+        samples = np.repeat(np.concatenate([np.zeros(0), *pieces]), self.rate_hz // 1000)
         self.given += len(samples)
         rows = self.spoilt(np.outer(samples, [0.2, -0.3, 0.93]) + np.array([0.0, 0.0, 9.81]))
         return {"acceleration": [Block(self.given - len(samples), rows.astype("<f4").tobytes(), self.clock.ns())]}
