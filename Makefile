@@ -18,12 +18,14 @@ PYTEST := $(BIN)/python -m pytest --dist worksteal --durations=30 --durations-mi
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all check clean
+.PHONY: demo test tests test-all check clean
 
 demo: .venv/.demo
 	$(call timed,demo,$(BIN)/palpate demo --lab demo-lab)
 
-test: check
+test: check tests
+
+tests: .venv/.$(EXTRAS)
 	$(call timed,tests,$(PYTEST) -n 2)
 
 # Everything, with the coverage that two rooms must have. Three processes on two cores: tests of a window, a browser or a kill wait a third

@@ -1,17 +1,24 @@
 """What holds for all tests: which of them can run here, which are measured for coverage, and which come first."""
 
 import ast
+import gc
 import json
 import os
 import re
 import sys
+import warnings
 from collections import Counter
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 import pytest
 from hypothesis import settings
 
+import palpate.protocols
+import palpate.studies
 from tests.needs import NEEDS, missing, needs_of_file, tests_of_file
 
 TRACED = (
@@ -24,8 +31,14 @@ TRACED = (
 """The tests of the two rooms whose coverage `make test-all` demands, wherever they lie; no others count."""
 ELSEWHERE = ("tests/studies/window/", "tests/studies/sessions/test_kill.py")
 """What these test runs in processes of its own."""
-LONGEST = ("tests/faults/test_commands.py", "tests/studies/sessions/test_kill.py", "tests/studies/window/")
-"""Each takes minutes, so it starts first."""
+LONGEST = (
+    "tests/faults/test_commands.py",
+    "tests/studies/sessions/test_kill.py",
+    "tests/studies/window/",
+    "tests/snapshots/test_evaluations.py",
+    "tests/snapshots/test_reports.py",
+)
+"""Each takes a minute or more, so it starts first."""
 LONG = "long"
 WORD = re.compile(r"\w+")
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/benchmarks/render/", "tests/test_recorded")
@@ -155,14 +168,39 @@ def names_of(node):
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection(session):
+    """Trace the import of what coverage is measured of, and nothing else of the collection: it takes twice as long.
+
+    What is collected stays to the end, so nothing looks for what could be freed among it, then or later.
+    """
+    if measured():
+        import_rooms()
+    stopped = list(running())
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+        start_again(stopped)
+
+
+def import_rooms():
+    """Import every module of the two rooms that can be imported on this machine: their definitions count as run."""
+    for room in (palpate.protocols, palpate.studies):
+        for module in walk_packages(room.__path__, f"{room.__name__}."):
+            with suppress(ImportError), warnings.catch_warnings(action="ignore"):
+                import_module(module.name)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item):
     """Trace only what counts: traced, Python code takes two to three times as long, also where it is not measured."""
     stopped = [] if counts(item) else list(running())
     try:
         return (yield)
     finally:
-        for tracer in reversed(stopped):
-            tracer.start()
+        start_again(stopped)
 
 
 def counts(item):
@@ -171,12 +209,19 @@ def counts(item):
     return item.nodeid.startswith(TRACED) and not item.nodeid.startswith(ELSEWHERE) and not marked
 
 
+def measured():
+    """Return the tracer that coverage is measured by, or None."""
+    return sys.modules["coverage"].Coverage.current() if "coverage" in sys.modules else None
+
+
 def running():
     """Every tracer, stopped: in a worker of xdist there are two, and the first goes on where the second one stops."""
-    if "coverage" not in sys.modules:
-        return
-    from coverage import Coverage
-
-    while (tracer := Coverage.current()) is not None:
+    while (tracer := measured()) is not None:
         tracer.stop()
         yield tracer
+
+
+def start_again(stopped):
+    """Start the tracers again that were stopped."""
+    for tracer in reversed(stopped):
+        tracer.start()
