@@ -22,7 +22,7 @@ from palpate.analysis.choices.evidence import (
 )
 from palpate.analysis.choices.intervals import CORRECTING_DRAWS, profile_interval, resampled_answers
 from palpate.analysis.choices.psychometric import Psychometric, fit_function
-from palpate.analysis.choices.specification import FunctionSpec, Levels, gather_levels
+from palpate.analysis.choices.specification import WICHMANN_HILL, FunctionSpec, Levels, gather_levels
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
 from palpate.analysis.plans.families.choices import PsychometricFunction
 from palpate.analysis.plans.families.declared_answers import (
@@ -96,7 +96,10 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
 
 
 def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec:
-    """Return the function of a design. Raises DeclarationRefused for a guess rate where the design decides it."""
+    """Return the function of a design. Raises DeclarationRefused for a guess rate where the design decides it.
+
+    Adaptive tracks hardly visit the levels that tell of lapses: a plan that names no rate has Wichmann & Hill's.
+    """
     guess: float | tuple[float, float] | None = design.guess
     if "guess" in settings.model_fields_set:
         if design.task != "yes_no":
@@ -105,7 +108,9 @@ def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec
     of_design = {
         "task": design.task, "alternatives": design.alternatives, "correct": design.hits, "falling": design.falling,
     }  # fmt: skip
-    own = settings.model_copy(update={**of_design, "guess": guess, "interval": settings.interval or "corrected"})
+    lapse = WICHMANN_HILL if settings.lapse is None and design.is_adaptive else settings.lapse
+    interval = settings.interval or "corrected"
+    own = settings.model_copy(update={**of_design, "guess": guess, "lapse": lapse, "interval": interval})
     own = own.model_copy(update={"interval": "corrected"}) if own.interval == "posterior" else own
     return replace(own.model(), standard=design.nothing_at)
 
