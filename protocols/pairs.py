@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from palpate.protocols.keyed import Key, uniform
 from palpate.protocols.strict import KnownKeys
@@ -26,7 +26,7 @@ class Pairs(KnownKeys):
     """
 
     orders: Literal["both", "one"] = "both"
-    same: Annotated[Whole, Field(ge=0, le=100), BeforeValidator(lambda v: int(v) if isinstance(v, bool) else v)] = 0
+    same: Annotated[Whole, Field(ge=0, le=100)] = 0
 
     def count(self, stimuli: int) -> int:
         """Return the number of pairs of so many stimuli."""

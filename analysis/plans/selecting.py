@@ -80,6 +80,7 @@ def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
 
 
 def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
+    """Return the material without what one rule leaves out, and lines on it."""
     where = rule.where or {}
     if where and len(material.people.named(material.trials, where)) == len(where):
         # Leave out the participants with these answers about themselves, also those without a trial.
@@ -88,38 +89,41 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
         return _without_people(material, people, rule.because)
     if rule.outlying is not None:
         return _without_outlying(material, rule.outlying, rule.because)
-    if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
-        # Leave out trials, each known by its session and place, in an imported table by all that the table says of it.
-        # The trials (participant, session, trial) that a rule leaves out.
-        if rule.where is not None:
-            trials = material.trials[_keeps(material.people.added(material.trials, tuple(rule.where)), rule.where)]
-        else:
-            if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
-                raise DataRefused(
-                    f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out"
-                )
-            seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
-            if rule.faster_than_s is not None:
-                bad = seconds["response_time_s"] < rule.faster_than_s
-            else:
-                bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
-            trials = pd.DataFrame(seconds[bad])
-        key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
-        gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
-        whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
-        lines = [
-            Exclusion("trials", ", session ".join(map(str, names)), rule.because, len(rows))
-            for names, rows in trials.groupby(whose, sort=True)
-        ]
-
-        def stays(table: pd.DataFrame) -> pd.Series[bool]:
-            if not set(key) <= set(table.columns):
-                return pd.Series(True, index=table.index)
-            keys = zip(*(table[name].tolist() for name in key), strict=True)
-            return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
-
-        return material.filtered(stays), lines
+    if rule.where is not None:
+        named = material.people.added(material.trials, tuple(rule.where))
+        return _without_trials(material, material.trials[_keeps(named, rule.where)], rule.because)
+    if rule.faster_than_s is not None or rule.slower_than_s is not None:
+        return _without_trials(material, _trials_beyond_time(material, rule), rule.because)
     return _without_people(material, _bad_people(material, rule), rule.because)
+
+
+def _trials_beyond_time(material: Material, rule: Rule) -> pd.DataFrame:
+    """Return the trials (participant, session, trial) whose slowest answer is too fast or too slow."""
+    if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
+        raise DataRefused(f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out")
+    slowest = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
+    seconds = slowest["response_time_s"]
+    bad = seconds < rule.faster_than_s if rule.faster_than_s is not None else seconds > (rule.slower_than_s or 0.0)
+    return pd.DataFrame(slowest[bad])
+
+
+def _without_trials(material: Material, trials: pd.DataFrame, why: str) -> tuple[Material, list[Exclusion]]:
+    """Leave out trials, each known by its session and place, in an imported table by all that the table says of it."""
+    key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
+    gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
+    whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
+    lines = [
+        Exclusion("trials", ", session ".join(map(str, names)), why, len(rows))
+        for names, rows in trials.groupby(whose, sort=True)
+    ]
+
+    def stays(table: pd.DataFrame) -> pd.Series[bool]:
+        if not set(key) <= set(table.columns):
+            return pd.Series(True, index=table.index)
+        keys = zip(*(table[name].tolist() for name in key), strict=True)
+        return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
+
+    return material.filtered(stays), lines
 
 
 def _bad_people(material: Material, rule: Rule) -> list[str]:

@@ -6,11 +6,9 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from palpate.analysis.plans.reading import read_plan
@@ -111,12 +109,6 @@ def estimate_s(
     return (largest + tests) * runs / min(jobs, runs)
 
 
-def _tables(material: Material) -> dict[str, pd.DataFrame]:
-    """Return the material's tables by name that have a row for each answer, without ratings and empty choices."""
-    tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
-    return tables | ({"choices": material.choices} if len(material.choices) else {})
-
-
 def one_run(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, PValue]:
     """Simulate one study; return p for each number of participants, or None and the reason."""
     request, sizes, run = todo
@@ -139,21 +131,16 @@ def results_of(request: PowerRequest, sizes: Sequence[int], run: int) -> Iterato
     study = with_effect(study_files.study, request.effect)
     material = simulated_material(study, request.lab, people(sizes[-1]), request.seed * MOST_RUNS + run)
     for size in sizes:
-        here = set(people(size))
-        ratings = material.ratings
-        parts: dict[str, Any] = {
-            name: table[table["participant"].isin(here)].reset_index(drop=True)
-            for name, table in _tables(material).items()
-        }
-        if ratings is not None:
-            rows = ratings.table
-            parts["ratings"] = replace(ratings, table=rows[rows["participant"].isin(here)].reset_index(drop=True))
-        left = apply_exclusions(replace(material, **parts), plan.declared).material
+        left = apply_exclusions(_of_people(material, people(size)), plan.declared).material
         tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
         answered = run_tests(Selector(left, plan, tables))
         if not answered:
             raise PowerError(f"{request.test}: the study has no outcome that it could be about")
         yield size, next((result for result in answered if result.answer is not None), answered[0])
+
+
+def _of_people(material: Material, participants: Sequence[str]) -> Material:
+    return material.filtered(lambda table: table["participant"].isin(participants))
 
 
 def wilson(hits: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:

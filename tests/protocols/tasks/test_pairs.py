@@ -147,7 +147,7 @@ GOOD = {"intervals": "", "pairs": "", "order": "random", "more": ""}
         ({"intervals": "standard: A"}, "pairs have no standard"),
         ({"intervals": "catch: {easy: {every: 3}}"}, "catch trials belong to procedures"),
         ({"intervals": "design: same_different"}, "same: N, pairs of equal stimuli, goes together with"),
-        ({"pairs": "same: true"}, "same: N, pairs of equal stimuli, goes together with"),
+        ({"pairs": "same: 1"}, "same: N, pairs of equal stimuli, goes together with"),
         ({"pairs": "order: both"}, "pairs.order: unknown key; did you mean 'orders'?"),
         ({"more": "feedback: {after: all}"}, "which of a pair is chosen is neither right nor wrong"),
         ({"more": "practice: {stimuli: [A]}"}, "two stimuli for each pair are expected"),
