@@ -31,8 +31,9 @@ def problems(study: Study) -> Iterator[Problem]:
     about = [question for question in study.ask if question.is_about_intervals]
     if study.ask and len(about) != 1:
         yield Problem(("ask",), f"one question of: intervals is expected, found {len(about)}")
-    if any(question.optional for question in about):
-        yield Problem(("ask",), "the question of: intervals cannot be optional")
+    for n, question in enumerate(study.ask):
+        if question.is_about_intervals and question.optional:
+            yield Problem(("ask", n, "optional"), "the question of: intervals cannot be optional")
     if study.pairs is not None:
         yield from [*_pairs(study), *_devices(study)]
         return
