@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp, xlogy
@@ -82,98 +83,135 @@ class _Grid:
     weight: Floats
 
 
+@dataclass(frozen=True)
+class LevelsPosterior:
+    """The posterior of counted levels: evidence, density, curve and lapses are read from the same two grids.
+
+    `log_mass` is the log of likelihood times prior on the coarse grid, `average` the log of the average likelihood.
+    """
+
+    answers: Levels
+    spec: FunctionSpec
+    coarse: _Grid
+    log_mass: Floats
+    average: float
+
+    @property
+    def ratio(self) -> float:
+        """The log of the average likelihood relative to that of a flat function."""
+        return self.average - _flat(self.answers, self.spec)
+
+    @cached_property
+    def fine(self) -> tuple[_Grid, Floats]:
+        """A grid where the posterior is not negligible, and its mass."""
+        ends = []
+        for axis, points in ((0, self.coarse.place), (1, np.log(self.coarse.width))):
+            marginal = np.exp(self.log_mass - self.log_mass.max()).sum(axis=tuple(j for j in range(4) if j != axis))
+            inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
+            first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
+            ends.append((float(points[first]), float(points[last])))
+        fine = _grid(self.spec, ends[0], ends[1], FINE)
+        log_mass = _log_mass(fine, problem_of(self.answers, self.spec), self.spec)
+        mass = np.exp(log_mass - log_mass.max())
+        mass /= mass.sum()
+        return fine, mass
+
+    def evidence(self, confidence: float = SURE) -> Evidence:
+        """Return the evidence for a threshold."""
+        answers, spec, (fine, mass) = self.answers, self.spec, self.fine
+        place, width = (axis.ravel() for axis in np.meshgrid(fine.place, fine.width, indexing="ij"))
+        spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
+        at, size = quantities(
+            spec, answers, np.column_stack([place - spec.shape.place(spec.threshold) * spread, np.log(spread)])
+        )
+        weights = mass.sum(axis=(2, 3)).ravel()
+        low, high = float(answers.levels[0]), float(answers.levels[-1])
+        mean = float(weights @ at)
+        rate = (mass.sum(axis=(0, 1, 3)) @ fine.guess, mass.sum(axis=(0, 1, 2)) @ fine.lapse)
+        tails = ((1 - confidence) / 2, 1 - (1 - confidence) / 2)
+        sizes = _quantiles(size, weights, tails)
+        limits = _quantiles(at, weights, (1 - SURE, SURE, *tails))
+        return Evidence(
+            self.ratio,
+            float(weights[at < low].sum()),
+            float(weights[at > high].sum()),
+            (limits[0], limits[1]),
+            mean,
+            float(np.sqrt(weights @ (at - mean) ** 2)),
+            (limits[2], limits[3]),
+            float(weights @ size),
+            (sizes[0], sizes[1]),
+            float(rate[1] if spec.equal_rates else rate[0]),
+            float(rate[1]),
+        )
+
+    def density(self) -> tuple[Floats, Floats, Floats]:
+        """Return levels, the density of the posterior threshold at them, and that of the prior, per unit of level."""
+        answers, spec, (grid, mass) = self.answers, self.spec, self.fine
+        (low, high), _ = _reach(problem_of(answers, spec), standard_place(spec, answers))
+        ends = (np.linspace(low, grid.place[0], BESIDE + 1)[:-1], np.linspace(grid.place[-1], high, BESIDE + 1)[1:])
+        below, above = (end if end[-1] > end[0] else end[:0] for end in ends)
+        place = np.concatenate([below, grid.place, above])
+        at = to_level(place, spec, answers)
+        change = np.abs(np.gradient(at, np.arange(len(at)))) / np.gradient(place, np.arange(len(at)))
+        within = mass.sum(axis=(1, 2, 3)) / (grid.place[1] - grid.place[0])
+        density = np.concatenate([np.zeros(len(below)), within, np.zeros(len(above))]) / change
+        order = np.argsort(at, kind="stable")
+        return at[order], density[order], (1 / ((high - low) * change))[order]
+
+    def curve(self, levels: Floats, confidence: float = SURE) -> tuple[Floats, Floats, Floats]:
+        """Return the posterior mean of the share of hits at `levels`, and the ends of its pointwise interval."""
+        answers, spec, grid = self.answers, self.spec, self.coarse
+        mass = np.exp(self.log_mass - self.log_mass.max()).ravel()
+        kept = np.flatnonzero(mass > NEGLIGIBLE * mass.max())
+        weights = mass[kept] / mass[kept].sum()
+        at, wide, low, high = np.unravel_index(kept, self.log_mass.shape)
+        spread = grid.width[wide] / (spec.shape.place(0.95) - spec.shape.place(0.05))
+        centre = grid.place[at] - spec.shape.place(spec.threshold) * spread
+        lapse = grid.lapse[high]
+        guess = lapse if spec.equal_rates else grid.guess[low]
+        if spec.shape.logarithmic:
+            t = np.log(levels / answers.levels[0])
+        else:
+            unit = unit_of(answers, spec)
+            t = (answers.levels[-1] - levels if spec.falling else levels - answers.levels[0]) / unit
+        shares = [guess + (1 - guess - lapse) * spec.shape.share((place - centre) / spread) for place in t]
+        tail = (1 - confidence) / 2
+        ends = np.array([_quantiles(share, weights, (tail, 1 - tail)) for share in shares])
+        return np.array([float(weights @ share) for share in shares]), ends[:, 0], ends[:, 1]
+
+    def lapse_excess(self) -> float:
+        """Return the likelihood of a lapse rate above the model's, up to 0.5, relative to one within its bounds.
+
+        Both are averages over the prior. From `EXCESS` on there are more lapses than the model allows. 0 where it
+        allows as many, or where the rates are equal on both sides and bounded by a half each.
+        """
+        spec = self.spec
+        most = min(MOST_LAPSES, 1 - spec.guess[1] - 0.01)
+        if spec.lapse[1] >= most:
+            return 0.0
+        more = levels_posterior(self.answers, replace(spec, lapse=(spec.lapse[1], most)))
+        return math.exp(min(more.average - self.average, 700.0))
+
+
+def levels_posterior(answers: Levels, spec: FunctionSpec) -> LevelsPosterior:
+    """Return the posterior of counted levels under the prior that follows from these levels."""
+    problem = problem_of(answers, spec)
+    coarse = _grid(spec, *_reach(problem, standard_place(spec, answers)), COARSE)
+    log_mass = _log_mass(coarse, problem, spec)
+    return LevelsPosterior(
+        answers, spec, coarse, log_mass, float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
+    )
+
+
 def evidence_of(answers: Levels, spec: FunctionSpec, confidence: float = SURE) -> Evidence:
     """Return the evidence of counted levels for a threshold."""
-    fine, mass, whole = _fine(answers, spec)
-    ratio = whole - _flat(answers, spec)
-    place, width = (axis.ravel() for axis in np.meshgrid(fine.place, fine.width, indexing="ij"))
-    spread = width / (spec.shape.place(0.95) - spec.shape.place(0.05))
-    at, size = quantities(
-        spec, answers, np.column_stack([place - spec.shape.place(spec.threshold) * spread, np.log(spread)])
-    )
-    weights = mass.sum(axis=(2, 3)).ravel()
-    low, high = float(answers.levels[0]), float(answers.levels[-1])
-    mean = float(weights @ at)
-    rate = (mass.sum(axis=(0, 1, 3)) @ fine.guess, mass.sum(axis=(0, 1, 2)) @ fine.lapse)
-    tail = (1 - confidence) / 2
-    return Evidence(
-        ratio,
-        float(weights[at < low].sum()),
-        float(weights[at > high].sum()),
-        (_quantile(at, weights, 1 - SURE), _quantile(at, weights, SURE)),
-        mean,
-        float(np.sqrt(weights @ (at - mean) ** 2)),
-        (_quantile(at, weights, tail), _quantile(at, weights, 1 - tail)),
-        float(weights @ size),
-        (_quantile(size, weights, tail), _quantile(size, weights, 1 - tail)),
-        float(rate[1] if spec.equal_rates else rate[0]),
-        float(rate[1]),
-    )
-
-
-def _fine(answers: Levels, spec: FunctionSpec) -> tuple[_Grid, Floats, float]:
-    """Return a grid where the posterior is not negligible, its mass, and the log of the average likelihood."""
-    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
-    coarse = _grid(spec, *_reach(problem, standard), COARSE)
-    log_mass = _log_mass(coarse, problem, spec)
-    whole = float(logsumexp(log_mass)) - float(logsumexp(coarse.weight))
-    ends = []
-    for axis, points in ((0, coarse.place), (1, np.log(coarse.width))):
-        marginal = np.exp(log_mass - log_mass.max()).sum(axis=tuple(j for j in range(4) if j != axis))
-        inside = np.flatnonzero(marginal > NEGLIGIBLE * marginal.max())
-        first, last = max(int(inside[0]) - 1, 0), min(int(inside[-1]) + 1, len(points) - 1)
-        ends.append((float(points[first]), float(points[last])))
-    fine = _grid(spec, ends[0], ends[1], FINE)
-    log_mass = _log_mass(fine, problem, spec)
-    mass = np.exp(log_mass - log_mass.max())
-    mass /= mass.sum()
-    return fine, mass, whole
-
-
-def density_of(answers: Levels, spec: FunctionSpec) -> tuple[Floats, Floats, Floats]:
-    """Return levels, the density of the posterior threshold at them, and that of the prior, per unit of the level."""
-    grid, mass, _ = _fine(answers, spec)
-    (low, high), _ = _reach(problem_of(answers, spec), standard_place(spec, answers))
-    ends = (np.linspace(low, grid.place[0], BESIDE + 1)[:-1], np.linspace(grid.place[-1], high, BESIDE + 1)[1:])
-    below, above = (end if end[-1] > end[0] else end[:0] for end in ends)
-    place = np.concatenate([below, grid.place, above])
-    at = to_level(place, spec, answers)
-    change = np.abs(np.gradient(at, np.arange(len(at)))) / np.gradient(place, np.arange(len(at)))
-    within = mass.sum(axis=(1, 2, 3)) / (grid.place[1] - grid.place[0])
-    density = np.concatenate([np.zeros(len(below)), within, np.zeros(len(above))]) / change
-    order = np.argsort(at, kind="stable")
-    return at[order], density[order], (1 / ((high - low) * change))[order]
-
-
-def curve_of(
-    answers: Levels, spec: FunctionSpec, levels: Floats, confidence: float = SURE
-) -> tuple[Floats, Floats, Floats]:
-    """Return the posterior mean of the share of hits at `levels`, and the ends of its pointwise interval."""
-    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
-    grid = _grid(spec, *_reach(problem, standard), COARSE)
-    log_mass = _log_mass(grid, problem, spec)
-    mass = np.exp(log_mass - log_mass.max()).ravel()
-    kept = np.flatnonzero(mass > NEGLIGIBLE * mass.max())
-    weights = mass[kept] / mass[kept].sum()
-    at, wide, low, high = np.unravel_index(kept, log_mass.shape)
-    spread = grid.width[wide] / (spec.shape.place(0.95) - spec.shape.place(0.05))
-    centre = grid.place[at] - spec.shape.place(spec.threshold) * spread
-    lapse = grid.lapse[high]
-    guess = lapse if spec.equal_rates else grid.guess[low]
-    if spec.shape.logarithmic:
-        t = np.log(levels / answers.levels[0])
-    else:
-        unit = unit_of(answers, spec)
-        t = (answers.levels[-1] - levels if spec.falling else levels - answers.levels[0]) / unit
-    shares = [guess + (1 - guess - lapse) * spec.shape.share((place - centre) / spread) for place in t]
-    tail = (1 - confidence) / 2
-    ends = [[_quantile(share, weights, end) for share in shares] for end in (tail, 1 - tail)]
-    return np.array([float(weights @ share) for share in shares]), np.array(ends[0]), np.array(ends[1])
+    return levels_posterior(answers, spec).evidence(confidence)
 
 
 def refuse_guessing(answers: Levels, spec: FunctionSpec) -> float:
     """Return the log ratio against a flat function. Raises NoEstimate where it is below that of 1 in 20."""
-    ratio = evidence_of(answers, spec).ratio
+    ratio = levels_posterior(answers, spec).ratio
     if ratio < math.log(RATIO):
         raise NoEstimate(no_threshold(answers, spec, ratio))
     return ratio
@@ -207,23 +245,6 @@ def outside_of(evidence: Evidence, answers: Levels, spec: FunctionSpec) -> tuple
     if side == "above":
         return side, high if evidence.above >= SURE else evidence.limits[0]
     return side, None
-
-
-def lapse_excess(answers: Levels, spec: FunctionSpec) -> float:
-    """Return the likelihood of a lapse rate above the model's, up to 0.5, relative to that of one within its bounds.
-
-    Both are averages over the prior. From `EXCESS` on there are more lapses than the model allows. 0 where it allows
-    as many, or where the rates are equal on both sides and bounded by a half each.
-    """
-    most = min(MOST_LAPSES, 1 - spec.guess[1] - 0.01)
-    if spec.lapse[1] >= most:
-        return 0.0
-    problem, standard = problem_of(answers, spec), standard_place(spec, answers)
-    averages = []
-    for bounds in (spec.lapse, (spec.lapse[1], most)):
-        grid = _grid(replace(spec, lapse=bounds), *_reach(problem, standard), COARSE)
-        averages.append(float(logsumexp(_log_mass(grid, problem, spec))) - float(logsumexp(grid.weight)))
-    return math.exp(min(averages[1] - averages[0], 700.0))
 
 
 def _ratio_text(ratio: float) -> str:
@@ -277,9 +298,10 @@ def _log_mass(grid: _Grid, problem: Problem, spec: FunctionSpec) -> Floats:
     return result
 
 
-def _quantile(values: Floats, weights: Floats, share: float) -> float:
-    """Return a quantile of weighted values."""
+def _quantiles(values: Floats, weights: Floats, shares: tuple[float, ...]) -> tuple[float, ...]:
+    """Return quantiles of weighted values."""
     order = np.argsort(values, kind="stable")
     total = np.cumsum(weights[order])
     middle = total - weights[order] / 2
-    return float(np.interp(share, middle / total[-1], values[order]))
+    result: tuple[float, ...] = tuple(np.interp(shares, middle / total[-1], values[order]).tolist())
+    return result

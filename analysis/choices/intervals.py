@@ -61,16 +61,65 @@ def profile_interval(
     below a ten-thousandth or above a thousand of them), is NaN and marked as open. Sources: Venzon & Moolgavkar 1988;
     Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
+    return _profile_intervals(fit, (which,), confidence, draws, seed)[0]
+
+
+def profile_intervals(
+    fit: Psychometric, confidence: float = 0.95, draws: int = CORRECTING_DRAWS, seed: int = 0
+) -> tuple[Interval, ...]:
+    """Return the profile intervals of threshold and JND; the answers simulated for both are fitted once."""
+    return _profile_intervals(fit, ("threshold", "jnd"), confidence, draws, seed)
+
+
+def _profile_intervals(
+    fit: Psychometric, parameters: Sequence[Which], confidence: float, draws: int, seed: int
+) -> tuple[Interval, ...]:
     check_share(confidence, "confidence")
     if draws:
         check_draws(draws)
     else:
         refuse_idle("seed", seed, 0, "with draws=0, nothing is simulated")
     spec, answers = fit.spec, fit.levels
-    ends = profile_ends(problem_of(answers, spec), fit.maximum, spec, answers, which, confidence, draws, (seed,))
-    low, high = (float(end) for end in ends[0])
-    sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
-    return Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides))
+    problem = problem_of(answers, spec)
+    simulated = _simulated(problem, fit.maximum, draws, (seed,)) if draws else None
+    intervals = []
+    for which in parameters:
+        ends = _profile_ends(problem, fit.maximum, spec, answers, which, confidence, simulated)
+        low, high = (float(end) for end in ends[0])
+        sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
+        intervals.append(Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides)))
+    return tuple(intervals)
+
+
+class _Simulated(NamedTuple):
+    """Answers simulated by fits, hits (fits, draws, levels), and the highest log likelihood of each (fits, draws)."""
+
+    hits: Floats
+    best: Floats
+
+
+def _simulated(problem: Problem, most: Fitted, draws: int, seeds: Sequence[int]) -> _Simulated:
+    trials = problem.trials.astype(np.int64)
+    hits = np.stack(
+        [
+            stream(seed, "Bartlett's factor").binomial(trials, np.minimum(share, 1.0), (draws, len(trials)))
+            for share, seed in zip(shares(problem, most.parameters)[0], seeds, strict=True)
+        ]
+    ).astype(np.float64)
+    return _Simulated(hits, _best(problem, hits, most.parameters))
+
+
+def _best(problem: Problem, hits: Floats, place: Floats) -> Floats:
+    """Return the highest log likelihood of answers (fits, draws, levels), searched from each fit's `place`."""
+    draws, chunk = hits.shape[1], max(1, AT_ONCE // hits.shape[1])
+    parts = [slice(first, first + chunk) for first in range(0, len(hits), chunk)]
+    found = [
+        _from_two_starts(
+            replace(problem, hits=hits[part].reshape(-1, hits.shape[2])), np.repeat(place[part], draws, axis=0), ROUGH
+        )
+        for part in parts
+    ]
+    return np.concatenate(found).reshape(hits.shape[:2])
 
 
 def profile_ends(
@@ -84,6 +133,19 @@ def profile_ends(
     seeds: Sequence[int],
 ) -> Floats:
     """Return the ends of the profile intervals of many fits at the same levels, (fits, 2), in the level's units."""
+    simulated = _simulated(problem, most, draws, seeds) if draws else None
+    return _profile_ends(problem, most, spec, answers, which, confidence, simulated)
+
+
+def _profile_ends(
+    problem: Problem,
+    most: Fitted,
+    spec: FunctionSpec,
+    answers: Levels,
+    which: Which,
+    confidence: float,
+    simulated: _Simulated | None,
+) -> Floats:
     by = by_threshold(spec.shape, spec.threshold) if which == "threshold" else by_jnd(spec.shape, spec.jnd)
     # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
     free = problem.free.copy()
@@ -97,24 +159,28 @@ def profile_ends(
     first, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
     result: Floats = np.column_stack([first, second, most.parameters[:, 2:]])
     turned, place = replace(problem, coordinates=by, low=low, high=high, free=free), result
-    factor = _bartlett(problem, turned, place, most, draws, seeds) if draws else np.ones(len(place))
+    factor = np.ones(len(place)) if simulated is None else _bartlett(turned, place, simulated)
     allowed = most.log_likelihood - 0.5 * factor * float(ndtri((1 + confidence) / 2)) ** 2
     # The first coordinate's standard error from the expected information, guess and lapse held.
     hit, miss, tilt = shares(turned, place)
     weight = turned.trials / (hit * miss)
     information = np.einsum("bl,blp,blq->bpq", weight, tilt[..., :2], tilt[..., :2])
     se: Floats = np.sqrt(np.maximum(np.linalg.pinv(information)[:, 0, 0], 1e-300))
-    edges = [float(limit[int(which == "jnd")]) for limit in (problem.low, problem.high)]
-    ends = np.column_stack(
-        [_ends(turned, place, side * se, allowed, edge) for side, edge in zip((-1.0, 1.0), edges, strict=True)]
+    edges = np.array([limit[int(which == "jnd")] for limit in (problem.low, problem.high)])
+    steps = (se[:, None] * [-1.0, 1.0]).ravel()
+    ends = _ends(turned, np.repeat(place, 2, axis=0), steps, np.repeat(allowed, 2), np.tile(edges, len(place))).reshape(
+        -1, 2
     )
     if spec.falling and which == "threshold":
         ends = ends[:, ::-1]
     return (to_level if which == "threshold" else to_size)(ends, spec, answers)
 
 
-def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: float) -> Floats:
-    """Return the first values on one side at which the profiles fall by the allowed amount; NaN where they never do."""
+def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: Floats) -> Floats:
+    """Return the first values at which the profiles fall by the allowed amount; NaN where they never do.
+
+    Each row is a search of its own: along `step` from `place`, as far as `edge`. A fit has as many rows as others.
+    """
     start = place[:, 0]
     step = step * np.minimum((edge - start) / (step * REACH), 1.0)  # no further than a fit is looked for
     scan = np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
@@ -136,31 +202,14 @@ def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: f
     return np.where(reached, start + cross * step, np.nan)
 
 
-def _bartlett(
-    problem: Problem, turned: Problem, place: Floats, most: Fitted, draws: int, seeds: Sequence[int]
-) -> Floats:
+def _bartlett(turned: Problem, place: Floats, simulated: _Simulated) -> Floats:
     """Return Bartlett's factor of each fit, at least 1, from answers simulated by the fit.
 
     It is the mean of twice the fall at the simulating parameters; the score statistic at the same parameters, whose
     mean is exactly 1, serves as a control variate.
     """
-    factors = np.ones(len(place))
-    chunk = max(1, AT_ONCE // draws)
-    for first in range(0, len(place), chunk):
-        part = slice(first, first + chunk)
-        expected = shares(problem, most.parameters[part])[0]
-        trials = problem.trials.astype(np.int64)
-        hits = np.stack(
-            [
-                stream(seed, "Bartlett's factor").binomial(trials, np.minimum(share, 1.0), (draws, len(trials)))
-                for share, seed in zip(expected, seeds[part], strict=True)
-            ]
-        ).astype(np.float64)
-        flat = hits.reshape(-1, len(trials))
-        best = _from_two_starts(replace(problem, hits=flat), np.repeat(most.parameters[part], draws, axis=0), ROUGH)
-        held = _from_two_starts(replace(turned, hits=flat), np.repeat(place[part], draws, axis=0), ROUGH)
-        fall = 2 * np.maximum(best - held, 0.0).reshape(hits.shape[:2])
-        factors[part] = 1 + (fall - _score_statistics(turned, place[part], hits)).mean(axis=1)
+    fall = 2 * np.maximum(simulated.best - _best(turned, simulated.hits, place), 0.0)
+    factors: Floats = 1 + (fall - _score_statistics(turned, place, simulated.hits)).mean(axis=1)
     return np.maximum(factors, 1.0)
 
 

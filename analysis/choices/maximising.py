@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from palpate.analysis.choices.shapes import Coordinates, Shape
+from palpate.analysis.choices.shapes import Coordinates, Mapped, Shape
 from palpate.analysis.statistics.doubles import Floats
 
 STEPS = 200
@@ -51,14 +51,11 @@ class Fitted(NamedTuple):
 
 def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the probabilities of hit and miss, and the derivatives (fits, levels, 4) of the first."""
-    centre, log_spread, slopes = problem.coordinates.native(place[:, 0], place[:, 1])
-    lapse = place[:, 3:4]
-    guess = lapse if problem.equal_rates else place[:, 2:3]
-    spread = np.exp(log_spread)[:, None]
-    z = np.clip((problem.t - centre[:, None]) / spread, -FAR, FAR)
-    share, rest = problem.shape.share(z), problem.shape.rest(z)
+    z, spread, slopes = _standardised(problem, place)
+    guess, lapse = _rates(problem, place)
+    share, rest, steepness = problem.shape.curve(z)
     range_ = 1 - guess - lapse
-    tilt = range_ * problem.shape.steepness(z)
+    tilt = range_ * steepness
     down, narrow = -tilt / spread, -tilt * z
     derivatives = np.empty((*z.shape, 4))
     derivatives[..., 0] = down * slopes[:, None, 0, 0] + narrow * slopes[:, None, 1, 0]
@@ -67,10 +64,33 @@ def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
     return np.maximum(guess + range_ * share, TINY), np.maximum(lapse + range_ * rest, TINY), derivatives
 
 
+def _standardised(problem: Problem, place: Floats) -> Mapped:
+    """Return z (fits, levels), the spreads (fits, 1), and the derivatives of the coordinates (fits, 2, 2)."""
+    centre, log_spread, slopes = problem.coordinates.native(place[:, 0], place[:, 1])
+    spread = np.exp(log_spread)[:, None]
+    return np.clip((problem.t - centre[:, None]) / spread, -FAR, FAR), spread, slopes
+
+
+def _rates(problem: Problem, place: Floats) -> tuple[Floats, Floats]:
+    """Return the guess and lapse rates (fits, 1)."""
+    lapse = place[:, 3:4]
+    return lapse if problem.equal_rates else place[:, 2:3], lapse
+
+
+def log_shares(problem: Problem, place: Floats) -> tuple[Floats, Floats]:
+    """Return the logarithms of the probabilities of hit and miss, (places, levels)."""
+    z, _, _ = _standardised(problem, place)
+    guess, lapse = _rates(problem, place)
+    range_ = 1 - guess - lapse
+    hit = np.maximum(guess + range_ * problem.shape.share(z), TINY)
+    miss = np.maximum(lapse + range_ * problem.shape.rest(z), TINY)
+    return xlogy(1.0, hit), xlogy(1.0, miss)
+
+
 def likelihoods(problem: Problem, place: Floats) -> Floats:
     """Return the log likelihood of each fit, without the binomial constant."""
-    hit, miss, _ = shares(problem, place)
-    result: Floats = (xlogy(problem.hits, hit) + xlogy(problem.trials - problem.hits, miss)).sum(axis=1)
+    hit, miss = log_shares(problem, place)
+    result: Floats = (problem.hits * hit + (problem.trials - problem.hits) * miss).sum(axis=1)
     return result
 
 
@@ -102,20 +122,20 @@ def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
             break
     if problem.equal_rates:
         place[:, 2] = place[:, 3]
-    return Fitted(place, value, _information(problem, place), (promised <= ARRIVED) | (damping >= STUCK))
+    return Fitted(
+        place, value, _information(problem, *shares(problem, place)), (promised <= ARRIVED) | (damping >= STUCK)
+    )
 
 
-def _slope(problem: Problem, place: Floats) -> Floats:
+def _slope(problem: Problem, hit: Floats, miss: Floats, tilt: Floats) -> Floats:
     """Return the gradient of each log likelihood, (fits, 4)."""
-    hit, miss, tilt = shares(problem, place)
     pull = problem.hits / hit - (problem.trials - problem.hits) / miss
     result: Floats = (pull[:, None, :] @ tilt)[:, 0, :]
     return result
 
 
-def _information(problem: Problem, place: Floats) -> Floats:
+def _information(problem: Problem, hit: Floats, miss: Floats, tilt: Floats) -> Floats:
     """Return the expected information of each fit, (fits, 4, 4)."""
-    hit, miss, tilt = shares(problem, place)
     weighted = tilt * (problem.trials / (hit * miss))[..., None]
     result: Floats = np.swapaxes(weighted, 1, 2) @ tilt
     return result
@@ -123,14 +143,15 @@ def _information(problem: Problem, place: Floats) -> Floats:
 
 def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return the damped step of each fit and its predicted gain; fixed parameters do not move."""
-    slope, information = _slope(problem, place), _information(problem, place)
-    outward = ((place <= problem.low) & (slope < 0)) | ((place >= problem.high) & (slope > 0))
+    at = shares(problem, place)
+    whole_slope, information = _slope(problem, *at), _information(problem, *at)
+    outward = ((place <= problem.low) & (whole_slope < 0)) | ((place >= problem.high) & (whole_slope > 0))
     moving = problem.free & ~outward
-    slope = np.where(moving, slope, 0.0)
+    slope = np.where(moving, whole_slope, 0.0)
     if close.any():
         rows = np.flatnonzero(close)
         part = replace(problem, hits=problem.hits[rows])
-        information[rows] = _observed(part, place[rows], information[rows], moving[rows])
+        information[rows] = _observed(part, place[rows], whole_slope[rows], information[rows], moving[rows])
     system = np.where(moving[:, :, None] & moving[:, None, :], information, 0.0)
     size = np.maximum(np.einsum("bpp->bp", system), 1e-12)
     system = system + np.einsum("bp,pq->bpq", size * damping[:, None] + np.where(moving, 1e-14 * size, 1.0), np.eye(4))
@@ -138,18 +159,24 @@ def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bo
     return step, (step * slope).sum(axis=1)
 
 
-def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
-    """Return the observed information of free parameters if it is positive definite, else the expected one."""
-    slope = _slope(problem, place)
+def _observed(problem: Problem, place: Floats, slope: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
+    """Return the observed information of free parameters if it is positive definite, else the expected one.
+
+    `slope` is the gradient at `place`.
+    """
+    free = np.flatnonzero(problem.free)
+    # All moved places in one go: (free parameters, fits, 4).
+    shift = SHIFT / np.sqrt(np.maximum(np.einsum("bpp->pb", expected)[free], TINY))
+    shift = np.minimum(shift, 1e-3 * (problem.high[free] - problem.low[free])[:, None])
+    own = np.arange(len(free))
+    moved = np.tile(place, (len(free), 1, 1))
+    shift = np.where(moved[own, :, free] + shift > problem.high[free][:, None], -shift, shift)
+    moved[own, :, free] += shift
+    many = replace(problem, hits=np.tile(problem.hits, (len(free), 1)))
     observed = expected.copy()
-    for i in np.flatnonzero(problem.free).tolist():
-        shift = SHIFT / np.sqrt(np.maximum(expected[:, i, i], TINY))
-        shift = np.minimum(shift, 1e-3 * (problem.high[i] - problem.low[i]))
-        shift = np.where(place[:, i] + shift > problem.high[i], -shift, shift)
-        moved = place.copy()
-        moved[:, i] += shift
-        with np.errstate(over="ignore", invalid="ignore"):  # far from the top; not used there
-            observed[:, :, i] = (slope - _slope(problem, moved)) / shift[:, None]
+    with np.errstate(over="ignore", invalid="ignore"):  # far from the top; not used there
+        slopes = _slope(many, *shares(many, moved.reshape(-1, 4))).reshape(moved.shape)
+        observed[:, :, free] = np.moveaxis((slope - slopes) / shift[..., None], 0, 2)
     finite = np.asarray((np.abs(observed) < FINITE).all(axis=(1, 2)))
     observed = np.where(finite[:, None, None], (observed + np.swapaxes(observed, 1, 2)) / 2, expected)
     both = moving[:, :, None] & moving[:, None, :]
@@ -174,12 +201,12 @@ def best_of_starts(problem: Problem, starts: int) -> Fitted:
     ]
     mesh = np.meshgrid(centres, spreads, *rates, indexing="ij")
     grid = np.column_stack([axis.ravel() for axis in mesh])
-    fits, points = len(problem.hits), len(grid)
-    repeated = _repeated(problem, points)
-    values = likelihoods(repeated, np.tile(grid, (fits, 1))).reshape(fits, points)
+    hit, miss = log_shares(problem, grid)
+    misses = problem.trials - problem.hits
+    values = np.stack([(k * hit + n * miss).sum(axis=1) for k, n in zip(problem.hits, misses, strict=True)])
     chosen = np.argsort(-values, axis=1, kind="stable")[:, :starts]
     maxima = maximise(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
-    best = np.argmax(maxima.log_likelihood.reshape(fits, starts), axis=1) + np.arange(fits) * starts
+    best = np.argmax(maxima.log_likelihood.reshape(-1, starts), axis=1) + np.arange(len(chosen)) * starts
     return Fitted(*(part[best] for part in maxima))
 
 

@@ -114,7 +114,7 @@ def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     columns = {"level": answers.levels, "n": answers.trials.astype(int), "hits": answers.hits.astype(int)}
     shared = {"share": answers.hits / answers.trials, "expected": expected, "deviance_residual": residuals}
     table = pd.DataFrame(columns | shared)
-    steep = float(spec.shape.steepness(np.array([spec.shape.place(spec.threshold)]))[0]) / spread
+    steep = float(spec.shape.curve(np.array([spec.shape.place(spec.threshold)]))[2][0]) / spread
     chain = 1 / at if spec.shape.logarithmic else (-1.0 if spec.falling else 1.0)
     offset = math.log(answers.levels[0]) if spec.shape.logarithmic else 0.0
     # The part of the log likelihood that does not depend on the function: log binomial coefficients.

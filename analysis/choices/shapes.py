@@ -27,29 +27,53 @@ from palpate.analysis.statistics.doubles import Floats
 ROOT = float(np.sqrt(2 * np.pi))
 JndKind: TypeAlias = Literal["half_interquartile", "x84_x50"]
 Mapped = tuple[Floats, Floats, Floats]
+Curve = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape: `share` is F, `rest` 1 - F without lost digits, `steepness` F', `place` the z at which F has a value."""
+    """A shape: `share` is F, `rest` 1 - F without lost digits, `place` the z at which F has a value.
+
+    `curve` returns F, 1 - F and F' at once, which have most of their work in common.
+    """
 
     name: str
     logarithmic: bool
     share: Callable[[Floats], Floats]
     rest: Callable[[Floats], Floats]
-    steepness: Callable[[Floats], Floats]
+    curve: Callable[[Floats], Curve]
     place: Callable[[float], float]
-
-
-def _gumbel_steepness(z: Floats) -> Floats:
-    bounded = np.minimum(z, 700.0)
-    result: Floats = np.exp(bounded - np.exp(bounded))
-    return result
 
 
 def _exp(z: Floats) -> Floats:
     result: Floats = np.exp(np.minimum(z, 700.0))
     return result
+
+
+def _logistic_curve(z: Floats) -> Curve:
+    share, rest = np.asarray(expit(z)), np.asarray(expit(-z))
+    return share, rest, share * rest
+
+
+def _gaussian_curve(z: Floats) -> Curve:
+    return np.asarray(ndtr(z)), np.asarray(ndtr(-z)), np.exp(-0.5 * z * z) / ROOT
+
+
+def _weibull_curve(z: Floats) -> Curve:
+    bounded = np.minimum(z, 700.0)
+    power = np.exp(bounded)
+    return -np.expm1(-power), np.exp(-power), np.exp(bounded - power)
+
+
+def _weibull(name: str, logarithmic: bool) -> Shape:
+    return Shape(
+        name,
+        logarithmic,
+        lambda z: -np.expm1(-_exp(z)),
+        lambda z: np.exp(-_exp(z)),
+        _weibull_curve,
+        lambda p: float(np.log(-np.log1p(-p))),
+    )
 
 
 SHAPES: Mapping[str, Shape] = {
@@ -58,7 +82,7 @@ SHAPES: Mapping[str, Shape] = {
         False,
         lambda z: np.asarray(expit(z)),
         lambda z: np.asarray(expit(-z)),
-        lambda z: np.asarray(expit(z) * expit(-z)),
+        _logistic_curve,
         lambda p: float(logit(p)),
     ),
     "gaussian": Shape(
@@ -66,25 +90,11 @@ SHAPES: Mapping[str, Shape] = {
         False,
         lambda z: np.asarray(ndtr(z)),
         lambda z: np.asarray(ndtr(-z)),
-        lambda z: np.exp(-0.5 * z * z) / ROOT,
+        _gaussian_curve,
         lambda p: float(ndtri(p)),
     ),
-    "weibull": Shape(
-        "weibull",
-        True,
-        lambda z: -np.expm1(-_exp(z)),
-        lambda z: np.exp(-_exp(z)),
-        _gumbel_steepness,
-        lambda p: float(np.log(-np.log1p(-p))),
-    ),
-    "weibull_db": Shape(
-        "weibull_db",
-        False,
-        lambda z: -np.expm1(-_exp(z)),
-        lambda z: np.exp(-_exp(z)),
-        _gumbel_steepness,
-        lambda p: float(np.log(-np.log1p(-p))),
-    ),
+    "weibull": _weibull("weibull", True),
+    "weibull_db": _weibull("weibull_db", False),
 }
 
 

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.analysis.choices.bradley_terry import bradley_terry
-from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior_of
-from palpate.analysis.choices.psychometric import Psychometric, fit_function
+from palpate.analysis.choices.psychometric import fit_function
 from palpate.analysis.choices.scales import SUM_ZERO, Scale, differences
 from palpate.analysis.choices.specification import gather_levels
 from palpate.analysis.choices.staircase import Staircase, staircase
 from palpate.analysis.choices.thurstone import thurstone
 from palpate.analysis.choices.triads import circular_triads
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
-from palpate.analysis.plans.families.function_summaries import PARTICIPANT, summary_rows
+from palpate.analysis.plans.families.function_summaries import HOW, PARTICIPANT, fitted_numbers, summary_rows
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import numeric, rows_of, sentences
 from palpate.analysis.plans.idle import idle_note
@@ -36,13 +34,6 @@ NUMBERS = (
 )  # fmt: skip
 MOST_NAMED = 6
 SUMMED = ("threshold", "jnd", "reversal_threshold")
-HOW = {
-    "corrected": "profile likelihood with Bartlett's correction",
-    "profile": "profile likelihood",
-    "bootstrap": "parametric bootstrap, percentiles",
-    "posterior": "posterior, equal tails",
-    "none": "none",
-}
 NO_TASK = (
     "The plan declares no task, so the rates are those of plans before tasks were declared: where answers lapse to "
     "both sides, or there are false alarms, thresholds are biased and intervals too narrow. Declare `task: symmetric`, "
@@ -113,41 +104,14 @@ def _one(
             }
         else:
             fit = fit_function(given, model)
-            row |= _fitted(selected, settings, fit)
-            notes += [row.pop("why"), *fit.notes]
+            numbers, why, lost = fitted_numbers(selected, settings, fit, settings.interval_kind)
+            row |= {**numbers, "share_at": fit.share_at}
+            why += [f"{lost:.0%} of the simulated answers had no slope"] if lost > 0.01 else []
+            notes += [*why, *fit.notes]
             shown = fit.table
     except StatisticsError as refusal:
         notes.append(str(refusal))
     return {**row, **stairs, "note": "; ".join(note for note in notes if note)}, shown, turned
-
-
-def _fitted(selected: Selected, settings: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
-    draws = settings.draws or selected.draws
-    interval = settings.interval_kind
-    again = None if interval == "none" else resampled_answers(fit, draws, settings.confidence, selected.seed)
-    ends = [Interval(math.nan, math.nan)] * 2
-    if interval in ("profile", "corrected"):
-        how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, selected.seed)
-        ends = [profile_interval(fit, which, settings.confidence, *how) for which in ("threshold", "jnd")]
-    if interval == "bootstrap" and again is not None:
-        ends = [again.threshold, again.jnd]
-    lost = f"{again.lost:.0%} of the simulated answers had no slope" if again is not None and again.lost > 0.01 else ""
-    return {
-        "threshold": fit.threshold,
-        "threshold_low": ends[0].low,
-        "threshold_high": ends[0].high,
-        "share_at": fit.share_at,
-        "jnd": fit.jnd,
-        "jnd_low": ends[1].low,
-        "jnd_high": ends[1].high,
-        "slope": fit.slope,
-        "guess": fit.guess,
-        "lapse": fit.lapse,
-        "deviance": fit.deviance,
-        "df": fit.df,
-        "p_deviance": None if again is None else again.p_deviance,
-        "why": "; ".join(note for note in (ends[0].note, ends[1].note, lost) if note),
-    }
 
 
 def _staircases(

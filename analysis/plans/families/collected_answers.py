@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,14 +14,11 @@ import pandas as pd
 from palpate.analysis.choices.evidence import (
     RATIO,
     SURE,
-    curve_of,
-    density_of,
-    evidence_of,
-    lapse_excess,
+    LevelsPosterior,
+    levels_posterior,
     no_threshold,
     outside_of,
 )
-from palpate.analysis.choices.intervals import CORRECTING_DRAWS, profile_interval, resampled_answers
 from palpate.analysis.choices.psychometric import Psychometric, fit_function
 from palpate.analysis.choices.specification import WICHMANN_HILL, FunctionSpec, Levels, gather_levels
 from palpate.analysis.plans.answers import Answer, plain_row, require_columns
@@ -33,16 +31,22 @@ from palpate.analysis.plans.families.declared_answers import (
     threshold_share,
     track_posterior,
 )
-from palpate.analysis.plans.families.function_summaries import PARTICIPANT, difference_rows, summary_rows
+from palpate.analysis.plans.families.function_summaries import (
+    HOW,
+    PARTICIPANT,
+    difference_rows,
+    fitted_numbers,
+    summary_rows,
+)
 from palpate.analysis.plans.families.rows import parts_of
 from palpate.analysis.plans.families.spaces_answers import rows_of, sentences
 from palpate.analysis.ratings.collected_choices import GUESS_KNOWN, TrackDesign, track_design
 from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused
 from palpate.analysis.statistics.refusals import NoEstimate, StatisticsError
-from palpate.protocols.tracks import NO_CATCH
+from palpate.protocols.tracks import EASY, NO_CATCH
 
 if TYPE_CHECKING:
-    from palpate.analysis.choices.declared_model import DeclaredModel
+    from palpate.analysis.choices.declared_model import DeclaredModel, ModelPosterior
     from palpate.analysis.plans.answers import Row, Selected
 
 BY = (PARTICIPANT, "track")
@@ -53,13 +57,6 @@ NUMBERS = (
 )  # fmt: skip
 POINTS = 61
 SUMMED = ("threshold", "jnd", "weber")
-HOW = {
-    "corrected": "profile likelihood with Bartlett's correction",
-    "profile": "profile likelihood",
-    "bootstrap": "parametric bootstrap, percentiles",
-    "posterior": "posterior, equal tails",
-    "none": "none",
-}
 
 
 def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answer:
@@ -73,12 +70,13 @@ def collected_answer(selected: Selected, settings: PsychometricFunction) -> Answ
     densities: list[Row] = []
     models: dict[str, list[str]] = {}
     for where, part in parts_of(table, by):
-        row, shown = function_row(selected, settings, part)
+        function = CollectedFunction(selected, settings, part)
+        row, shown = function.row()
         rows.append({**where, **row})
         levels += [] if shown is None else [shown.assign(**where)]
-        for rows_so_far, more_rows in ((curves, curve_rows), (densities, density_rows)):
-            rows_so_far += [{**where, **point} for point in more_rows(selected, settings, part)]
-        for declared in _declared(selected, settings, part):
+        for rows_so_far, own in ((curves, function.curve()), (densities, function.density())):
+            rows_so_far += [{**where, **point} for point in own]
+        for declared in function.declared_models():
             models.setdefault(declared.describe(), []).append(where.get("track", ""))
     if all(row["threshold"] is None and row["outside"] is None for row in rows):
         raise StatisticsError(f"no threshold could be estimated: {rows[0]['note']}")
@@ -115,181 +113,188 @@ def spec_of(settings: PsychometricFunction, design: TrackDesign) -> FunctionSpec
     return replace(own.model(), standard=design.nothing_at)
 
 
+@dataclass
+class CollectedFunction:
+    """The choices of one function. Each part that several results need is computed once, when it is first needed."""
+
+    selected: Selected
+    settings: PsychometricFunction
+    part: pd.DataFrame
+
+    @cached_property
+    def _designed(self) -> tuple[TrackDesign, pd.DataFrame]:
+        return track_design(self.part, self.settings.easy_catch == "counted", self.selected.tracks)
+
+    @property
+    def design(self) -> TrackDesign:
+        """The function of these choices. Raises DataRefused."""
+        return self._designed[0]
+
+    @property
+    def used(self) -> pd.DataFrame:
+        """The choices that the function is fitted to. Raises DataRefused."""
+        return self._designed[1]
+
+    @cached_property
+    def with_easy(self) -> pd.DataFrame:
+        """These with the catch trials at the easiest level, which are looked at for lapses in any case."""
+        if self.settings.easy_catch == "counted" or not (self.part["catch"].astype(str) == EASY).any():
+            return self.used
+        return track_design(self.part, True, self.selected.tracks)[1]
+
+    @cached_property
+    def spec(self) -> FunctionSpec:
+        """The function's specification. Raises DeclarationRefused for a guess rate that the design decides."""
+        return spec_of(self.settings, self.design)
+
+    @cached_property
+    def given(self) -> Levels:
+        """The counted levels. Raises StatisticsError."""
+        return gather_levels(self.used, "level", self.design.hits)
+
+    @cached_property
+    def declared(self) -> DeclaredModel | None:
+        """The model that the study declares, if it decides the posterior. Raises DataRefused."""
+        return declared_model(self.selected, self.settings, self.design, self.used)
+
+    @cached_property
+    def model_posterior(self) -> ModelPosterior | None:
+        """The posterior under the declared model, if there is one. Raises NoEstimate."""
+        return None if self.declared is None else track_posterior(self.declared, self.used)
+
+    @cached_property
+    def posterior(self) -> LevelsPosterior:
+        """The posterior whose prior follows from the levels."""
+        return levels_posterior(self.given, self.spec)
+
+    def row(self) -> tuple[dict[str, Any], pd.DataFrame | None]:
+        """Return a row about the function and the shares at its levels (None if there is no design or one level)."""
+        row: dict[str, Any] = {"design": None, "procedure": None, **dict.fromkeys(NUMBERS), "note": ""}
+        notes: list[str] = []
+        shown = None
+        try:
+            design, used, _ = self.design, self.used, self.with_easy
+            row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
+            spec = self.spec
+            row["trials"] = len(used)
+            shown = _shares(self.given)
+            if self.model_posterior is None:
+                numbers, more, fit = self._estimate(spec)
+                shown = shown if fit is None else fit.table
+            else:
+                numbers, more = declared_numbers(self.settings, self.model_posterior, self.with_easy)
+            row |= numbers
+            notes += more
+            if row["threshold"] is not None:
+                row |= weber(row, design, self.settings.level_unit == "db")
+            for count, what in (
+                (design.catch, "catch trial(s) left out"),
+                (design.silent, "trial(s) without a signal left out"),
+                (design.easy, "catch trial(s) at the easiest level counted"),
+            ):
+                notes += [f"{count} {what}"] if count else []
+        except StatisticsError as refusal:
+            notes.append(str(refusal))
+        except DeclarationRefused:
+            raise
+        except DataRefused as refusal:
+            notes.append(str(refusal))
+        return {**row, "note": "; ".join(note for note in notes if note)}, shown
+
+    def _estimate(self, spec: FunctionSpec) -> tuple[dict[str, Any], list[str], Psychometric | None]:
+        """Return the numbers, notes, and the fit by maximum likelihood if the estimates are from it."""
+        settings, design, given = self.settings, self.design, self.given
+        evidence = self.posterior.evidence(settings.confidence)
+        numbers: dict[str, Any] = {"likelihood_ratio": math.exp(min(evidence.ratio, 690.0))}
+        side, bound = outside_of(evidence, given, spec)
+        guesses, notes = evidence.ratio < math.log(RATIO), []
+        if not guesses:
+            easy = self.posterior
+            if self.with_easy is not self.used:
+                easy = levels_posterior(gather_levels(self.with_easy, "level", design.hits), spec)
+            notes += lapse_notes(easy.lapse_excess(), spec.lapse[1], "allow more with `lapse: [0, 0.3]`")
+        if side:
+            if bound is not None:
+                notes.insert(0, f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")
+            if guesses and not _all_alike(given):
+                notes.insert(0, no_threshold(given, spec, evidence.ratio))
+            known = {"outside": side, "bound": bound, "sure": None if bound is None else SURE}
+            return numbers | known, notes, None
+        interval = settings.interval or ("posterior" if design.is_adaptive else "corrected")
+        if interval != "posterior":
+            try:
+                fit = fit_function(given, spec)
+                own, more, _ = fitted_numbers(self.selected, settings, fit, interval)
+                return numbers | own | {"threshold_at": fit.at}, [*notes, *fit.notes, *more], fit
+            except NoEstimate as refusal:
+                if settings.interval is not None:
+                    raise
+                why = str(refusal).split(":", maxsplit=1)[0]
+                notes.append(f"{why}: estimates are from the posterior, whose prior bounds the slope")
+        elif design.is_adaptive and settings.interval is None:
+            notes.append(
+                "levels that follow from the answers hardly determine a slope: the posterior's prior bounds it"
+            )
+        return numbers | {
+            "threshold": evidence.threshold,
+            "threshold_low": evidence.threshold_interval[0],
+            "threshold_high": evidence.threshold_interval[1],
+            "threshold_sd": evidence.sd,
+            "threshold_at": settings.threshold,
+            "prior": LEVELS,
+            "jnd": evidence.jnd,
+            "jnd_low": evidence.jnd_interval[0],
+            "jnd_high": evidence.jnd_interval[1],
+            "guess": evidence.guess,
+            "lapse": evidence.lapse,
+        }, notes, None  # fmt: skip
+
+    def declared_models(self) -> Iterator[DeclaredModel]:
+        """Yield the declared model of these choices, if it decides them."""
+        try:
+            model = self.declared
+        except DataRefused:
+            return
+        if model is not None:
+            yield model
+
+    def density(self) -> list[Row]:
+        """Return points of the posterior and prior density of the threshold, per unit of the level, for drawing."""
+        try:
+            if self.model_posterior is None:
+                density = self.posterior.density()
+            else:
+                density = self.model_posterior.density(threshold_share(self.settings, self.declared))
+        except (StatisticsError, DataRefused):
+            return []
+        rows = zip(*(part.tolist() for part in density), strict=True)
+        return [{"level": x, "density": y, "prior_density": z} for x, y, z in rows]
+
+    def curve(self) -> list[Row]:
+        """Return points of the function for drawing: the expected share, and its pointwise interval."""
+        try:
+            spec, given = self.spec, self.given
+            low, high = float(given.levels[0]), float(given.levels[-1])
+            room = 0.04 * (high - low)
+            at = np.linspace(low if spec.shape.logarithmic else low - room, high + room, POINTS)
+            curve = (self.posterior if self.model_posterior is None else self.model_posterior).curve(
+                at, self.settings.confidence
+            )
+        except (StatisticsError, DataRefused):
+            return []
+        rows = zip(at.tolist(), *(part.tolist() for part in curve), strict=True)
+        return [{"level": x, "share": y, "low": a, "high": b} for x, y, a, b in rows]
+
+
 def function_row(
     selected: Selected, settings: PsychometricFunction, part: pd.DataFrame
 ) -> tuple[dict[str, Any], pd.DataFrame | None]:
     """Return a row about one function and the shares at its levels (None if there is no design or one level)."""
-    row: dict[str, Any] = {"design": None, "procedure": None, **dict.fromkeys(NUMBERS), "note": ""}
-    notes: list[str] = []
-    shown = None
-    try:
-        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
-        _, with_easy = track_design(part, True, selected.tracks)
-        row |= {"design": str(used["design"].iloc[0]), "procedure": design.procedure, "standard": design.standard}
-        spec = spec_of(settings, design)
-        row["trials"] = len(used)
-        given = gather_levels(used, "level", design.hits)
-        shown = _shares(given)
-        declared, fit = declared_model(selected, settings, design, used), None
-        if declared is None:
-            numbers, more, fit = _estimate(selected, settings, design, spec, given, with_easy)
-        else:
-            numbers, more = declared_numbers(settings, declared, used, with_easy)
-        row |= numbers
-        notes += more
-        if fit is not None:
-            shown = fit.table
-        if row["threshold"] is not None:
-            row |= weber(row, design, settings.level_unit == "db")
-        for count, what in (
-            (design.catch, "catch trial(s) left out"),
-            (design.silent, "trial(s) without a signal left out"),
-            (design.easy, "catch trial(s) at the easiest level counted"),
-        ):
-            notes += [f"{count} {what}"] if count else []
-    except StatisticsError as refusal:
-        notes.append(str(refusal))
-    except DeclarationRefused:
-        raise
-    except DataRefused as refusal:
-        notes.append(str(refusal))
-    return {**row, "note": "; ".join(note for note in notes if note)}, shown
-
-
-def _estimate(
-    selected: Selected,
-    settings: PsychometricFunction,
-    design: TrackDesign,
-    spec: FunctionSpec,
-    given: Levels,
-    with_easy: pd.DataFrame,
-) -> tuple[dict[str, Any], list[str], Psychometric | None]:
-    """Return the numbers, notes, and the fit by maximum likelihood if the estimates are from it.
-
-    `with_easy`: the choices with the catch trials at the easiest level, which are looked at for lapses in any case.
-    """
-    evidence = evidence_of(given, spec, settings.confidence)
-    numbers: dict[str, Any] = {"likelihood_ratio": math.exp(min(evidence.ratio, 690.0))}
-    side, bound = outside_of(evidence, given, spec)
-    guesses, notes = evidence.ratio < math.log(RATIO), []
-    if not guesses:
-        excess = lapse_excess(gather_levels(with_easy, "level", design.hits), spec)
-        notes += lapse_notes(excess, spec.lapse[1], "allow more with `lapse: [0, 0.3]`")
-    if side:
-        if bound is not None:
-            notes.insert(0, f"the threshold is {side} {bound:.4g}, {SURE:.0%} sure")
-        if guesses and not _all_alike(given):
-            notes.insert(0, no_threshold(given, spec, evidence.ratio))
-        known = {"outside": side, "bound": bound, "sure": None if bound is None else SURE}
-        return numbers | known, notes, None
-    interval = settings.interval or ("posterior" if design.is_adaptive else "corrected")
-    if interval != "posterior":
-        try:
-            fit = fit_function(given, spec)
-            own, more = _fitted(selected, settings, fit, interval)
-            return numbers | own, [*notes, *more], fit
-        except NoEstimate as refusal:
-            if settings.interval is not None:
-                raise
-            why = str(refusal).split(":", maxsplit=1)[0]
-            notes.append(f"{why}: estimates are from the posterior, whose prior bounds the slope")
-    elif design.is_adaptive and settings.interval is None:
-        notes.append("levels that follow from the answers hardly determine a slope: the posterior's prior bounds it")
-    return numbers | {
-        "threshold": evidence.threshold,
-        "threshold_low": evidence.threshold_interval[0],
-        "threshold_high": evidence.threshold_interval[1],
-        "threshold_sd": evidence.sd,
-        "threshold_at": settings.threshold,
-        "prior": LEVELS,
-        "jnd": evidence.jnd,
-        "jnd_low": evidence.jnd_interval[0],
-        "jnd_high": evidence.jnd_interval[1],
-        "guess": evidence.guess,
-        "lapse": evidence.lapse,
-    }, notes, None  # fmt: skip
-
-
-def _declared(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> Iterator[DeclaredModel]:
-    """Yield the declared model of one function's choices, if it decides them."""
-    try:
-        model = declared_model(
-            selected, settings, *track_design(part, settings.easy_catch == "counted", selected.tracks)
-        )
-    except DataRefused:
-        return
-    if model is not None:
-        yield model
-
-
-def density_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
-    """Return points of the posterior and prior density of a threshold, per unit of the level, for drawing."""
-    try:
-        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
-        declared = declared_model(selected, settings, design, used)
-        if declared is not None:
-            density = track_posterior(declared, used).density(threshold_share(settings, declared))
-        else:
-            density = density_of(gather_levels(used, "level", design.hits), spec_of(settings, design))
-    except (StatisticsError, DataRefused):
-        return []
-    rows = zip(*(part.tolist() for part in density), strict=True)
-    return [{"level": x, "density": y, "prior_density": z} for x, y, z in rows]
-
-
-def curve_rows(selected: Selected, settings: PsychometricFunction, part: pd.DataFrame) -> list[Row]:
-    """Return points of a function for drawing: the share expected by the posterior, and its pointwise interval."""
-    try:
-        design, used = track_design(part, settings.easy_catch == "counted", selected.tracks)
-        spec = spec_of(settings, design)
-        given = gather_levels(used, "level", design.hits)
-        low, high = float(given.levels[0]), float(given.levels[-1])
-        room = 0.04 * (high - low)
-        at = np.linspace(low if spec.shape.logarithmic else low - room, high + room, POINTS)
-        declared = declared_model(selected, settings, design, used)
-        if declared is None:
-            curve = curve_of(given, spec, at, settings.confidence)
-        else:
-            curve = track_posterior(declared, used).curve(at, settings.confidence)
-    except (StatisticsError, DataRefused):
-        return []
-    rows = zip(at.tolist(), *(part.tolist() for part in curve), strict=True)
-    return [{"level": x, "share": y, "low": a, "high": b} for x, y, a, b in rows]
+    return CollectedFunction(selected, settings, part).row()
 
 
 def _all_alike(given: Levels) -> bool:
     return float(given.hits.sum()) in (0.0, float(given.trials.sum()))
-
-
-def _fitted(
-    selected: Selected, settings: PsychometricFunction, fit: Psychometric, interval: str
-) -> tuple[dict[str, Any], list[str]]:
-    draws = settings.draws or selected.draws
-    again = None if interval == "none" else resampled_answers(fit, draws, settings.confidence, selected.seed)
-    ends: list[tuple[float, float]] = [(math.nan, math.nan)] * 2
-    notes = list(fit.notes)
-    if interval in ("profile", "corrected"):
-        how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, selected.seed)
-        found = [profile_interval(fit, which, settings.confidence, *how) for which in ("threshold", "jnd")]
-        ends = [(one.low, one.high) for one in found]
-        notes += [one.note for one in found]
-    if interval == "bootstrap" and again is not None:
-        ends = [(again.threshold.low, again.threshold.high), (again.jnd.low, again.jnd.high)]
-    return {
-        "threshold": fit.threshold,
-        "threshold_at": fit.at,
-        "threshold_low": ends[0][0],
-        "threshold_high": ends[0][1],
-        "jnd": fit.jnd,
-        "jnd_low": ends[1][0],
-        "jnd_high": ends[1][1],
-        "slope": fit.slope,
-        "guess": fit.guess,
-        "lapse": fit.lapse,
-        "deviance": fit.deviance,
-        "df": fit.df,
-        "p_deviance": None if again is None else again.p_deviance,
-    }, notes
 
 
 def weber(row: dict[str, Any], design: TrackDesign, in_db: bool) -> dict[str, Any]:

@@ -74,13 +74,13 @@ def lapse_notes(excess: float, most: float, remedy: str) -> list[str]:
 
 
 def declared_numbers(
-    settings: PsychometricFunction, declared: DeclaredModel, used: pd.DataFrame, with_easy: pd.DataFrame
+    settings: PsychometricFunction, posterior: ModelPosterior, with_easy: pd.DataFrame
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the numbers of a row and its notes.
 
     `with_easy`: the choices with the catch trials at the easiest level, which are looked at for lapses in any case.
     """
-    posterior = track_posterior(declared, used)
+    declared = posterior.declared
     at = threshold_share(settings, declared)
     estimate = posterior.estimate(at, settings.confidence)
     numbers: dict[str, Any] = {"likelihood_ratio": math.exp(min(posterior.ratio, 690.0)), "prior": DECLARED}

@@ -1,4 +1,4 @@
-"""What functions of participants have in common: means over people, and differences within them."""
+"""What functions of participants have in common: numbers of a fit, means over people, differences within them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,61 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate.analysis.choices.intervals import CORRECTING_DRAWS, profile_intervals, resampled_answers
 from palpate.analysis.statistics.f_and_t import adjusted, t_critical, t_two_sided
 
 if TYPE_CHECKING:
-    from palpate.analysis.plans.answers import Row
+    from palpate.analysis.choices.psychometric import Psychometric
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.families.choices import PsychometricFunction
     from palpate.analysis.statistics.doubles import Floats
 
 PARTICIPANT = "participant"
 MOST_COMPARED = 12
 """The largest number of tracks of which every two are compared."""
+HOW = {
+    "corrected": "profile likelihood with Bartlett's correction",
+    "profile": "profile likelihood",
+    "bootstrap": "parametric bootstrap, percentiles",
+    "posterior": "posterior, equal tails",
+    "none": "none",
+}
+"""The kinds of interval of a function, in words."""
+
+
+def fitted_numbers(
+    selected: Selected, settings: PsychometricFunction, fit: Psychometric, interval: str
+) -> tuple[dict[str, Any], list[str], float]:
+    """Return the numbers of a fit by maximum likelihood, notes on its intervals, and the share of lost simulated sets.
+
+    `interval` is one of `HOW`, but "posterior".
+    """
+    draws, seed = settings.draws or selected.draws, selected.seed
+    again = None if interval == "none" else resampled_answers(fit, draws, settings.confidence, seed)
+    ends: list[tuple[float, float]] = [(math.nan, math.nan)] * 2
+    notes: list[str] = []
+    if interval in ("profile", "corrected"):
+        how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, seed)
+        found = profile_intervals(fit, settings.confidence, *how)
+        ends = [(one.low, one.high) for one in found]
+        notes = [one.note for one in found]
+    if interval == "bootstrap" and again is not None:
+        ends = [(again.threshold.low, again.threshold.high), (again.jnd.low, again.jnd.high)]
+    numbers = {
+        "threshold": fit.threshold,
+        "threshold_low": ends[0][0],
+        "threshold_high": ends[0][1],
+        "jnd": fit.jnd,
+        "jnd_low": ends[1][0],
+        "jnd_high": ends[1][1],
+        "slope": fit.slope,
+        "guess": fit.guess,
+        "lapse": fit.lapse,
+        "deviance": fit.deviance,
+        "df": fit.df,
+        "p_deviance": None if again is None else again.p_deviance,
+    }
+    return numbers, notes, 0.0 if again is None else again.lost
 
 
 def summary_rows(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.analysis.choices.evidence import EXCESS, Evidence, evidence_of, lapse_excess, outside_of
+from palpate.analysis.choices.evidence import EXCESS, Evidence, evidence_of, levels_posterior, outside_of
 from palpate.analysis.choices.psychometric import fit_psychometric
 from palpate.analysis.choices.specification import FunctionSpec, Levels, function_spec, gather_levels, rates_of
 from palpate.analysis.statistics.refusals import NoEstimate
@@ -73,7 +73,9 @@ def test_lapses_beyond_the_model_are_flagged(name: str, easy: int, least: float,
             levels, hits = PROCEDURES[name](np.random.default_rng([7, seed]), 128, partial(weibull_db, lapse=lapse))
             right = np.random.default_rng([8, seed]).random(easy) >= lapse
             given = rows(np.append(levels, np.zeros(easy)), np.append(hits, right))
-            flagged += lapse_excess(gather_levels(given, "level", "correct"), of_two((0.0, 0.04))) >= EXCESS
+            flagged += (
+                levels_posterior(gather_levels(given, "level", "correct"), of_two((0.0, 0.04))).lapse_excess() >= EXCESS
+            )
         assert flagged >= least * count if lapse == 0.2 else flagged <= 0.05 * count
 
 
