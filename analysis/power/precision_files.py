@@ -25,6 +25,8 @@ MOST_TRACKS = 6
 """The largest number of tracks that have a line of their own in the figure; the others are in the table."""
 CLOSE = 0.07
 """Labels of an axis closer than this share of its length would touch."""
+LEGEND = 0.2
+"""The share of an axis that is free for the legend above what is drawn."""
 SIZE = (7.0, 3.3)
 """Inches: two columns of a journal's page."""
 
@@ -63,9 +65,10 @@ def _draw(
         left, right = figure.subplots(1, 2)
         _draw_person(left, precision, sd)
         left.set_ylabel(f"SD and bias of a {what} ({column})")
-        left.set_title("One person")
+        tracks = len({point.track for point in precision.tracks})
+        left.set_title("One person" + (f" ({MOST_TRACKS} of {tracks} tracks)" if tracks > MOST_TRACKS else ""))
         _draw_means(right, precision, width)
-        right.set_ylabel(f"width of the 95 % interval ({column});\n{100 * ASSURED:.0f} % of studies are narrower")
+        right.set_ylabel(f"95 % interval, width ({column})")
         right.set_title("The mean of a sample")
         for axes in (left, right):
             quiet_axes(axes)
@@ -95,6 +98,8 @@ def _draw_person(axes: Axes, precision: Precision, target: float | None) -> None
         _mark_target(axes, target, "SD", "right")
     axes.set_xticks(_readable(precision))
     axes.set_xlabel(f"{precision.counted} of a {'level' if precision.counted == 'repeats' else 'track'}", color=INK)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, top + LEGEND * (top - bottom))
     axes.legend(fontsize=7.5, frameon=False, ncols=2, loc="upper right", handlelength=2.2, columnspacing=1.2)
 
 
@@ -130,7 +135,7 @@ def _draw_means(axes: Axes, precision: Precision, target: float | None) -> None:
     if target is not None:
         _mark_target(axes, target, "width", "left")
     axes.set_ylim(bottom=0)
-    axes.set_xlabel("participants", color=INK)
+    axes.set_xlabel(f"participants; {100 * ASSURED:.0f} % of studies are narrower", color=INK)
     axes.legend(fontsize=7.5, frameon=False, loc="upper right", handlelength=2.6)
 
 
