@@ -98,11 +98,13 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
 
 
 def _trials_beyond_time(material: Material, rule: Rule) -> pd.DataFrame:
-    """Return the trials (participant, session, trial) whose slowest answer is too fast or too slow."""
-    if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
+    """Return the trials (participant, session, trial) whose last rating, or choice, is too fast or too slow."""
+    ratings = material.ratings
+    table, column = (material.choices, "rt_s") if ratings is None else (ratings.table, "response_time_s")
+    if column not in table.columns:
         raise DataRefused(f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out")
-    slowest = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
-    seconds = slowest["response_time_s"]
+    slowest = table.groupby(TRIAL, as_index=False)[column].max()
+    seconds = slowest[column]
     bad = seconds < rule.faster_than_s if rule.faster_than_s is not None else seconds > (rule.slower_than_s or 0.0)
     return pd.DataFrame(slowest[bad])
 

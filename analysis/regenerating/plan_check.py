@@ -154,8 +154,13 @@ class KnownAnswers:
         """Yield the problems of a rule for leaving something out."""
         yield from _level_problems(rule.where or {}, self.tables[TRIALS])
         ratings = self.tables.get("ratings")
-        if ratings is None and (rule.outlying or rule.flagged):
-            yield Problem(("outlying" if rule.outlying else "flagged",), f"is about ratings, {LACKS}")
+        for key in ("outlying", "flagged"):
+            if ratings is None and getattr(rule, key) is not None:
+                yield Problem((key,), f"is about ratings, {LACKS}")
+        for key in ("faster_than_s", "slower_than_s"):
+            timed = self.tables.get("choices", {}) if ratings is None else ratings
+            if getattr(rule, key) is not None and not {"response_time_s", "rt_s"} & set(timed):
+                yield Problem((key,), "no response times of ratings or choices are recorded; leave the rule out")
         for n, column in enumerate(rule.outlying.within if rule.outlying is not None and ratings is not None else ()):
             if column not in (ratings or ()):
                 at = ("outlying", "within", n)

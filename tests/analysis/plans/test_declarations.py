@@ -18,7 +18,7 @@ from pydantic import ValidationError
 from palpate.analysis.plans.answers import COLUMNS, READ, TERMS
 from palpate.analysis.plans.idle import effective
 from palpate.analysis.plans.kinds import TESTS
-from palpate.analysis.plans.reading import AnalysisPlan, Plan
+from palpate.analysis.plans.reading import AnalysisPlan, Plan, Rule
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.plans.study_tables import TRIALS, study_tables
 from palpate.analysis.power.simulated_studies import people, simulated_material
@@ -294,6 +294,15 @@ def test_what_a_design_contradicts_is_named_by_the_check_and_refused_where_it_ru
         assert result.refused
     else:
         assert result.reason is None or issubclass(result.reason, OF_ANSWERS), result.refused
+
+
+def test_a_rule_about_response_times_needs_ratings_or_choices():
+    rule = Rule(because="so", faster_than_s=0.2)
+    assert [*known(RATED).problems_of_rule(rule)] == [*known(CHOSEN).problems_of_rule(rule)] == []
+    [problem] = known(TICKED).problems_of_rule(rule)
+    assert problem.path == ("faster_than_s",) and "no response times" in problem.message
+    [problem] = known(CHOSEN).problems_of_rule(Rule(because="so", flagged=1))
+    assert problem.message == "is about ratings, of which the study has none"
 
 
 def test_a_number_in_a_condition_is_compared_as_a_number(material):
