@@ -52,39 +52,43 @@ class StudyFactors:
             for name in _texts(getattr(settings, key, None)):
                 if message := self._misplaced(name, expected, groups, settings.where):
                     yield Problem((key,), message)
-        yield from self._of_kind(settings, groups, outcomes)
+        yield from self._problems_of_kind(settings, groups, outcomes)
         # The factors whose combinations everybody must encounter: those within participants.
         factors = [*_texts(getattr(settings, "within", None)), *_texts(getattr(settings, "factor", None))]
         crossed = [name for name in factors if self._varies(name, groups, settings.where) == "within"]
         if TRIAL in crossed and set(crossed) - {TRIAL, "session"}:
             yield Problem(("within",), f"{TRIAL!r} is not met with every level of another factor")
         for group, rows in groups.items():
-            if TRIAL not in crossed and crossed and (gap := _gap(rows, crossed, list(groups.values()))):
+            if TRIAL not in crossed and crossed and (gap := _missing_combination(rows, crossed, list(groups.values()))):
                 place = f" in group {group}" if group else ""
                 yield Problem(("within" if hasattr(settings, "within") else "factor",), f"nobody{place} meets {gap}")
 
-    def _of_kind(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
+    def _problems_of_kind(
+        self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]
+    ) -> Iterator[Problem]:
         """Yield the problems that only tests of this kind have."""
         match settings.test:
             case "icc" | "kendall_w":
-                yield from self._uncrossed(settings.targets, settings.raters, groups, settings.where)
+                yield from self._crossing_problems(settings.targets, settings.raters, groups, settings.where)
             case "cronbach_alpha":
-                yield from self._uncrossed_items(settings, groups)
+                yield from self._alpha_problems(settings, groups)
             case "likert":
                 if settings.source == "ratings" and self.study.scale is not None and self.study.scale.step is None:
                     yield Problem(("source",), "ratings on a scale without steps have no points to count")
             case "retest":
-                yield from self._unordered(settings, groups)
+                yield from self._retest_problems(settings, groups)
             case "trends":
-                yield from self._torn_families(settings, groups)
+                yield from self._trend_problems(settings, groups)
             case "categories":
-                yield from self._one_category(settings, outcomes)
+                yield from self._category_problems(settings, outcomes)
             case "target_error":
-                yield from self._no_target(settings, groups, outcomes)
+                yield from self._target_problems(settings, groups, outcomes)
             case "mds" | "procrustes" | "vectors":
-                yield from self._cramped_map(settings, groups, outcomes)
+                yield from self._map_problems(settings, groups, outcomes)
 
-    def _uncrossed(self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where) -> Iterator[Problem]:
+    def _crossing_problems(
+        self, targets: str, raters: str, groups: Mapping[str, Rows], where: Where
+    ) -> Iterator[Problem]:
         """Yield problems that prevent every rater from rating every target."""
         if targets == raters:
             yield Problem(("raters",), f"{raters!r} is named in `targets`, too")
@@ -96,11 +100,11 @@ class StudyFactors:
                 return
         names = [n for n in (targets, raters) if n != TRIAL and self._varies(n, groups, where) == "within"]
         for rows in groups.values():
-            if names and (gap := _gap(rows, names, list(groups.values()))):
+            if names and (gap := _missing_combination(rows, names, list(groups.values()))):
                 yield Problem(("targets",), f"nobody meets {gap}")
                 return
 
-    def _uncrossed_items(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
+    def _alpha_problems(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
         """Yield a problem if a case of Cronbach's alpha, a combination of its columns, is without some item."""
         cases = settings.cases or ("participant", "stimulus")
         if settings.items in cases:
@@ -118,7 +122,7 @@ class StudyFactors:
                 yield Problem(("items",), f"not every case has every level of {settings.items!r}")
                 return
 
-    def _unordered(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
+    def _retest_problems(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
         """Yield problems of test and retest: several answers at one moment, or no stimulus that is met twice."""
         rows = [row for own in groups.values() for row in own]
         sessions = {row["session"] for row in rows}
@@ -133,7 +137,7 @@ class StudyFactors:
         if len(sessions) == 1 and self.study.order.repeats == 1 and "stimulus" in settings.targets:
             yield Problem(("targets",), "nobody meets a stimulus twice: repeat stimuli, or have several sessions")
 
-    def _torn_families(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
+    def _trend_problems(self, settings: Any, groups: Mapping[str, Rows]) -> Iterator[Problem]:
         """Yield problems of trends: levels in several families or at several numbers, or families of one level."""
         rows = [row for own in groups.values() for row in own]
         for key in ("families", "pooled"):
@@ -155,7 +159,7 @@ class StudyFactors:
         if settings.reference is not None and settings.reference not in {row[settings.pooled] for row in rows}:
             yield Problem(("reference",), f"no level {settings.reference!r} of {settings.pooled!r}")
 
-    def _one_category(self, settings: Any, outcomes: Collection[str]) -> Iterator[Problem]:
+    def _category_problems(self, settings: Any, outcomes: Collection[str]) -> Iterator[Problem]:
         """Yield a problem where the attributes compared are not of two categories, or of none."""
         for key in ("by", "over"):
             if "attribute" in getattr(settings, key):
@@ -164,7 +168,9 @@ class StudyFactors:
         if None in categories or len(set(categories)) != 2:
             yield Problem(("outcomes",), "attributes of two categories are compared: say `category` in the study")
 
-    def _no_target(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
+    def _target_problems(
+        self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]
+    ) -> Iterator[Problem]:
         """Yield problems of errors from targets: columns that are not the stimuli's, or name no attribute."""
         for key in ("target", "attribute_column"):
             if getattr(settings, key) not in self._columns - {"attribute", "session", "group", "study"}:
@@ -174,7 +180,7 @@ class StudyFactors:
         if not named & set(outcomes):
             yield Problem(("attribute_column",), f"{settings.attribute_column!r} names none of the attributes asked")
 
-    def _cramped_map(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
+    def _map_problems(self, settings: Any, groups: Mapping[str, Rows], outcomes: Collection[str]) -> Iterator[Problem]:
         """Yield problems of a map: outcomes beside those of pairs, or more dimensions than distances can span."""
         if getattr(settings, "pairs", None) is not None:
             if len(outcomes) != 1:
@@ -258,7 +264,7 @@ def _by(rows: Rows, key: str, name: str) -> dict[str, set[str]]:
     return levels
 
 
-def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
+def _missing_combination(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
     """Return the first combination of levels (of all groups) that is not among the rows, as text."""
     levels = [dict.fromkeys(row[name] for group in everybody for row in group) for name in crossed]
     there = {tuple(row[name] for name in crossed) for row in rows}

@@ -73,7 +73,7 @@ class Numbers(click.ParamType):  # type: ignore[type-arg]  # not generic in clic
 @click.option(
     "--row",
     default="",
-    help="The row of its answer by its texts: method, or AR,DSTN; by precision jnd.  [default: the first]",
+    help="The row of its answer by its texts: method, or AR,DSTN; with --trials threshold or jnd.  [default: first]",
 )
 @click.option("--p", "column", default="", help="The column of the p value.  [default: the most cautious]")
 @click.option(
@@ -98,7 +98,7 @@ class Numbers(click.ParamType):  # type: ignore[type-arg]  # not generic in clic
 )
 @click.option(
     "--runs", type=click.IntRange(10, 100_000),
-    help="Studies to simulate; by precision: people.  [default: 200; --quick: 20]",
+    help="Studies to simulate; with --trials: people.  [default: 200; --quick: 20]",
 )  # fmt: skip
 @click.option("--quick", is_flag=True, help="A first look: 20 studies; intervals up to 40 points wide, not 14.")
 @click.option("--power", "target", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
