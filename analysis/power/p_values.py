@@ -11,6 +11,7 @@ from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.power.request import PowerError
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.shell_command import shell_command
+from palpate.studies.catalogue import read_study
 
 if TYPE_CHECKING:
     from palpate.analysis.plans.answers import Answer, QuestionResult, Row
@@ -70,10 +71,9 @@ def demand_p(result: QuestionResult, request: PowerRequest) -> None:
         return
     compares = settings.test in ("psychometric", "dprime") and not request.row and not request.column
     if compares and "differences" not in answer.more:
-        raise PowerError(
-            f"{request.test}: it has no p value, since it compares no two tracks; plan the study by the precision of "
-            f"its thresholds: {precision_command(request)}"
-        )
+        by_precision = f"; plan the study by the precision of its thresholds: {precision_command(request)}"
+        way_out = by_precision if read_study(request.study_file).study.procedure else ""
+        raise PowerError(f"{request.test}: it has no p value, since it compares no two tracks{way_out}")
     p_of(answer, request.test, request.row, request.column)
 
 

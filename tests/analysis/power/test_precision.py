@@ -68,7 +68,9 @@ def write(tmp_path):
     def write_study(**changes):
         folder = tmp_path / "studies" / "tracks"
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "study.yaml").write_text(yaml.safe_dump({**STUDY, **changes}))
+        (folder / "study.yaml").write_text(
+            yaml.safe_dump({key: value for key, value in {**STUDY, **changes}.items() if value})
+        )
         (folder / "analysis.yaml").write_text(yaml.safe_dump(PLAN))
         return PowerRequest(folder / "study.yaml", folder / "analysis.yaml", tmp_path, "functions")
 
@@ -123,6 +125,18 @@ def test_jnds_around_a_standard_are_of_the_observers_slope():
     (one,) = measure((request, (4,), 1))[4]
     assert one.truth == pytest.approx(1 / 6)
     assert one.between == pytest.approx(0)
+
+
+def test_no_precision_is_offered_for_pairs_which_have_no_thresholds(write):
+    pairs = {
+        "stimuli": [{"id": "a", "um": 1}, {"id": "b", "um": 2}],
+        "pairs": {"orders": "one"},
+        "intervals": {"design": "oddity"},
+    }
+    asked = {"ask": [{"name": "odd", "kind": "choice", "of": "intervals"}]}
+    request = write(**pairs, **asked, procedure=None, simulation={"latents": {"odd": {"um": 1}}})
+    with pytest.raises(PowerError, match="sensitivity: it has no p value, since it compares no two tracks$"):
+        check_power(replace(request, test="sensitivity"))
 
 
 def test_people_who_guess_have_no_number_and_inattentive_ones_are_left_out(write):
