@@ -7,7 +7,7 @@ those of a track that ends there. So the people and their answers are the same f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,6 +27,7 @@ from palpate.analysis.ratings.collected_choices import catch_exclusions, study_t
 from palpate.protocols.keyed import normal
 from palpate.protocols.tracks import ABSENT, EASY, NO_CATCH, Slot
 from palpate.studies.catalogue import read_study
+from palpate.studies.participants.row_assignment import allocate
 from palpate.studies.procedures.model_grid import level_at
 
 if TYPE_CHECKING:
@@ -81,12 +82,12 @@ def with_trials(study: Study, trials: int) -> Study:
     return study.model_copy(update={"procedure": procedures})
 
 
-def first_choices(choices: pd.DataFrame, study: Study) -> pd.DataFrame:
+def first_choices(choices: pd.DataFrame, study: Study, group: str | None = None) -> pd.DataFrame:
     """Return the choices of a longer study that this one would have: the first trials and catch trials of each track.
 
-    `choices` are in the order of the trials. A track that ends earlier has all of its own.
+    `choices` are of people of one group, in the order of the trials. A track that ends earlier has all of its own.
     """
-    limits = {name: track.trials for name, track in study_tracks(study).items()}
+    limits = {name: track.trials for name, track in study_tracks(study, group).items()}
     absent, easy = study.intervals.catch_every
     every = {NO_CATCH: 1, ABSENT: absent or 1, EASY: easy or 1}
     nth = choices.groupby(["participant", "session", "track", "catch"]).cumcount()
@@ -101,16 +102,17 @@ def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[M
     plan = only(read_plan(request.plan_file), request, study)
     settings: Any = plan.tests[0]
     longest = _without_catch_rule(with_trials(study, trials[-1]))
-    material = simulated_material(longest, request.lab, [person(number)], request.seed * MOST_RUNS)
+    who = allocate(study, person(number))
+    material = simulated_material(longest, request.lab, [who.participant], request.seed * MOST_RUNS)
     measured = {}
     for cap in trials:
         shorter = with_trials(study, cap)
-        left = replace(material, choices=first_choices(material.choices, shorter))
+        left = replace(material, choices=first_choices(material.choices, shorter, who.group))
         selected = Selector(left, plan, {}).of(settings, TESTS[settings.test])
         failed = bool(catch_exclusions(shorter, left.choices))
         measured[cap] = [
             measurement._replace(value=None, without="left out") if failed else measurement
-            for measurement in _measurements(request, settings, selected, study)
+            for measurement in _measurements(request, settings, selected, study, study_tracks(study, who.group))
         ]
     return measured
 
@@ -132,12 +134,13 @@ def observer_of(study: Study, request: PowerRequest) -> Observer:
 
 
 def _measurements(
-    request: PowerRequest, settings: PsychometricFunction, selected: Selected, study: Study
+    request: PowerRequest, settings: PsychometricFunction, selected: Selected, study: Study, tracks: Mapping[str, Track]
 ) -> Iterator[Measurement]:
+    """Yield what is measured of each track of a person; `tracks` are those of the person's group."""
     quantity, observer = request.row or THRESHOLD, observer_of(study, request)
     for where, part in parts_of(selected.table, BY if settings.by is None else settings.by):
         label = ", ".join(text for name, text in where.items() if name != PARTICIPANT)
-        track = selected.tracks[where["track"]]
+        track = tracks[where["track"]]
         stimulus = Slot(track.name, track).stimulus.id
         row, _ = function_row(selected, settings, part)
         measurement = Measurement(label, track.name, stimulus, int(row["trials"] or 0))

@@ -304,3 +304,17 @@ def test_participants_without_a_track_do_not_narrow_the_interval_of_its_mean(wri
         point.width == planned.spreads[point.of, 16]._replace(measured=1.0).width(10 * point.measured)
         for point in planned.means
     )
+
+
+def test_groups_may_have_tracks_of_one_name_with_levels_of_their_own(write):
+    """Levels are stimuli, three for one group and two for the other: with one repeat a track has as many trials."""
+    finger = {"s": "no", "a": "index", "b": "index", "c": "index", "d": "thumb", "e": "thumb"}
+    request = write(
+        stimuli=[{"id": name, "um": n + 1, "finger": finger[name]} for n, name in enumerate("sabcde")],
+        groups={"index": {"finger": ["index"]}, "thumb": {"finger": ["thumb"]}},
+        intervals={"standard": "s"},
+        procedure={"kind": "constant", "level": {"column": "um", "of": "stimuli"}, "repeats": 4},
+        simulation={"observer": {"threshold": 3, "shape": "logistic", "scale": "linear"}},
+    )
+    used = {number: measure((request, (1, 4), number))[1][0].used for number in (1, 2)}
+    assert sorted(used.values()) == [2, 3]
