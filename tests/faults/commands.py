@@ -85,7 +85,8 @@ DATABASES = tuple(name for name in WRITES if name.split()[0] in TO_DATABASES)
 """Those that write to a database, not only by the one writer of files."""
 SAME_WRITER = ("train textures", "train attributes", "evaluate doors", "evaluate attributes")
 """They write with the functions of `train doors` and `evaluate textures`: driven only when the page is written."""
-SLOW = ("bench", "doors draw", *(name for name in MODELS if name not in SAME_WRITER))
+SLOW = ("power", "bench", "rig certify", "window screens", "textures simulate", "textures draw",
+        *(name for name in MODELS if name not in SAME_WRITER))  # fmt: skip
 """Those that compute for seconds before they write, and are tested."""
 LEFT_OUT = {
     "author": "a window that a person moves sliders in; its designs are written by the same writer: tests/protocols",
@@ -162,8 +163,7 @@ def make_textures(folder: Path) -> None:
 
 
 def make_models(folder: Path, names: Sequence[str]) -> None:
-    """Make a working directory: a lab of three simulated textures with these trainings finished, but no model."""
-    make_textures(folder)
+    """Add these trainings, finished, to a working directory of textures, but no model."""
     for name in names:
         call(*MODELS[name].split(), "--lab", str(folder / "lab"))
     for path in (folder / "lab" / "models").glob("[!.]*.*"):

@@ -7,7 +7,7 @@ import shutil
 import sqlite3
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -64,7 +64,7 @@ HEAD = """\
 
 Written by `python -m tests.faults.matrix`; a test runs part of it again, with a third of the interrupts, and compares:
 commands that write to a database with all faults but the write error, others with four of the seven columns, and those
-that compute long with three. Every command that writes is run in a lab with data,
+that compute long with a full disk and one interrupt. Every command that writes is run in a lab with data,
 and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output
 error", every sync answers "input/output error", every opening to write and every renaming answers "read-only file
 system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a file system in memory with
@@ -113,36 +113,39 @@ def _rows(path: Path) -> bytes:
             return "\n".join(connection.iterdump()).encode()
 
 
-def outcomes(names: Sequence[str], faults: Sequence[str] = COLUMNS, instants: int = INSTANTS) -> Iterator[Outcome]:
-    """Drive every command with every fault, each in a fresh copy of one working directory."""
-    models = [name for name in names if name in MODELS]
-    textures = [name for name in names if name in TEXTURES]
-    others = [name for name in names if name not in MODELS and name not in TEXTURES]
-    make_these = partial(make_models, names=models)
-    for make, driven in ((make_lab, others), (make_textures, textures), (make_these, models)):
+def outcomes(faults: Mapping[str, Sequence[str]], instants: Callable[[str], int]) -> Iterator[Outcome]:
+    """Drive every command with its faults, each in a fresh copy of one working directory.
+
+    An interrupt is raised at so many instants of a command at most.
+    """
+    models = [name for name in faults if name in MODELS]
+    textures = [name for name in faults if name in {*TEXTURES, *MODELS}]
+    others = [name for name in faults if name not in textures]
+    for driven, makes in ((others, [make_lab]), (textures, [make_textures, partial(make_models, names=models)])):
         if driven:
             with TemporaryDirectory(dir=MEMORY if Path(MEMORY).is_dir() else None) as place:
-                yield from _outcomes_in(Path(place), make, driven, faults, instants)
+                yield from _outcomes_in(Path(place), makes, {name: faults[name] for name in driven}, instants)
 
 
 def _outcomes_in(
-    place: Path, make: Callable[[Path], None], names: Sequence[str], faults: Sequence[str], instants: int
-) -> Iterator[Outcome]:
+    place: Path, makes: Sequence[Callable[[Path], None]], faults: Mapping[str, Sequence[str]],
+    instants: Callable[[str], int],
+) -> Iterator[Outcome]:  # fmt: skip
     base = place / "base"
     base.mkdir()
-    built = run_with(None, place, partial(_make, make, base))  # in a child, so that this process starts no threads
+    built = run_with(None, place, partial(_make, makes, base))  # in a child, so that this process starts no threads
     if built.code != 0:
         raise AssertionError(built.err)
     _import(built.modules)
     before = tree_of(base)
-    for name in names:
+    for name, faults_of_it in faults.items():
         whole = _drive(name, None, base, place / "whole")
         if whole[0].code != 0:
             yield Outcome(name, "none", f"exit {whole[0].code}", (whole[0].err.strip()[-400:] or "failed",))
             continue
         _import(whole[0].modules)
-        for fault in faults:
-            turns = _spread(whole[0].changes, instants) if fault == INTERRUPT else FREE if fault == FULL else [0]
+        for fault in faults_of_it:
+            turns = _spread(whole[0].changes, instants(name)) if fault == INTERRUPT else FREE if fault == FULL else [0]
             of_turns = [
                 _outcome_of(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
                 for turn in turns
@@ -157,8 +160,9 @@ def _outcomes_in(
             )
 
 
-def _make(make: Callable[[Path], None], base: Path) -> int:
-    make(base)
+def _make(makes: Sequence[Callable[[Path], None]], base: Path) -> int:
+    for make in makes:
+        make(base)
     return 0
 
 
@@ -172,9 +176,11 @@ def _import(names: Sequence[str]) -> None:
 
 
 def _spread(count: int, most: int) -> list[int]:
-    """At most so many of the numbers from 1 to `count`, evenly, with the first and the last."""
+    """At most so many of the numbers from 1 to `count`, evenly, with the first and the last; of one, the middle."""
     if count <= most:
         return list(range(1, count + 1))
+    if most == 1:
+        return [(count + 1) // 2]
     return sorted({1 + round(k * (count - 1) / (most - 1)) for k in range(most)})
 
 
@@ -256,7 +262,7 @@ def page(rows: Sequence[str]) -> str:
 
 if __name__ == "__main__":
     all_outcomes = []
-    for outcome in outcomes(sys.argv[1:] or list(DRIVEN)):
+    for outcome in outcomes(dict.fromkeys(sys.argv[1:] or DRIVEN, COLUMNS), lambda _name: INSTANTS):
         all_outcomes.append(outcome)
         sys.stderr.write(f"{outcome.command}: {outcome.fault}: {outcome.verdict} {' / '.join(outcome.problems)}\n")
     if not sys.argv[1:]:

@@ -16,13 +16,21 @@ TESTED = tuple(fault for fault in COLUMNS if fault not in SAME_PATH)
 IN_TURN = tuple(fault for fault in TESTED if fault not in ALWAYS)
 """Of these, commands that write files alone, all by one writer, are driven with one half each; the matrix has all."""
 FILES = tuple(name for name in (*WRITES, *TEXTURES) if name not in {*DATABASES, *SLOW})
+FAULTS_OF = {
+    **dict.fromkeys(DATABASES, TESTED),
+    **dict.fromkeys(FILES[::2], (*ALWAYS, *IN_TURN[::2])),
+    **dict.fromkeys(FILES[1::2], (*ALWAYS, *IN_TURN[1::2])),
+    **dict.fromkeys(SLOW, ALWAYS),
+}
+"""What the full run drives every command with; see HEAD in tests/faults/matrix.py."""
+IN_THE_LAB = tuple(name for name in FAULTS_OF if name in WRITES)
 README = ("init", "run", "report")
 """Commands of the README that write into a lab: the full run drives every command so."""
 
 
-def drive(names, capfd, faults=TESTED, instants=2):
-    """Return the outcomes of the commands; none leaves a file broken or left over."""
-    results = list(outcomes(names, faults, instants))
+def drive(faults, capfd):
+    """Return the outcomes of the commands with their faults; none leaves a file broken or left over."""
+    results = list(outcomes(faults, lambda name: 1 if name in SLOW else 2))
     capfd.readouterr()
     assert [problem for result in results for problem in result.problems] == []
     return results
@@ -51,32 +59,23 @@ def test_the_page_has_a_row_of_every_command_that_is_driven():
 
 @filters
 def test_a_few_commands_leave_whole_files_whatever_the_machine_does(capfd):
-    drive(["init", "predict", "participants add"], capfd, [fault for fault in TESTED if fault != FULL])
+    faults = [fault for fault in TESTED if fault != FULL]
+    drive(dict.fromkeys(["init", "predict", "participants add"], faults), capfd)
 
 
 @pytest.mark.needs("tmpfs")
 def test_commands_of_the_readme_leave_whole_files_on_a_full_file_system(capfd):
-    results = drive(README, capfd, [FULL])
+    results = drive({name: [FULL] for name in README}, capfd)
     assert {result.verdict for result in results} == {"message, 2"}
 
 
 @filters
 @pytest.mark.long
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage", "tmpfs")
-@pytest.mark.parametrize(
-    ("names", "faults"),
-    [(DATABASES, TESTED), (FILES[::2], (*ALWAYS, *IN_TURN[::2])), (FILES[1::2], (*ALWAYS, *IN_TURN[1::2]))],
-    ids=["databases", "even", "odd"],
-)
-def test_commands_leave_whole_files_and_the_page_says_what_they_do(names, faults, capfd):
-    demand_on_the_page(drive(names, capfd, faults))
-
-
-@filters
-@pytest.mark.long
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
-def test_slow_commands_leave_whole_files_and_the_page_says_what_they_do(capfd):
-    demand_on_the_page(drive(SLOW, capfd, (*ALWAYS, "read-only")))
+@pytest.mark.parametrize("where", ["a lab", "a lab of textures"])
+def test_commands_leave_whole_files_and_the_page_says_what_they_do(where, capfd):
+    names = [name for name in FAULTS_OF if (name in IN_THE_LAB) == (where == "a lab")]
+    demand_on_the_page(drive({name: FAULTS_OF[name] for name in names}, capfd))
 
 
 def test_a_full_standard_output_is_a_message():
