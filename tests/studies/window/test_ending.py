@@ -54,8 +54,8 @@ def test_a_killed_window_loses_nothing_and_goes_on_at_the_same_form(hand, lab):
     assert not replay(session.ledger).complete
 
 
-def test_what_the_experimenter_does_is_on_record_at_once(hand, lab):
-    session, robot = begin(hand, lab)
+def test_what_the_experimenter_does_is_on_record_at_once_as_the_study_says_where_korean_is_read(hand, lab):
+    session, robot = begin(hand, lab, "--language", "ko")
     record = robot.go_on(at_trial(1))
     for order, does in (("note the fan came on", {"do": "note", "text": "the fan came on"}), ("pause", {"do": "pause"}),
                         ("go on", {"do": "go_on"}), ("repeat", {"do": "repeat", "which": "this"})):  # fmt: skip
@@ -71,14 +71,8 @@ def test_what_the_experimenter_does_is_on_record_at_once(hand, lab):
     assert record.status == "aborted" and "aborted" in session.output()
     assert replay(session.ledger).events == len(record.events)
 
-
-def test_korean_is_read_and_what_is_recorded_stays_as_the_study_says(hand, lab):
-    session, robot = begin(hand, lab, "--language", "ko")
-    record = robot.go_on(at_trial(2))
-    session.order("quit")
-    session.end(status=1)
-    given = dict(robot.given)
-    assert record.header["rig"]["language"] == "ko" and set(given) >= {"consent", "demographics", "sliders"}
+    assert record.header["rig"]["language"] == "ko"
+    assert set(dict(robot.given)) >= {"consent", "demographics", "sliders"}
     requests = (event.value for event in record.events if event.kind == "request")
     assert all(item.isascii() for item in next(body["items"] for body in requests if body.get("form") == "sliders"))
 
