@@ -176,18 +176,21 @@ def test_opening_and_closing_says_nothing_and_stays_out_of_the_home_folder(tmp_p
     assert {path.name for path in tmp_path.rglob("*.json")} <= {"testMonitor.json"}, "only PsychoPy's own example"
 
 
-def test_a_polite_end_closes_the_window_and_a_rude_one_leaves_the_display_usable():
+def test_a_rude_end_leaves_the_display_usable_and_a_polite_one_closes_the_window():
     with virtual_display(1280, 720) as display:
         hand = Hand(display)
-        for how in (signal.SIGKILL, signal.SIGTERM):
-            with stage_on(display, SETTING) as stage:
-                stage.put_on(ask("sliders"))
-                stage.process.send_signal(how)
-                assert stage.process.wait(20) == -how
+        with stage_on(display, SETTING) as stage:
+            stage.put_on(ask("sliders"))
+            stage.process.send_signal(signal.SIGKILL)
+            assert stage.process.wait(20) == -signal.SIGKILL
         with stage_on(display, SETTING) as stage:
             stage.put_on(ask("sliders"))
             placed = stage.placed()
             hand.tap(*placed["slider 0.line"].box.middle)
             stage.send_message("aside", {"do": "abort", "text": "test"})
             assert stage.result() == Aside({"do": "abort", "text": "test"})
+            stage.put_on(ask("sliders"))
+            stage.process.send_signal(signal.SIGTERM)
+            assert stage.process.wait(20) == -signal.SIGTERM
+        assert hand.windows("Palpate") == []
         hand.close()
