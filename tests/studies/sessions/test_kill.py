@@ -1,4 +1,4 @@
-"""kill -9 of 30 sessions at random instants (10 in the bare run): nothing is lost but the act in progress."""
+"""kill -9 of 20 sessions at random instants (10 in the bare run): nothing is lost but the act in progress."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ from tests.studies.sessions import nursery
 
 ROOT = Path(__file__).resolve().parents[3]
 NURSERIES = (1, 2)
-KILLS_EACH = {False: 5, True: 15}
+KILLS_EACH = {False: 5, True: 10}
 """By whether it is the full run."""
 
 
@@ -30,8 +30,8 @@ def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_pa
     labs = [tmp_path / str(seed) / str(number) for seed in NURSERIES for number in range(kills)]
     fates = Counter(fate(lab, plan, whole) for lab in labs)
     assert sum(fates.values()) == 2 * kills
-    # about two thirds are expected, on a quiet machine: 9 are four standard deviations fewer than 20
-    assert fates["in the middle"] >= (9 if full_run else 2), fates
+    # about two thirds are expected, on a quiet machine: 5 are four standard deviations fewer than 13
+    assert fates["in the middle"] >= (5 if full_run else 2), fates
     assert fates["before it began"] >= 2 or not full_run, fates
 
 
