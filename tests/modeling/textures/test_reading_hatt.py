@@ -59,18 +59,19 @@ def test_units_are_converted_and_positions_stand_in_for_a_speed(tmp_path):
     np.testing.assert_allclose(touch.position.values, 1000 * place, atol=2e-3)
 
 
+WHOLE = whole()
 REFUSED = {
     "a rate that is none": (whole(rate="often"), "SampleRate is 'often'"),
     "another rate than that of the positions": (whole(rate=1000), "the positions tell .* SampleRate .1000 Hz. right"),
     "an unknown unit": (whole({**UNITS, "ForceUnits": "lbf"}), "force in 'lbf'; known are N"),
     "g where m/s^2 is said to be g": (whole({**UNITS, "SpeedUnits": "m/s"}), "SpeedUnits and PositionUnits"),
     "a force that is cut short": (whole(force_n=6000), "signals of different lengths: acceleration 8000 .*force 6000"),
-    "a file that is cut short": (whole()[:90_000], "no whole XML"),
-    "no number": (whole().replace("<value>1", "<value>one", 1), "a number is expected"),
-    "not finite": (whole().replace("<Speed>", "<Speed>nan ", 1), "speed, sample 1, is nan"),
-    "an axis too few": (whole().replace('<y type="array">', '<w type="array">', 1).replace("</y>", "</w>", 1),
+    "a file that is cut short": (WHOLE[:90_000], "no whole XML"),
+    "no number": (WHOLE.replace("<value>1", "<value>one", 1), "a number is expected"),
+    "not finite": (WHOLE.replace("<Speed>", "<Speed>nan ", 1), "speed, sample 1, is nan"),
+    "an axis too few": (WHOLE.replace('<y type="array">', '<w type="array">', 1).replace("</y>", "</w>", 1),
                         "accel has the axes x, z; x, y and z"),
-    "no force": (whole().replace("ForceNormal", "Weight"), "no force"),
+    "no force": (WHOLE.replace("ForceNormal", "Weight"), "no force"),
     "entities": (whole(declared='<!DOCTYPE a [<!ENTITY b "c">]>'), "it declares entities"),
     "a model": ("<modelSet><model/></modelSet>", "a model of a texture, no recording"),
     "not XML": ("time,acceleration", "no whole XML"),
