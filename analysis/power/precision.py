@@ -200,6 +200,8 @@ def precision(
         for done, person in enumerate(measured, start=1):
             persons.append(person)
             progress(done, runs, title)
+    if not any(person[cap] for person in persons for cap in trials):
+        raise PowerError(f"{request.test}: its `where` keeps no choice of any simulated person")
     own = {track.name: track.procedure.counted_trials for track in study_tracks(study).values()}
     tracks, spreads, own_of = [], dict[tuple[str, int], Spread](), dict[str, int | None]()
     for cap in trials:

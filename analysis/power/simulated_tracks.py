@@ -24,6 +24,7 @@ from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.request import MOST_RUNS, PowerError, PowerRequest, only
 from palpate.analysis.power.simulated_studies import person, simulated_material
 from palpate.analysis.ratings.collected_choices import catch_exclusions, study_tracks, track_design
+from palpate.analysis.ratings.dataset import NoRows
 from palpate.protocols.keyed import normal
 from palpate.protocols.tracks import ABSENT, EASY, NO_CATCH, Slot
 from palpate.studies.catalogue import read_study
@@ -96,7 +97,10 @@ def first_choices(choices: pd.DataFrame, study: Study, group: str | None = None)
 
 
 def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[Measurement]]:
-    """Simulate one person and return what is measured of each track, for each number of trials."""
+    """Simulate one person and return what is measured of each track, for each number of trials.
+
+    It is nothing of people whose choices the test does not ask about.
+    """
     request, trials, number = todo
     study = read_study(request.study_file).study
     plan = only(read_plan(request.plan_file), request, study)
@@ -104,11 +108,15 @@ def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[M
     longest = _without_catch_rule(with_trials(study, trials[-1]))
     who = allocate(study, person(number))
     material = simulated_material(longest, request.lab, [who.participant], request.seed * MOST_RUNS)
-    measured = {}
+    measured: dict[int, list[Measurement]] = {}
     for cap in trials:
         shorter = with_trials(study, cap)
         left = replace(material, choices=first_choices(material.choices, shorter, who.group))
-        selected = Selector(left, plan, {}).of(settings, TESTS[settings.test])
+        try:
+            selected = Selector(left, plan, {}).of(settings, TESTS[settings.test])
+        except NoRows:  # the test's `where` keeps nothing of this person, such as another group
+            measured[cap] = []
+            continue
         failed = bool(catch_exclusions(shorter, left.choices))
         measured[cap] = [
             measurement._replace(value=None, without="left out") if failed else measurement

@@ -291,12 +291,15 @@ def test_targets_that_are_not_reached_say_so(write):
     assert all(line.endswith("not reached with 999 participants") for line in widths)
 
 
+GROUPS = {
+    "stimuli": [{**one, "finger": name} for one, name in zip(STUDY["stimuli"], ("index", "thumb"), strict=True)],
+    "groups": {name: {"finger": [name]} for name in ("index", "thumb")},
+}
+
+
 def test_participants_without_a_track_do_not_narrow_the_interval_of_its_mean(write):
     """Two groups have a track each: of ten participants five have it, and the groups are compared in none."""
-    stimuli = [
-        {**stimulus, "finger": name} for stimulus, name in zip(STUDY["stimuli"], ("index", "thumb"), strict=True)
-    ]
-    request = write(stimuli=stimuli, groups={name: {"finger": [name]} for name in ("index", "thumb")})
+    request = write(**GROUPS)
     planned = precision(request, [16], [10], 8)
     measured = {point.track: point.people * (1 - point.without) / 8 for point in planned.tracks}
     assert {point.of: point.measured for point in planned.means} == measured and max(measured.values()) <= 0.5
@@ -304,6 +307,19 @@ def test_participants_without_a_track_do_not_narrow_the_interval_of_its_mean(wri
         point.width == planned.spreads[point.of, 16]._replace(measured=1.0).width(10 * point.measured)
         for point in planned.means
     )
+
+
+def test_people_whom_the_test_does_not_ask_about_have_no_measurement(write):
+    request = write(**GROUPS)
+    plan = yaml.safe_load(request.plan_file.read_text())
+    plan["tests"][0]["where"] = {"group": "index"}
+    request.plan_file.write_text(yaml.safe_dump(plan))
+    (track,) = precision(request, [16], [10], 4).tracks
+    assert (track.track, track.people) == ("f40", 2)
+    plan["tests"][0]["where"] = {"track": "f41"}
+    request.plan_file.write_text(yaml.safe_dump(plan))
+    with pytest.raises(PowerError, match="`where` keeps no choice of any simulated person"):
+        precision(request, [16], [10], 2)
 
 
 def test_groups_may_have_tracks_of_one_name_with_levels_of_their_own(write):
