@@ -29,7 +29,7 @@ FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon", "texture_capture", "door_ad
 texture_similarity, which closes with the same interview as door_adjectives."""
 OPTIONS = {"texture_capture": ["--group", "pilot"]}
 STREAMS = {
-    "door_ratings": {"door_telemetry"},
+    "door_matching": {"door_telemetry"},
     "texture_capture": {"tool_acceleration", "tool_force", "tool_position"},
 }
 """What the rig of twins records, by study; the other studies have the twins that need no rig file."""
