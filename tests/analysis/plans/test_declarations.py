@@ -148,6 +148,8 @@ TRIED: dict[str, list[dict[str, Any]]] = {
 """The tests that are tried, by kind."""
 BARE = {"anova", "icc", "likert", "trends", "retest", "relevance"}
 """The kinds that the bare run tries, one of each family; the full run tries all."""
+PEOPLE = {"psychometric": 2}
+"""The number of people where it is not eight: a function is of one person, and takes a search of its own."""
 TRIED_COLUMNS = (
     "session", "session_number", "group", "block", "trial", "stimulus", "participant", "attribute", "cloth", "dose",
     "same", "age", "gender", "ease", "answer.age", "value", "word", "track", "cloth:session", "nowhere",
@@ -159,10 +161,11 @@ CONDITIONS = ("1", ["1", "2"], {"from": 1, "to": 2})
 def material():
     materials: dict[str, Any] = {}
 
-    def of(study: Study) -> Any:
-        if study.study not in materials:
-            materials[study.study] = simulated_material(study, LAB, people(8), 3)
-        return materials[study.study]
+    def of(study: Study, count: int = 8) -> Any:
+        name = f"{study.study} {count}"
+        if name not in materials:
+            materials[name] = simulated_material(study, LAB, people(count), 3)
+        return materials[name]
 
     return of
 
@@ -211,7 +214,7 @@ def test_what_the_check_calls_in_order_is_refused_for_its_answers_only(kind, mat
     in_order = list(same.values())
     assert in_order and len(in_order) < len(tried)
     file = Plan(Path("analysis.yaml"), "", plan, tuple(in_order), (), load(b"a: 1", "analysis.yaml"))
-    results = run_tests(Selector(material(study), file))
+    results = run_tests(Selector(material(study, PEOPLE.get(kind, 8)), file))
     wrong = [
         (result.settings.model_dump(exclude_defaults=True), result.refused)
         for result in results
