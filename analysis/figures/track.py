@@ -6,7 +6,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
-from palpate.analysis.figures.function_panels import FunctionSettings, functions_of, name_of, panels, row_of, words_of
+from palpate.analysis.figures.function_panels import (
+    FunctionSettings,
+    functions_of,
+    name_of,
+    note_of,
+    panels,
+    row_of,
+    words_of,
+    write_note,
+)
 from palpate.analysis.figures.lettering import format_number
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, tint
 from palpate.analysis.ratings.dataset import DataRefused
@@ -16,7 +25,7 @@ if TYPE_CHECKING:
 
     from palpate.analysis.plans.answers import Row
 
-COLUMNS = ("panel", "shows", "n", "level", "hit", "reversal", "low", "high")
+COLUMNS = ("panel", "shows", "n", "level", "hit", "reversal", "low", "high", "note")
 
 
 class TrackSettings(FunctionSettings):
@@ -26,7 +35,7 @@ class TrackSettings(FunctionSettings):
 
 
 def data(inputs: FigureInput, settings: TrackSettings) -> FigureData:
-    """Return a row for each "trial" of an adaptive track and one for each "threshold" within the levels.
+    """Return a row for each "trial" of an adaptive track and one for each "threshold"; one without a level has a note.
 
     Raises DataRefused where no function of the test is of a staircase, QUEST+ or the method of limits.
     """
@@ -51,12 +60,12 @@ def data(inputs: FigureInput, settings: TrackSettings) -> FigureData:
             )
             for n, trial in enumerate(trials, start=1)
         ]
-        if row["threshold"] is not None:
-            ends = {"low": row["threshold_low"], "high": row["threshold_high"]}
-            rows.append(row_of(COLUMNS, panel=name, shows="threshold", level=row["threshold"], **ends))
+        ends = {"low": row["threshold_low"], "high": row["threshold_high"]}
+        rows.append(row_of(COLUMNS, panel=name, shows="threshold", level=row["threshold"], note=note_of(row), **ends))
     caption = (
         "The level of each trial, catch trials left out: filled circles are hits, hollow ones misses, triangles mark "
-        f"reversals of staircases. The dashed line is the threshold, the band its interval. {answer.method}."
+        "reversals of staircases. The dashed line is the threshold, the band its interval; words stand for a threshold "
+        f"that is not within the levels. {answer.method}."
     )
     return FigureData(tuple(rows), settings.title or "Tracks of the levels.", caption, words_of(inputs, settings))
 
@@ -97,7 +106,9 @@ def draw(data: FigureData) -> DrawnFigure:
                 markersize=3.6, linestyle="none", zorder=4,
             )  # fmt: skip
         for row in data.rows:
-            if row["panel"] == name and row["shows"] == "threshold":
+            if row["panel"] == name and row["shows"] == "threshold" and row["level"] is None:
+                write_note(panel, row, (0.97, 0.06), "right")
+            elif row["panel"] == name and row["shows"] == "threshold":
                 panel.axhline(float(row["level"] or 0), color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=2.5)
                 if row["low"] is not None and row["high"] is not None:
                     panel.axhspan(float(row["low"]), float(row["high"]), color=tint(OKABE_ITO[4], 0.3), lw=0, zorder=1)

@@ -45,7 +45,13 @@ def test_a_track_shows_each_trial_and_the_reversals_of_staircases() -> None:
     assert sorted(set(trials["panel"])) == ["P001, f160", "P001, f250", "P002, f160", "P002, f250"]
     assert (trials.groupby("panel")["n"].max() == 64).all()
     assert trials[trials["reversal"].notna()]["panel"].str.contains("f160").all()
-    assert len(draw_svg(FIGURES["track"], data)[1].marks) == 4 * 64
+    notes = table[table["shows"] == "threshold"].set_index("panel")["note"]
+    assert notes["P002, f250"].startswith("threshold above")
+    assert (notes == "").sum() == 3
+    drawn = draw_svg(FIGURES["track"], data)[1]
+    assert len(drawn.marks) == 4 * 64
+    words = [text.get_text() for axes in drawn.figure.axes for text in axes.texts]
+    assert words == [notes["P002, f250"]]
 
 
 def test_a_posterior_has_a_density_and_an_estimate_or_an_inequality_for_each_function() -> None:
