@@ -32,9 +32,9 @@ def plain_terminal(monkeypatch):
     monkeypatch.setattr(click.Command, "get_help_option", anew)
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def coarse_pictures():
-    """Write pictures beside the SVG with few pixels: nothing here reads them."""
+    """Write pictures beside the SVG with few pixels while these files are run: nothing here reads them."""
     from matplotlib.figure import Figure
 
     def save(figure, *place, **options):
