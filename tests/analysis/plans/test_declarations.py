@@ -81,8 +81,8 @@ CHOSEN = Study.model_validate({
     "procedure": {"kind": "constant", "level": {"column": "level_db", "values": [-20, -14, -8, -2]}, "repeats": 4},
     "simulation": {"observer": {"threshold": -11, "slope": 3, "guess": 0.5, "lapse": 0.02, "scale": "db"}},
 })  # fmt: skip
-JUDGED = Study.model_validate({
-    **CHOSEN.model_dump(mode="json", exclude_unset=True), "study": "judged",
+DETECTED = Study.model_validate({
+    **CHOSEN.model_dump(mode="json", exclude_unset=True), "study": "detected",
     "intervals": {"design": "yes_no", "catch": {"absent": {"every": 4}}},
     "ask": [{"name": "felt", "kind": "choice", "of": "intervals"}],
     "simulation": {"observer": {"threshold": -11, "threshold_sd": 4, "slope": 3, "guess": 0.1, "lapse": 0.02,
@@ -94,7 +94,7 @@ QUESTPLUS = {
               "slope": [0.2, 0.6, 1], "lapse": [0, 0.02], "guess": [0.1, 0.2]},
 }  # fmt: skip
 MIXED = Study.model_validate({
-    **JUDGED.model_dump(mode="json", exclude_unset=True, by_alias=True), "study": "mixed",
+    **DETECTED.model_dump(mode="json", exclude_unset=True, by_alias=True), "study": "mixed",
     "procedure": [{"name": "grid", **CHOSEN.model_dump(mode="json", exclude_unset=True)["procedure"][0]},
                   {"name": "fast", **QUESTPLUS}],
 })  # fmt: skip
@@ -117,7 +117,7 @@ WRITTEN = Study.model_validate({
     "simulation": {"latents": {}, "vocabulary": ["soft", "hard", "warm", "cold"], "answer_s": 8},
 })  # fmt: skip
 STUDIES = {
-    "bradley_terry": PAIRED, "thurstone": PAIRED, "lexicon": WRITTEN, "binomial_mixed_model": JUDGED,
+    "bradley_terry": PAIRED, "thurstone": PAIRED, "lexicon": WRITTEN, "binomial_mixed_model": DETECTED,
     "ratings": RATED, "forms": RATED, "words": TICKED, "choices": CHOSEN,
 }  # fmt: skip
 SOFT = {"outcomes": ["Soft"]}
@@ -224,7 +224,7 @@ def test_what_the_check_calls_in_order_is_refused_for_its_answers_only(kind, mat
     assert any(result.answer is not None for result in results)
 
 
-@pytest.mark.parametrize("study", [RATED, TICKED, WRITTEN, CHOSEN, JUDGED, PAIRED], ids=lambda study: study.study)
+@pytest.mark.parametrize("study", [RATED, TICKED, WRITTEN, CHOSEN, DETECTED, PAIRED], ids=lambda study: study.study)
 def test_the_columns_that_the_check_knows_are_those_of_the_answers(study, material):
     answers = material(study)
     of_items = answers.forms[answers.forms["form"] == "likert"]
@@ -271,10 +271,10 @@ def test_a_wrong_declaration_is_named(test, message):
     ("study", "test", "settings", "message"),
     [
         (CHOSEN, "binomial_mixed_model", {}, "the study's design is forced_choice: a forced choice has a guess rate"),
-        (JUDGED, "binomial_mixed_model", {**DIFFER, "condition": "block"}, "'block' has 1 level here"),
-        (JUDGED, "binomial_mixed_model", {**DIFFER, "condition": "group"}, "'group' differs by group"),
-        (JUDGED, "binomial_mixed_model", {**DIFFER, "condition": "trial"}, "'trial' is known from answers only"),
-        (JUDGED, "binomial_mixed_model", {**DIFFER, "condition": "session"}, ""),
+        (DETECTED, "binomial_mixed_model", {**DIFFER, "condition": "block"}, "'block' has 1 level here"),
+        (DETECTED, "binomial_mixed_model", {**DIFFER, "condition": "group"}, "'group' differs by group"),
+        (DETECTED, "binomial_mixed_model", {**DIFFER, "condition": "trial"}, "'trial' is known from answers only"),
+        (DETECTED, "binomial_mixed_model", {**DIFFER, "condition": "session"}, ""),
         (CHOSEN, "psychometric", {**FAST, "guess": 0.3}, "the design of these choices decides `guess`"),
         (MIXED, "psychometric", {**FAST, "by": ["participant"]}, "several values of procedure (constant, questplus)"),
         (MIXED, "psychometric", {"source": "choices", "prior": "declared_model", "by": ["procedure", "cloth"]}, ""),
