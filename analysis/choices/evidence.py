@@ -5,8 +5,8 @@ levels and one and a half of their ranges on both sides, flat in the slope for w
 the range to two ranges, flat in the rates that are free. Its ratio to the likelihood of a flat function is a test that
 also holds where levels were chosen by the answers, because its mean is 1 without a threshold, whatever chose the
 levels: a ratio of 20 occurs with a probability of at most 1 in 20. Where all levels lie on one side of a standard, so
-do the thresholds of the prior. Sources: Ville 1939; Robbins 1970; Wasserman, Ramdas
-& Balakrishnan 2020; of the prior Watson 2017.
+do the thresholds of the prior. Sources: Ville 1939; Robbins 1970; Wasserman, Ramdas & Balakrishnan 2020; of the prior
+Watson 2017.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from palpate.analysis.choices.specification import (
     quantities,
     standard_place,
     to_level,
-    unit_of,
+    to_place,
 )
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NoEstimate
@@ -170,12 +170,8 @@ class LevelsPosterior:
         centre = grid.place[at] - spec.shape.place(spec.threshold) * spread
         lapse = grid.lapse[high]
         guess = lapse if spec.equal_rates else grid.guess[low]
-        if spec.shape.logarithmic:
-            t = np.log(levels / answers.levels[0])
-        else:
-            unit = unit_of(answers, spec)
-            t = (answers.levels[-1] - levels if spec.falling else levels - answers.levels[0]) / unit
-        shares = [guess + (1 - guess - lapse) * spec.shape.share((place - centre) / spread) for place in t]
+        places = to_place(levels, spec, answers)
+        shares = [guess + (1 - guess - lapse) * spec.shape.share((place - centre) / spread) for place in places]
         tail = (1 - confidence) / 2
         ends = np.array([_quantiles(share, weights, (tail, 1 - tail)) for share in shares])
         return np.array([float(weights @ share) for share in shares]), ends[:, 0], ends[:, 1]

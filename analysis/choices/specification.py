@@ -261,10 +261,7 @@ def standard_place(spec: FunctionSpec, answers: Levels) -> float:
     """Return the standard on the fit's axis: at most 0, -inf where there is none or it lies infinitely far."""
     if spec.standard is None or (spec.shape.logarithmic and spec.standard <= 0):
         return -math.inf
-    if spec.shape.logarithmic:
-        return math.log(spec.standard / answers.levels[0])
-    beyond = answers.levels[-1] - spec.standard if spec.falling else spec.standard - answers.levels[0]
-    return float(beyond) / unit_of(answers, spec)
+    return float(to_place(np.asarray(spec.standard), spec, answers))
 
 
 def quantities(spec: FunctionSpec, answers: Levels, place: Floats) -> tuple[Floats, Floats]:
@@ -272,6 +269,14 @@ def quantities(spec: FunctionSpec, answers: Levels, place: Floats) -> tuple[Floa
     at, _ = by_threshold(spec.shape, spec.threshold).of(place[:, 0], place[:, 1])
     size, _ = by_jnd(spec.shape, spec.jnd).of(place[:, 0], place[:, 1])
     return to_level(at, spec, answers), to_size(size, spec, answers)
+
+
+def to_place(levels: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
+    """Return levels on the fit's axis."""
+    if spec.shape.logarithmic:
+        return np.asarray(np.log(levels / answers.levels[0]))
+    beyond = answers.levels[-1] - levels if spec.falling else levels - answers.levels[0]
+    return np.asarray(beyond / unit_of(answers, spec))
 
 
 def to_level(t: Floats, spec: FunctionSpec, answers: Levels) -> Floats:
