@@ -594,6 +594,11 @@ class Study(Strict):
         return (self.participants and self.participants.sessions) or 1
 
     @property
+    def declares_sessions(self) -> bool:
+        """Return whether the study says how many sessions each participant has."""
+        return self.participants is not None and self.participants.sessions is not None
+
+    @property
     def over_sessions(self) -> OverSessions:
         """Return the rule that orders later sessions."""
         return self.order.over_sessions or rule_for(self.sessions)

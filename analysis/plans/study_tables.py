@@ -92,11 +92,10 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
         name: Column(points, kind != "choice", about_people=True)
         for name, (kind, points) in about_people(study, questions).items()
     }
-    declared = study.participants is not None and study.participants.sessions is not None
     numbers = [str(number) for number in range(1, study.sessions + 1)]
     whose = {
         "participant": WORDS,
-        "session": of_levels(numbers) if declared else Column(numbers=True),
+        "session": of_levels(numbers) if study.declares_sessions else Column(numbers=True),
         "group": of_levels(study.groups or [""]),
     }
     stimuli = {
@@ -129,7 +128,7 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
             **trials,
             **own,
             "stimulus": trials["stimulus"],
-            "session_number": of_levels(numbers) if declared else NUMBERS,
+            "session_number": of_levels(numbers) if study.declares_sessions else NUMBERS,
             "attempt": NUMBERS,
             "seq": NUMBERS,
             "track": Column(tuple(study_tracks(study))) if study.procedure else trials["block"],

@@ -119,11 +119,10 @@ def _rows_kept(settings: ChoiceSettings, study: Study) -> list[_Row]:
 
 
 def _rows(study: Study) -> Iterator[_Row]:
-    declared = study.participants is not None and study.participants.sessions is not None
     sessions = [{"session": str(n), "session_number": str(n)} for n in range(1, study.sessions + 1)]
     for group in study.groups or (None,):
         for track in study_tracks(study, group).values():
-            for stimulus, session in product(track.stimuli, sessions if declared else [{}]):
+            for stimulus, session in product(track.stimuli, sessions if study.declares_sessions else [{}]):
                 own = {column_name(name): text for name, text in stimulus.columns.items()}
                 yield _Row(track, {
                     **own, **session, "stimulus": stimulus.id, "group": group or "", "track": track.name,
