@@ -22,7 +22,7 @@ from sqlalchemy import delete
 from palpate.protocols.bench import Case
 from palpate.protocols.tables import table_text
 from palpate.studies.catalogue import SHIPPED, stimulus_rows
-from palpate.studies.collecting.collect import OF_A_SESSION, Collector, open_database
+from palpate.studies.collecting.collect import Collector, of_a_session, open_database
 from palpate.studies.collecting.schema import metadata
 from palpate.studies.sessions.session_files import ledgers_in
 from palpate.studies.workers import available_cores
@@ -254,7 +254,7 @@ def _with_one_new(lab: Path) -> Cost:
     session = f"{STUDY}/{ledgers_in(lab)[-1].name.split('_')[-2]}/1"
     engine = open_database(f"sqlite:///{lab / 'lab.sqlite'}")
     with engine.begin() as connection:
-        for table in OF_A_SESSION:
+        for table in of_a_session():
             connection.execute(delete(table).where(table.c.session == session))
     engine.dispose()
     return timed("collect", "--lab", str(lab))

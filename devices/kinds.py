@@ -79,4 +79,6 @@ KINDS: Registry[DeviceKind] = Registry(
         "stage": "palpate.devices.stage.device:KIND",
     },
     folder="palpate.devices.instruments.*",
+    kind="devices",
+    of="palpate.devices.kinds:DeviceKind",
 )

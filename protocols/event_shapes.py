@@ -112,7 +112,10 @@ HEADER: dict[str, Kind] = {
 _BODIES: dict[str, tuple[dict[str, Kind], dict[str, Kind]]] = {
     "session_started": (
         HEADER,
-        {"lab_forms": fields({"consent": TEXT, "questions": _QUESTION.list()}), "accepted_change": OBJECT},
+        {
+            "lab_forms": fields({"consent": TEXT, "questions": _QUESTION.list()}), "accepted_change": OBJECT,
+            "extensions": fields({"version": TEXT, "sha256": TEXT}, {"package": TEXT}).object(),
+        },
     ),
     "trial_started": ({"stimulus": TEXT, "block": TEXT}, {}),
     "request": ({"do": TEXT}, {}),

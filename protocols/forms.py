@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
 from typing import Any, Literal, Protocol
 
+from palpate.protocols.extensions import ExtensionError, extension_of, is_own
 from palpate.protocols.known_tasks import FORM_PLACES
 from palpate.protocols.registry import Registry, lazy_function
 from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
@@ -321,7 +321,8 @@ class FormKind:
     is the collected table of the answers; None: `responses` for numbers by item in a trial, else `answers`, where
     `answer_kind` is the type of each answer, or refers to its question. `also` is a further table of a form's own.
     `title` names the form in exports; forms without a title are not exported. `timed` screens record samples from the
-    time at which they are shown. `any_answers`: in a trial, too, answers need not be numbers.
+    time at which they are shown. `any_answers`: in a trial, too, answers need not be numbers. `screen` is the place
+    ("module:NAME") of the screen of a form that an extension brings.
     """
 
     doing: str
@@ -332,6 +333,7 @@ class FormKind:
     timed: bool = False
     also: OwnTable | None = None
     any_answers: bool = False
+    screen: str = ""
 
 
 FIELDS_TABLE = OwnTable(
@@ -350,6 +352,8 @@ FIELDS_TABLE = OwnTable(
 
 FORMS: Registry[FormKind] = Registry(
     FORM_PLACES,
+    kind="forms",
+    of="palpate.protocols.forms:FormKind",
     parts={
         "sliders": FormKind("rating {n} attribute(s)", lazy_function("palpate.protocols.answering:rate"), timed=True),
         "similarity": FormKind(
@@ -414,30 +418,43 @@ FORMS: Registry[FormKind] = Registry(
 
 
 def table_of(name: Any) -> str | None:
-    """Return the table of a form's own answers, by the form's name in a ledger; None if it is unknown or has none."""
-    kind = FORMS.get(name) if isinstance(name, str) else None
+    """Return the table of a form's own answers, by the form's name in a ledger; None if it is unknown or has none.
+
+    None for a form of an extension, too: a ledger can be read where the extension is not there.
+    """
+    kind = FORMS.get(name) if isinstance(name, str) and not is_own(name) else None
     table = None if kind is None else kind.table
     return table.name if isinstance(table, OwnTable) else table
 
 
 def has_any_answers(name: Any) -> bool:
-    """Return whether answers to the form of this name need not be numbers in a trial, either."""
+    """Return whether answers to the form of this name need not be numbers in a trial, either; so for extensions."""
+    if is_own(name):
+        return True
     kind = FORMS.get(name) if isinstance(name, str) else None
     return kind is not None and kind.any_answers
 
 
-@cache
 def own_tables() -> Mapping[str, OwnTable]:
-    """Return the tables that forms declare, by their names."""
+    """Return the tables that forms declare, by their names, with those of the extensions that were loaded."""
     tables = (table for name in FORMS for table in own_tables_of(name))
     return {table.name: table for table in tables}
 
 
 def own_tables_of(form: str) -> tuple[OwnTable, ...]:
-    """Return the tables that the form of this name declares."""
+    """Return the tables that the form of this name declares.
+
+    Raises ExtensionError if the form belongs to an extension that is not there, or a table of it to no extension by its
+    name.
+    """
     kind = FORMS.get(form)
-    tables = () if kind is None else (kind.table, kind.also)
-    return tuple(table for table in tables if isinstance(table, OwnTable))
+    declared = () if kind is None else (kind.table, kind.also)
+    tables = tuple(table for table in declared if isinstance(table, OwnTable))
+    begins = f"{extension_of(form)}_" if is_own(form) else ""
+    for table in tables:
+        if not table.name.startswith(begins):
+            raise ExtensionError(f"{form}: its table {table.name!r} is to be named {begins}{table.name}")
+    return tables
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The module of each task, by name alone, so that reading a study file imports none of them.
+"""The tasks by name, each in its module, so that reading a study file imports the task that it names and no other.
 
 So a session imports only the task that its study names; tests/test_palpate.py checks what a rating session imports.
 """
@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from pkgutil import iter_modules
+from typing import Any
 
-from palpate.protocols.registry import place_in
+from palpate.protocols.registry import Registry, place_in
 
 _TASKS = "palpate.protocols.tasks"
 _PLACES: Mapping[str, str] = {
@@ -26,9 +27,11 @@ _SHARED = {"steps", "rating", "words", "capture", "intervals_checks"}
 _OF_THEIR_OWN = sorted(
     module.name for module in iter_modules([str(Path(__file__).with_name("tasks"))]) if module.name not in _SHARED
 )
-TASK_PLACES: Mapping[str, str] = {**_PLACES, **{name: place_in(_TASKS, name, "TASK") for name in _OF_THEIR_OWN}}
-"""The place of each task: in the table above, or `TASK` of a module in `protocols/tasks/` that is named like the
-task.
-"""
+TASKS: Registry[Any] = Registry(
+    {**_PLACES, **{name: place_in(_TASKS, name, "TASK") for name in _OF_THEIR_OWN}},
+    kind="tasks",
+    of="palpate.protocols.tasks.steps:Task",
+)
+"""The tasks: in the table above, or `TASK` of a module in `protocols/tasks/` that is named like the task."""
 FORM_PLACES: Mapping[str, str] = {name: place_in(_TASKS, name, "FORM") for name in _OF_THEIR_OWN}
 """The places of forms that come with a task: such a module, named like the task, has both `TASK` and `FORM`."""

@@ -49,6 +49,8 @@ VIBRATION = frozenset({
 """The columns of a stimulus table that describe a vibration (`palpate.signals.vibration`)."""
 
 NEEDS: Registry[Need] = Registry(
+    kind="needs",
+    of="palpate.protocols.needs:Need",
     parts={
         "door": Need("presents", {"door": Taken()}),
         "window": Need(),
@@ -71,7 +73,7 @@ NEEDS: Registry[Need] = Registry(
         "camera": Need("records", {"camera": Taken()}),
         "masking_noise": Need("beside", {"masking_noise": Taken()}),
         "skin_temperature": Need("beside", {"thermometer": Taken("skin_temperature", 1.0)}),
-    }
+    },
 )
 """The needs by name; the rates are those of the thesis' sensors (3.4.1, 4.3.3, 5.3.1.1)."""
 

@@ -6,12 +6,13 @@ The procedures themselves are in `palpate.studies.procedures`, a module for each
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
+from pydantic import AliasChoices, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from palpate.protocols.extensions import ExtensionError, finder, is_own
 from palpate.protocols.strict import KnownKeys, by_kind, form_of, list_by_kind, problem_at
 from palpate.protocols.study import Level as Id
 from palpate.protocols.study import Name, Number, Text, Whole
@@ -373,12 +374,47 @@ class QuestPlus(Ending):
         return self.model.shape == "weibull" and self.model.scale == "linear"
 
 
-KINDS: Mapping[str, type[Procedure]] = {
-    "constant": Constant,
-    "limits": Limits,
-    "staircase": Staircase,
-    "questplus": QuestPlus,
-}
+class Absent(Ending):
+    """A procedure of an extension that is not here. Enough is known of it to repeat a session in which it chose.
+
+    A study's file that names one is refused, but not a recorded session: its levels are on record.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    ends: ClassVar[frozenset[str]] = frozenset({"reversals", "series", "threshold_sd"})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_unknown_keys(cls, data: Any) -> Any:
+        return data
+
+
+class _Schemas(Mapping[str, type[Procedure]]):
+    """The schema of each kind, with those of extensions."""
+
+    shipped: ClassVar[Mapping[str, type[Procedure]]] = {
+        "constant": Constant, "limits": Limits, "staircase": Staircase, "questplus": QuestPlus,
+    }  # fmt: skip
+
+    def __getitem__(self, kind: str) -> type[Procedure]:
+        if not is_own(kind):
+            return self.shipped[kind]
+        try:
+            schema = finder().part("procedures", kind).settings
+        except ExtensionError:
+            return Absent
+        if not isinstance(schema, type) or not issubclass(schema, Ending):
+            raise ExtensionError(f"{kind}: settings are {schema!r:.60}; a schema that extends Ending is expected")
+        return schema
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.shipped)
+
+    def __len__(self) -> int:
+        return len(self.shipped)
+
+
+KINDS: Mapping[str, type[Procedure]] = _Schemas()
 
 
 def procedures_from(value: Any) -> tuple[Procedure, ...]:

@@ -12,7 +12,9 @@ from pydantic import ValidationError
 
 from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import ExtensionError, finder, is_own
 from palpate.protocols.needs import NEEDS
+from palpate.protocols.registry import load_object
 from palpate.protocols.study import Study, is_number
 from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Document, Path
@@ -64,8 +66,37 @@ def _texts_as_keys(value: Any) -> Any:
     return value
 
 
+def own_parts(study: Study) -> Iterator[tuple[Path, str, str]]:
+    """Yield the place, the kind and the name of each part of an extension that the study names."""
+    several = len(study.procedure) > 1
+    named: list[tuple[Path, str, str | None]] = [
+        (("task",), "tasks", study.task),
+        *((("needs", index), "needs", need) for index, need in enumerate(study.needs)),
+        (("capture", "device"), "needs", None if study.capture is None else study.capture.device),
+        *(
+            (("procedure", index, "kind") if several else ("procedure", "kind"), "procedures", procedure.kind)
+            for index, procedure in enumerate(study.procedure)
+        ),
+        (("simulation", "kind"), "participants", None if study.simulation is None else study.simulation.kind),
+    ]
+    for path, kind, name in named:
+        if name is not None and is_own(name):
+            yield path, kind, name
+
+
+def _missing_parts(study: Study) -> Iterator[Problem]:
+    for path, kind, name in own_parts(study):
+        try:
+            finder().part(kind, name)
+        except ExtensionError as error:
+            yield Problem(path, str(error))
+
+
 def inconsistencies(study: Study) -> Iterator[Problem]:
     """Yield all inconsistencies between the parts of a study that each follow the schema."""
+    if missing := list(_missing_parts(study)):
+        yield from missing
+        return
     yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
     yield from parts_of_task(study)
     yield from _adjectives(study)
@@ -187,6 +218,10 @@ def _analysis(study: Study) -> Iterator[Problem]:
 def _simulation(study: Study) -> Iterator[Problem]:
     if study.simulation is None:
         return
+    if (kind := study.simulation.kind) is not None:
+        kinds = load_object("palpate.protocols.simulated_participants:KINDS")
+        if kind not in kinds:
+            yield Problem(("simulation", "kind"), f"no kind of participants {kind!r}; {nearest(kind, kinds)}")
     names = [attribute.name for attribute in study.attributes]
     if study.adjectives is not None:
         names += [word.word for word in study.adjectives.words]
@@ -269,6 +304,8 @@ def _of_devices(study: Study, task: Task) -> Iterator[Problem]:
         yield Problem(("live",), "the sliders are moved while the door is felt: needs: [window] goes together with it")
     if study.noise is not None and "masking_noise" not in study.needs:
         yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
+    if study.capture is not None and NEEDS[study.capture.device].role != "records":
+        yield Problem(("capture", "device"), f"nothing is recorded with {study.capture.device}")
     presenting = [need for need in study.needs if NEEDS[need].role == "presents"]
     for index, need in enumerate(study.needs):
         place = ("needs", index)

@@ -8,6 +8,9 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any, Generic, TypeVar, cast
 
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import ExtensionError, finder, is_own
+
 T = TypeVar("T")
 
 
@@ -38,13 +41,17 @@ class Registry(Mapping[str, T], Generic[T]):
     `places` holds the place of each part ("module:NAME"). Parts that are quick to import may be in `families` instead:
     modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module. `parts` are plain
     data, which need no import. `folder` ("package.*") is a package each of whose modules is a part, named like the
-    module and described by its `KIND`: a new part is a new file.
+    module and described by its `KIND`: a new part is a new file. `kind` is the kind of parts that extensions can add
+    under names with a dot; such a name raises ExtensionError where it cannot be found. Lists hold the parts of
+    extensions that were loaded by their names. `of` is the place of the class that they are instances of.
     """
 
     places: Mapping[str, str] = field(default_factory=dict)
     families: tuple[str, ...] = ()
     parts: Mapping[str, T] = field(default_factory=dict)
     folder: str = ""
+    kind: str = ""
+    of: str = ""
 
     @cached_property
     def all_places(self) -> Mapping[str, str]:
@@ -68,13 +75,37 @@ class Registry(Mapping[str, T], Generic[T]):
         return found
 
     def __getitem__(self, name: str) -> T:
+        if self.kind and is_own(name):
+            return self._own(name, finder().part(self.kind, name))
         if (place := self.places.get(name) or self.all_places.get(name)) is not None:
             return cast(T, load_object(place))
         return self._of_families[name]
 
+    def _own(self, name: str, part: Any) -> T:
+        """Return a part of an extension. Raises ExtensionError unless it is what parts of this kind are."""
+        expected = load_object(self.of)
+        if not isinstance(part, expected):
+            raise ExtensionError(f"{name} is {part!r:.60}; a {expected.__name__} is expected among {self.kind}")
+        return cast(T, part)
+
+    def why_not(self, name: object, what: str) -> str | None:
+        """Return why no part has this name, for a message that calls parts `what`; None if one has it."""
+        try:
+            if isinstance(name, str) and name in self:
+                return None
+        except ExtensionError as error:
+            return str(error)
+        return f"no {what} {name!r:.40}; {nearest(str(name), self)}"
+
+    def __contains__(self, name: object) -> bool:
+        if self.kind and is_own(name):
+            return self[cast(str, name)] is not None
+        return name in self.all_places or name in self._of_families
+
     def __iter__(self) -> Iterator[str]:
         yield from self.all_places
         yield from self._of_families
+        yield from finder().parts(self.kind)
 
     def __len__(self) -> int:
-        return len(self.all_places) + len(self._of_families)
+        return sum(1 for _ in self)

@@ -19,7 +19,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticKnownError
 
-from palpate.protocols.known_tasks import TASK_PLACES
+from palpate.protocols.extensions import is_own
+from palpate.protocols.known_tasks import TASKS
 from palpate.protocols.needs import NEEDS, needs_with
 from palpate.protocols.orders import Design
 from palpate.protocols.registry import load_object
@@ -39,10 +40,15 @@ def _plain_name(value: str) -> str:
     return value
 
 
-def _one_of(names: Collection[str]) -> BeforeValidator:
-    """Return a validator that refuses unknown names with the error that pydantic gives for a literal."""
+def _one_of(names: Collection[str], own_later: bool = False) -> BeforeValidator:
+    """Return a validator that refuses unknown names with the error that pydantic gives for a literal.
+
+    `own_later`: names of extensions pass. They are looked up when a study's file is read; a replay does without them.
+    """
 
     def known(value: Any) -> Any:
+        if own_later and is_own(value):
+            return value
         if not isinstance(value, str) or value not in names:
             *first, last = map(repr, names)
             raise PydanticKnownError("literal_error", {"expected": f"{', '.join(first)} or {last}"})
@@ -74,8 +80,8 @@ Minutes = Annotated[float, Field(gt=0, le=24 * 60, allow_inf_nan=False)]
 People = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 Days = Annotated[int, Field(strict=True, ge=0, le=3650)]
 OverSessions = Literal["same", "next_row", "mirrored"]
-TaskName = Annotated[str, _one_of(TASK_PLACES)]
-NeedName = Annotated[str, _one_of(NEEDS)]
+TaskName = Annotated[str, _one_of(TASKS)]
+NeedName = Annotated[str, _one_of(NEEDS, own_later=True)]
 
 
 def is_number(text: str) -> bool:
@@ -388,7 +394,7 @@ class Lexicon(Strict):
 class Capture(Strict):
     """A recording of each stimulus: which device, and for how many seconds or by which column of the stimulus table."""
 
-    device: Annotated[str, _one_of(needs_with("records"))]
+    device: Annotated[str, _one_of(needs_with("records"), own_later=True)]
     seconds: RecordingSeconds | Text
 
 
@@ -460,9 +466,11 @@ class Simulation(Strict):
     column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
     `vocabulary` holds the words that come to mind. gain_sd and bias_sd (scale units) vary between participants and
     attributes, noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale. `anchored` is the
-    share of a person's own gain and bias that an anchor removes, for the attributes that have one.
+    share of a person's own gain and bias that an anchor removes, for the attributes that have one. `kind` is another
+    kind of simulated participants than the shipped one.
     """
 
+    kind: Text | None = None
     latents: dict[Text, dict[Text, Number]] = Field(default={})
     observer: Observer | None = None
     gain_sd: Spread = 0.15
@@ -573,7 +581,7 @@ class Study(Strict):
         if value is None or "task" not in info.data:
             return None
         task = info.data["task"]
-        schema: type[Strict] | None = load_object(TASK_PLACES[task]).settings
+        schema: type[Strict] | None = TASKS[task].settings
         if schema is None:
             raise ValueError(f"task {task} has no settings; leave this key out")
         return schema.model_validate(value)

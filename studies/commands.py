@@ -93,7 +93,7 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from palpate.protocols.yaml_text import YamlError
     from palpate.signals.doors.grid import DoorDataError
     from palpate.studies.catalogue import read_with_document
-    from palpate.studies.participants.lab import ParticipantError
+    from palpate.studies.lab import ParticipantError
     from palpate.studies.participants.lab_forms import unasked_questions
     from palpate.studies.sessions.rig import RigError, StimulusRefused
 

@@ -14,7 +14,7 @@ import click
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.wording import count
 from palpate.studies.live.options import REHEARSALS, LiveOptions, resume_options, start_options
-from palpate.studies.options import JSON, LAB, echo_json, progress, with_options
+from palpate.studies.options import JSON, LAB, echo_json, look_in, progress, with_options
 
 if TYPE_CHECKING:
     from palpate.protocols.events import Event
@@ -160,6 +160,7 @@ def _before(
     """
     from palpate.studies.launching.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
     from palpate.studies.launching.launch import demand_in_time, demand_next
+    from palpate.studies.sessions.extensions import demand_same_extensions, extensions_of_study
     from palpate.studies.sessions.record import read_header
 
     study, today = study_files.study.study, datetime.now().astimezone().date() if real else None
@@ -168,12 +169,14 @@ def _before(
     sample = sample_ledgers(lab, study, real)
     of_sample = read_header(sample[0]) if sample else None
     models = demand_same_models(study_files.study, lab, sample, live.accept_change)
+    named = extensions_of_study(study_files.study)
     accepted: dict[str, dict[str, Any] | None] = {}
     for who in people:
         header = earlier_header(lab, study, who, number) or of_sample
         changed = None if header is None else demand_unchanged(header, study_files.study, live.accept_change)
+        code = None if header is None else demand_same_extensions(header, named, live.accept_change)
         timing = demand_in_time(lab, study_files.study, who, number, live.accept_timing, today)
-        accepted[who] = {**(changed or {}), **(models or {}), **(timing or {})} or None
+        accepted[who] = {**(changed or {}), **(code or {}), **(models or {}), **(timing or {})} or None
     return accepted
 
 
@@ -208,13 +211,13 @@ def resume(
         ledger = lab / "sessions" / ledger
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
+    lab = look_in(lab or ledger.resolve().parent.parent)
     record = read(ledger)
     if record.lacks_wal and not without_wal:
         raise LedgerError(
             f"{ledger}: its -wal file, which may hold the session's last events, is not there; copy both files, "
             "or add --without-wal to continue from what is left"
         )
-    lab = lab or ledger.resolve().parent.parent
     study_files, rig, accepted = _resumed(record, lab, study, live)
     result = resume_session(ledger, rig, accepted)
     if in_person(record.header):
@@ -231,6 +234,7 @@ def _resumed(
     from palpate.studies.launching.launch import changed_since, demand_soon
     from palpate.studies.live.opening import resumed_live_plan
     from palpate.studies.participants.admission import admit, readmit
+    from palpate.studies.sessions.extensions import KEY, demand_same_extensions
     from palpate.studies.sessions.replay import recompiled
     from palpate.studies.sessions.session_files import in_person
     from palpate.studies.simulation.rig import simulated
@@ -243,6 +247,7 @@ def _resumed(
     admit(lab, declared, plan.who.participant, live=False)
     ledgers = [record.path, *sample_ledgers(lab, declared.study, in_person(header))]
     accepted |= demand_same_models(declared, lab, ledgers, live.accept_change) or {}
+    accepted |= demand_same_extensions(header, header.get(KEY, {}), live.accept_change) or {}
     if not real:
         return study_files, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
     accepted |= demand_soon(record, live.accept_change, datetime.now(UTC)) or {}

@@ -16,6 +16,7 @@ from typing import TypeVar
 
 import click
 
+from palpate.protocols.extensions import Finder, finder, use
 from palpate.protocols.interrupts import uninterrupted
 
 Item = TypeVar("Item")
@@ -54,7 +55,7 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
         yield from map(work, items)
         return
     # Spawned, not forked: a progress bar is a thread, and a fork of a process with threads may hang.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=serve_the_parent)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=serve_the_parent, initargs=(finder(),))
     waiting: deque[Future[Result]] = deque()
     coming = iter(items)
     try:
@@ -70,8 +71,12 @@ def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers:
         pool.shutdown(cancel_futures=True)
 
 
-def serve_the_parent() -> None:
-    """Set up a worker process: ignore Ctrl-C, which the parent handles, and end with the parent."""
+def serve_the_parent(extensions: Finder) -> None:
+    """Set up a worker process: ignore Ctrl-C, which the parent handles, and end with the parent.
+
+    `extensions` is what looks for extensions in the parent.
+    """
+    use(extensions)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:

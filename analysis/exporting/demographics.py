@@ -16,7 +16,7 @@ from palpate.analysis.exporting.source import Source
 from palpate.analysis.exporting.tabular import Column, Row, Table
 from palpate.protocols.forms import LabForms, Question
 from palpate.studies.collecting import schema
-from palpate.studies.participants.lab import SIDECAR
+from palpate.studies.lab import SIDECAR
 from palpate.studies.participants.sidecar import columns as described_columns
 from palpate.studies.participants.sidecar import level_label
 

@@ -127,7 +127,7 @@ class SessionRows:
     def own(self, name: str) -> Iterator[Row]:
         """Yield the rows of a form's own table."""
         names = [column.name for column in own_tables()[name].columns]
-        for row in self.source.of(self.session, schema.form_tables[name], "seq", *names):
+        for row in self.source.of(self.session, schema.form_tables()[name], "seq", *names):
             values = {name: row[name] for name in names}
             yield {**self._of_trial(row["trial"], row["attempt"]), **values, "counts": bool(row["counts"])}
 

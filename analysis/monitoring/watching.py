@@ -21,8 +21,8 @@ from palpate.protocols.canonical import digest
 from palpate.protocols.plan import Plan
 from palpate.protocols.progress import Progress
 from palpate.protocols.study import Study
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.allocations import Allocation, every_allocation
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import find_registry, withdrawn
 from palpate.studies.sessions.ledger_state import FileState, file_state, held
 from palpate.studies.sessions.record import LedgerError

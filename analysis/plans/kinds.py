@@ -20,7 +20,9 @@ TESTS: Registry[Kind] = Registry(
         "palpate.analysis.plans.families.describing",
         "palpate.analysis.plans.families.spaces",
         "palpate.analysis.plans.families.choices",
-    )
+    ),
+    kind="tests",
+    of="palpate.analysis.plans.answers:Kind",
 )
 """The kinds of test by name; a new kind is a line in the `KINDS` of its family's module."""
 _FIGURES = "palpate.analysis.figures"
@@ -43,5 +45,7 @@ FIGURES: Registry[FigureKind] = Registry(
         "psychometric": f"{_FIGURES}.psychometric:PSYCHOMETRIC",
         "track": f"{_FIGURES}.track:TRACK",
         "posterior": f"{_FIGURES}.posterior:POSTERIOR",
-    }
+    },
+    kind="figures",
+    of="palpate.analysis.figures.figure_kind:FigureKind",
 )

@@ -16,6 +16,7 @@ from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.where import Condition
 from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.registry import Registry
 from palpate.protocols.strict import Strict
 from palpate.protocols.study import Name, Share, Text, Whole
 from palpate.protocols.yaml_text import Document, load
@@ -140,17 +141,18 @@ def read_plan(path: Path) -> Plan:
 
 
 def _settings_of(
-    entries: Sequence[Mapping[str, Any]], section: str, key: str, kinds: Mapping[str, Any], problems: list[Problem]
+    entries: Sequence[Mapping[str, Any]], section: str, key: str, kinds: Registry[Any], problems: list[Problem]
 ) -> Iterator[Any]:
     """Yield the settings of each entry by the schema of its kind, and add errors to `problems`."""
     for place, entry in enumerate(entries):
         name = entry.get(key)
-        if not isinstance(name, str) or name not in kinds:
-            where: tuple[str | int, ...] = (section, place, key) if key in entry else (section, place)
-            message = f"no kind of {key} {name!r}; {nearest(str(name), kinds)}" if key in entry else f"no key {key!r}"
-            problems.append(Problem(where, message))
+        if key not in entry:
+            problems.append(Problem((section, place), f"no key {key!r}"))
             continue
-        model = kinds[name].settings
+        if (missing := kinds.why_not(name, f"kind of {key}")) is not None:
+            problems.append(Problem((section, place, key), missing))
+            continue
+        model = kinds[str(name)].settings
         try:
             yield model.model_validate(entry)
         except ValidationError as error:

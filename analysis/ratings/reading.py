@@ -28,6 +28,7 @@ from palpate.analysis.ratings.dataset import (
 from palpate.analysis.ratings.people import People, people_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow, chosen, collected_sample, inputs_of, query
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import is_own
 from palpate.protocols.forms import own_tables
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.study import Study
@@ -320,7 +321,7 @@ def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[
     for digest, number in sorted(counts.items()) if len(counts) > 1 else ():
         left_out = "" if digest == choice.digest else ", left out"
         yield Input(f"study {study.study}", digest, f"{count(number, 'session')}{left_out}")
-    if not any(NEEDS[need].plays_models for need in study.needs):
+    if not any(NEEDS[need].plays_models for need in study.needs if not is_own(need)):
         return
     counted = {session.session for session in choice.sessions}
     played: dict[str, dict[str, set[str]]] = {}

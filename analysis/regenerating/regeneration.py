@@ -44,8 +44,10 @@ from palpate.analysis.ratings.sources import IMPORTED, DataRequest, both_of, gat
 from palpate.analysis.regenerating.plan_figures import PlannedFigure, figure_data
 from palpate.analysis.statistics.one_thread import one_thread
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import extensions_in, finder
 from palpate.protocols.files import file_sha256
 from palpate.protocols.progress import Clock, Progress
+from palpate.protocols.study import Study
 from palpate.protocols.wording import count
 from palpate.studies.catalogue import STUDY_FILE, names
 from palpate.studies.collecting.collect import open_database
@@ -143,7 +145,7 @@ def regenerate_by(
         answered=answered,
         figures=figure_data(selector, by_name(answered)),
         tables=tables,
-        software=software(),
+        software={**software(), **_extensions_used(plan, whole.study)},
         checks=cross_check(answered, progress) if crosscheck else None,
         notes=notes,
     )
@@ -227,6 +229,13 @@ class Question:
     kind: Kind
     outcome: str
     selected: Selected | ValueError
+
+
+def _extensions_used(plan: Plan, study: Study | None) -> dict[str, str]:
+    """Return the extensions that the plan and the study's task are of, each with its version and digest."""
+    named = (*(test.test for test in plan.tests), *(figure.figure for figure in plan.figures))
+    names = extensions_in((*named, *(() if study is None else (study.task,))))
+    return {f"extension {name}": str(finder().load(name)).removeprefix(f"{name} ") for name in names}
 
 
 def run_tests(

@@ -14,6 +14,7 @@ from palpate.devices.kinds import KINDS
 from palpate.devices.stations import station_folder
 from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import is_own
 from palpate.protocols.files import file_sha256
 from palpate.protocols.needs import NEEDS
 from palpate.protocols.strict import Strict
@@ -115,11 +116,10 @@ class _Reading:
                 self.problems.append(Problem(path, f"{name!r:.40} is not a name: letters, digits, _ and -"))
             elif not isinstance(given, dict):
                 self.problems.append(Problem(path, "settings are expected: {kind: ..., driver: ...}"))
-            elif str(given.get("kind")) not in KINDS:
-                missing = "a kind is expected" if "kind" not in given else f"no kind {given['kind']!r:.40}"
-                self.problems.append(
-                    Problem((*path, "kind"), f"{missing}; {nearest(str(given.get('kind')), list(KINDS))}")
-                )
+            elif "kind" not in given:
+                self.problems.append(Problem((*path, "kind"), f"a kind is expected; {nearest('', KINDS)}"))
+            elif (missing := KINDS.why_not(given["kind"], "kind")) is not None:
+                self.problems.append(Problem((*path, "kind"), missing))
             else:
                 model = KINDS[given["kind"]].settings
                 try:
@@ -135,7 +135,9 @@ class _Reading:
             return
         served = [need for need, known in NEEDS.items() if known.takes]
         for need, names in needs.items():
-            if need not in served:
+            if is_own(need) and (missing := NEEDS.why_not(need, "need")) is not None:
+                self.problems.append(Problem(("needs", need), missing))
+            elif not is_own(need) and need not in served:
                 self.problems.append(Problem(("needs", need), f"no study needs this; {nearest(str(need), served)}"))
             elif not isinstance(names, list):
                 self.problems.append(Problem(("needs", need), "a list of devices is expected, as [door]"))

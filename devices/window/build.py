@@ -85,7 +85,7 @@ def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
     if isinstance(ask.form, Sliders) and ask.form.live:
         return _live(ask, ask.form, page, t0_ns, playing=False)
     name = ask.form.name
-    make = load_object(SCREEN_PLACES.get(name) or place_in(_SCREENS, name, "SCREEN"))
+    make = load_object(FORMS[name].screen or SCREEN_PLACES.get(name) or place_in(_SCREENS, name, "SCREEN"))
     return cast(Screen, make(ask, ask.form, page, *((t0_ns,) if FORMS[name].timed else ())))
 
 

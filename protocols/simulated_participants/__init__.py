@@ -42,10 +42,18 @@ class ParticipantKind:
     make: Callable[[Plan, Feels | None], SimulatedParticipant]
 
 
-KINDS: Registry[ParticipantKind] = Registry(folder="palpate.protocols.simulated_participants.*")
+KINDS: Registry[ParticipantKind] = Registry(
+    folder="palpate.protocols.simulated_participants.*",
+    kind="participants",
+    of="palpate.protocols.simulated_participants:ParticipantKind",
+)
 SHIPPED_KIND = "perceiver"
 
 
-def simulated_participant(plan: Plan, feels: Feels | None = None, kind: str = SHIPPED_KIND) -> SimulatedParticipant:
-    """Return the simulated participant for a session's plan. Raises KeyError if there is no such kind."""
-    return KINDS[kind].make(plan, feels)
+def simulated_participant(plan: Plan, feels: Feels | None = None, kind: str | None = None) -> SimulatedParticipant:
+    """Return the simulated participant for a session's plan, of the kind that its study names, or of the shipped one.
+
+    Raises KeyError if there is no such kind, ExtensionError if it belongs to an extension that is not there.
+    """
+    declared = None if plan.study.simulation is None else plan.study.simulation.kind
+    return KINDS[kind or declared or SHIPPED_KIND].make(plan, feels)

@@ -6,7 +6,7 @@ of the same name in `devices/window/screens/`; a task that shares a form has a l
 
 from __future__ import annotations
 
-from palpate.protocols.known_tasks import TASK_PLACES
+from palpate.protocols import known_tasks
 from palpate.protocols.registry import Registry
 from palpate.protocols.study import Study
 from palpate.protocols.tasks.steps import (
@@ -21,7 +21,7 @@ from palpate.protocols.tasks.steps import (
     feel_anchor,
 )
 
-TASKS: Registry[Task] = Registry(TASK_PLACES)
+TASKS: Registry[Task] = known_tasks.TASKS
 
 
 def gives_ratings(study: Study) -> bool:

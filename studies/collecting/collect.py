@@ -30,6 +30,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
+from palpate.protocols.extensions import finder
 from palpate.studies.collecting import schema
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants.schema import metadata as registry
@@ -314,10 +315,12 @@ def _demand_ours(connection: Connection) -> None:
             )
 
 
-OF_A_SESSION = (
-    schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,
-    schema.responses, *schema.form_tables.values(), schema.trials, schema.sessions,
-)  # fmt: skip
+def of_a_session() -> tuple[Table, ...]:
+    """Return all tables with rows of a session, those first that refer to others."""
+    return (
+        schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,
+        schema.responses, *schema.form_tables().values(), schema.trials, schema.sessions,
+    )  # fmt: skip
 
 
 class CollectError(ValueError):
@@ -334,9 +337,13 @@ def bring_in(connection: Connection, session: SessionTables, path: Path) -> str:
     same = ("file_sha256", "status")
     if held is not None and held.head_hash == head and all(getattr(held, k) == session.session[k] for k in same):
         return "unchanged"
+    for extension in session.extensions:
+        finder().load(extension)
+    if session.extensions:
+        schema.add_own_tables(connection)
     if held is not None:
         _demand_continuation(connection, session, path)
-        for table in OF_A_SESSION:
+        for table in of_a_session():
             connection.execute(delete(table).where(table.c.session == name))
     _insert(connection, session)
     return "new" if held is None else "updated"
@@ -377,7 +384,7 @@ def _insert(connection: Connection, session: SessionTables) -> None:
         (schema.answers, session.answers),
         (schema.switches, session.switches),
         (schema.anchors, session.anchors),
-        *((schema.form_tables[name], rows) for name, rows in session.own.items()),
+        *((schema.form_tables()[name], rows) for name, rows in session.own.items()),
         (schema.events, session.events),
         (schema.streams, session.streams),
     ):

@@ -18,6 +18,7 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    insert,
     inspect,
     select,
     true,
@@ -25,6 +26,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeEngine
 
 from palpate.protocols import forms
+from palpate.protocols.extensions import finder
 from palpate.protocols.forms import OwnTable
 
 VERSION = 5
@@ -221,8 +223,33 @@ def _own_table(own: OwnTable) -> Table:
     )
 
 
-form_tables = {name: _own_table(own) for name, own in forms.own_tables().items()}
-"""The tables of tasks that have one of their own, by name."""
+def form_tables() -> Mapping[str, Table]:
+    """Return the tables of forms that have one of their own, by name, with those of the extensions that were loaded."""
+    return {
+        name: metadata.tables[name] if name in metadata.tables else _own_table(own)
+        for name, own in forms.own_tables().items()
+    }
+
+
+form_tables()
+own_tables = Table(
+    "own_tables",
+    metadata,
+    Column("name", NAME, primary_key=True),
+)
+"""The names of tables that extensions brought, so that they can be emptied where the extension is not there."""
+
+
+def add_own_tables(connection: Connection) -> None:
+    """Create the tables of the extensions that were loaded, where they are missing."""
+    known = set(connection.execute(select(own_tables.c.name)).scalars())
+    for form in finder().parts("forms"):
+        for own in forms.own_tables_of(form):
+            form_tables()[own.name].create(connection, checkfirst=True)
+            if own.name not in known:
+                connection.execute(insert(own_tables), {"name": own.name})
+
+
 RATINGS = "ratings"
 
 
@@ -256,6 +283,9 @@ def ratings_query() -> Select[tuple[object, ...]]:
 def drop_all(connection: Connection) -> None:
     """Drop the view and all tables but `palpate`, which marks the database as ours and loses its stored version."""
     connection.exec_driver_sql(f"DROP VIEW IF EXISTS {RATINGS}")
+    if inspect(connection).has_table(own_tables.name):
+        for name in connection.execute(select(own_tables.c.name)).scalars().all():
+            Table(name, MetaData()).drop(connection, checkfirst=True)
     metadata.drop_all(connection, tables=[table for table in metadata.sorted_tables if table is not palpate])
     if inspect(connection).has_table(palpate.name):
         connection.execute(palpate.delete())

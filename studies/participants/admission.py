@@ -9,8 +9,8 @@ from sqlalchemy import Connection
 
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.lab import ParticipantError, demand_lab
 from palpate.studies.participants.allocations import allocation_of, save_allocation
-from palpate.studies.participants.lab import ParticipantError, demand_lab
 from palpate.studies.participants.people import demand_known, status_of, unknown
 from palpate.studies.participants.registry import Registry, find_registry, note, reading, write
 from palpate.studies.participants.rows import allocate_row, release, release_command

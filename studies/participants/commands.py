@@ -65,8 +65,8 @@ def add(
       palpate participants add --name "Kim Hana" --contact hana@example.org --consented 2026-03-31 --lab LAB
     """
     from palpate.protocols.interrupts import holding_interrupts
+    from palpate.studies.lab import demand_lab
     from palpate.studies.participants.identities import Identity, demand_good, demand_private, identify
-    from palpate.studies.participants.lab import demand_lab
     from palpate.studies.participants.people import add as enter
     from palpate.studies.participants.registry import open_registry
 
@@ -215,7 +215,7 @@ def export(simulated: bool, lab: Path, as_json: bool) -> None:
 
 
 def _registry(lab: Path, opened: Any) -> Any:
-    from palpate.studies.participants.lab import demand_lab
+    from palpate.studies.lab import demand_lab
 
     demand_lab(lab)
     return opened(lab)
@@ -329,7 +329,7 @@ def overlap(study: str, lab: Path, as_json: bool) -> None:
 
 def _opened(study: str, lab: Path) -> tuple[Study, Registry]:
     from palpate.studies.catalogue import find, read_study
-    from palpate.studies.participants.lab import demand_lab
+    from palpate.studies.lab import demand_lab
     from palpate.studies.participants.registry import open_registry
 
     demand_lab(lab)

@@ -11,9 +11,9 @@ from sqlalchemy import select
 
 from palpate.protocols.files import write_text
 from palpate.protocols.wording import some
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import Registry, reading
 from palpate.studies.participants.sidecar import columns, identifying, question, sidecar_file
 from palpate.studies.sessions.record import LedgerError, read

@@ -33,8 +33,8 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 
 from palpate.protocols.files import make_folder, write_text
+from palpate.studies.lab import ParticipantError
 from palpate.studies.messages import database_reason
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.sessions.ledger_schema import DURABLE
 
 metadata = MetaData()

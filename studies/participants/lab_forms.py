@@ -12,7 +12,7 @@ from pathlib import Path
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import LabForms
 from palpate.protocols.study import Study
-from palpate.studies.participants.lab import TEMPLATE, ParticipantError
+from palpate.studies.lab import TEMPLATE, ParticipantError
 from palpate.studies.participants.sidecar import questions
 
 ON_PAPER = "<!-- on paper only -->"

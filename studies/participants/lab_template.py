@@ -7,7 +7,7 @@ from pathlib import Path
 
 from palpate.protocols.files import UNFINISHED, staged_files, write_bytes
 from palpate.protocols.wording import some
-from palpate.studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE, ParticipantError
+from palpate.studies.lab import SETTINGS, SIDECAR, TEMPLATE, ParticipantError
 from palpate.studies.participants.lab_forms import unfilled
 
 FOLDERS = ("sessions", "studies")

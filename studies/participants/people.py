@@ -10,8 +10,8 @@ from sqlalchemy import Connection, insert, select
 
 from palpate.protocols.lookalikes import looks
 from palpate.protocols.shell_command import shell_command
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants import schema
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.registry import Registry, note, reading, write
 from palpate.studies.sessions.environment import wall_time
 

@@ -17,9 +17,9 @@ from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
 from palpate.protocols.canonical import canonical
 from palpate.protocols.files import make_folder
+from palpate.studies.lab import SETTINGS, ParticipantError, settings
 from palpate.studies.messages import database_reason, describe_url
 from palpate.studies.participants import schema
-from palpate.studies.participants.lab import SETTINGS, ParticipantError, settings
 from palpate.studies.sessions.environment import wall_time
 from palpate.studies.sessions.ledger_schema import DURABLE
 

@@ -14,6 +14,7 @@ from palpate.protocols.plan import LARGEST_ROW
 from palpate.protocols.shell_command import shell_command
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.allocations import (
     Allocation,
     allocation_of,
@@ -21,7 +22,6 @@ from palpate.studies.participants.allocations import (
     describe_place,
     save_allocation,
 )
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import demand_active
 from palpate.studies.participants.registry import Registry, gone, note, write
 from palpate.studies.participants.row_assignment import rows_taken

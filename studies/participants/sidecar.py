@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from palpate.protocols.forms import Question
-from palpate.studies.participants.lab import SIDECAR, TEMPLATE, ParticipantError
+from palpate.studies.lab import SIDECAR, TEMPLATE, ParticipantError
 
 IDENTIFYING = frozenset(
     word

@@ -8,11 +8,11 @@ from pathlib import Path
 from sqlalchemy import Connection, select, update
 
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants import schema
 from palpate.studies.participants.allocations import Allocation, allocation_of
 from palpate.studies.participants.export import forget
 from palpate.studies.participants.identities import demand_nameless, erase
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import status_of, unknown
 from palpate.studies.participants.registry import Registry, note, write
 from palpate.studies.participants.rows import give_up

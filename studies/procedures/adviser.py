@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import exp, fsum, lgamma, log
 from typing import Any, Protocol
 
+from palpate.protocols.procedures import Ending
 from palpate.protocols.registry import Registry
 from palpate.protocols.tracks import Past, Track
 
@@ -80,9 +81,14 @@ class Adviser(Protocol):
 
 @dataclass(frozen=True)
 class ProcedureKind:
-    """A kind of procedure: `make` returns the adviser of a track."""
+    """A kind of procedure: `make` returns the adviser of a track.
+
+    `settings` is the schema of `procedure:` of a kind that an extension brings; that of the others is in
+    `palpate.protocols.procedures`.
+    """
 
     make: Callable[[Track], Adviser]
+    settings: type[Ending] | None = None
 
 
 _ROOM = "palpate.studies.procedures"
@@ -92,7 +98,9 @@ KINDS: Registry[ProcedureKind] = Registry(
         "limits": f"{_ROOM}.limits:KIND",
         "staircase": f"{_ROOM}.staircase:KIND",
         "questplus": f"{_ROOM}.questplus:KIND",
-    }
+    },
+    kind="procedures",
+    of="palpate.studies.procedures.adviser:ProcedureKind",
 )
 """The kinds of procedures by name, as `procedure: {kind: NAME}` of a study."""
 

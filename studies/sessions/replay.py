@@ -10,11 +10,13 @@ from typing import Any
 
 from palpate.protocols.canonical import difference
 from palpate.protocols.events import NS, ReplyError
+from palpate.protocols.extensions import ExtensionError, extensions_in
 from palpate.protocols.forms import LabForms
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.runner import Divergence, EndOfRecord, Recorded, run
 from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.sessions.extensions import demand_here, differences, in_words
 from palpate.studies.sessions.record import LedgerError, Record, read
 
 
@@ -54,23 +56,34 @@ def compare(record: Record) -> None:
         run(recompiled(record), tape, tape, record.header)
     except EndOfRecord:
         return
+    except Divergence as error:
+        raise Divergence(f"{error}{_since(record.header)}") from None
     except ReplyError as error:
         raise Divergence(f"event {tape.position} does not answer its request: {error}") from None
     tape.demand_end()
+
+
+def _since(header: Mapping[str, Any]) -> str:
+    """Return which extensions of the task have changed since the session, for a message; "" if none."""
+    changed = differences(header, extensions_in([header["study"]["task"]]))
+    return f" ({in_words(changed)})" if changed else ""
 
 
 def recompiled(record: Record) -> Plan:
     """Compile the plan from the study in the header. Raises LedgerError unless its digest is the recorded one."""
     header = record.header
     try:
+        demand_here(header, extensions_in([header["study"].get("task")]))
         plan = plan_from_header(header, Study.model_validate(header["study"]))
+    except ExtensionError as error:
+        raise LedgerError(f"{record.path}: {error}") from None
     except (KeyError, TypeError, ValueError) as error:
         raise LedgerError(
             f"{record.path}: its first event declares no session that this version reads: {error}"
         ) from None
     if plan.digest != header["plan"]:
         how = difference(header["study"], plan.study.definition()) or "the order of the trials differs"
-        raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}")
+        raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}{_since(header)}")
     return plan
 
 

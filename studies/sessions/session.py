@@ -12,6 +12,7 @@ from palpate.protocols.plan import Plan
 from palpate.protocols.runner import Recorded, run
 from palpate.protocols.wording import count
 from palpate.studies.sessions.environment import environment, wall_time
+from palpate.studies.sessions.extensions import KEY, definitions, extensions_of_session
 from palpate.studies.sessions.interrupts import Guard, Interrupted, guarded, interrupt_behind
 from palpate.studies.sessions.ledger import Ledger, Watched, create, open_for_append
 from palpate.studies.sessions.record import LedgerError, Record, read
@@ -70,6 +71,7 @@ def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, 
 
     `accepted` is a change of the study since the participant's earlier session, which the experimenter accepted.
     """
+    extensions = extensions_of_session(plan.study, rig.description)
     return {
         "study": plan.study.definition(),
         "participant": plan.who.participant,
@@ -85,6 +87,7 @@ def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, 
         "environment": environment(),
         **({} if plan.lab_forms is None else {"lab_forms": plan.lab_forms.definition()}),
         **({} if accepted is None else {"accepted_change": dict(accepted)}),
+        **({KEY: definitions(extensions)} if extensions else {}),
     }
 
 

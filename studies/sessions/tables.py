@@ -9,6 +9,7 @@ from typing import Any
 
 from palpate.protocols.canonical import canonical, digest
 from palpate.protocols.events import NS, Event
+from palpate.protocols.extensions import extensions_in
 from palpate.protocols.files import file_sha256
 from palpate.protocols.forms import FORMS, OwnTable, own_tables_of, table_of
 from palpate.protocols.plan import Plan
@@ -48,6 +49,8 @@ class SessionTables(Answers):
     session: Row
     events: list[Row]
     streams: list[Row]
+    extensions: tuple[str, ...] = ()
+    """The extensions that the session's task comes from, whose tables hold its answers."""
 
 
 def tables(record: Record, withdrawn: bool = False, with_events: bool = True) -> SessionTables:
@@ -79,6 +82,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
             if with_events or (event.kind == "reply" and any(models_in(event.value)))
         ],
         streams=list(_stream_rows(session, record.events)) if with_events else [],
+        extensions=extensions_in([plan.study.task]),
     )
 
 

@@ -25,9 +25,9 @@ from palpate.protocols.tasks import TASKS
 from palpate.protocols.wording import count, some
 from palpate.studies.catalogue import SHIPPED, STUDY_FILE, StudyFiles, read_study, stimulus_rows
 from palpate.studies.console.words import about
+from palpate.studies.lab import SIDECAR
 from palpate.studies.launching.changes import study_change
 from palpate.studies.launching.launch import plans_of
-from palpate.studies.participants.lab import SIDECAR
 from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.sessions.record import Record, read

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from palpate.protocols.events import Event, Request, Sense
+from palpate.protocols.extensions import finder
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.simulated_world import Done, Simulated, VirtualClock
@@ -116,7 +117,9 @@ class Ahead(Generic[T]):
             return self.make(self.plan, request)
         if not self.pools:
             spawned = multiprocessing.get_context("spawn")
-            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
+            self.pools.append(
+                ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent, initargs=(finder(),))
+            )
         later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
         senses = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
         for sense in (request, *senses[: self.workers]):

@@ -157,7 +157,7 @@ tape = Recorded(events)
 run(plan, tape, tape, {})
 rows = answers_of(plan, "bumps/P001/1", events).own["largest_ones"]
 print([(row["participant"], row["trial"], row["block"], row["stimulus"], row["counts"]) for row in rows])
-assert set(rows[0]) == {column.name for column in schema.form_tables["largest_ones"].columns}
+assert set(rows[0]) == {column.name for column in schema.form_tables()["largest_ones"].columns}
 for task, settings in (("largest", {"aloudly": True}), ("free_lexicon", {"aloud": True})):
     try:
         plan_of(task, settings=settings)

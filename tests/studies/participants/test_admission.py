@@ -1,9 +1,9 @@
 import pytest
 
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.admission import admit, decline, demand_not_finished, finish, readmit
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.rows import allocate_row, release
 from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy

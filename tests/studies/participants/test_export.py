@@ -2,9 +2,9 @@ import json
 
 import pytest
 
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.export import export
 from palpate.studies.participants.identities import Identity, identify
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row
 from palpate.studies.participants.withdrawal import withdraw

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.identities import Identity, erase, identify, identities, store
-from palpate.studies.participants.lab import ParticipantError
 
 HANA = Identity("Kim Hana", "hana@example.org", "2026-03-31", "left-handed mouse")
 

@@ -1,6 +1,6 @@
 import pytest
 
-from palpate.studies.participants.lab import ParticipantError
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.lab_forms import consent_text, demand_filled, plain, unfilled
 from palpate.studies.participants.lab_template import template_files
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.studies.participants.lab import TEMPLATE, ParticipantError
+from palpate.studies.lab import TEMPLATE, ParticipantError
 from palpate.studies.participants.lab_template import make_lab
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -5,8 +5,8 @@ from sqlalchemy import insert, select, text, update
 from sqlalchemy.exc import IntegrityError
 
 from palpate.protocols.yaml_text import YamlError
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants import schema
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import add, status_of
 from palpate.studies.participants.registry import TRIES, find_registry, open_registry, reading, withdrawn, write
 from tests.studies.participants.labs import filled, record_session

@@ -4,8 +4,8 @@ import pytest
 
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.allocations import every_allocation
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import add
 from palpate.studies.participants.rows import allocate_row, release
 from palpate.studies.participants.withdrawal import withdraw

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from palpate.protocols.forms import Demographics, Question
-from palpate.studies.participants.lab import ParticipantError
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.sidecar import columns, identifying, questions, sidecar_file
 
 BARE = {"participant_id": {"Description": "Pseudonym"}}

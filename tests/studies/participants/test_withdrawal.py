@@ -1,9 +1,9 @@
 import pytest
 
+from palpate.studies.lab import ParticipantError
 from palpate.studies.participants.allocations import every_allocation
 from palpate.studies.participants.export import export
 from palpate.studies.participants.identities import Identity, identify, identities
-from palpate.studies.participants.lab import ParticipantError
 from palpate.studies.participants.people import add
 from palpate.studies.participants.registry import withdrawn
 from palpate.studies.participants.rows import allocate_row

@@ -19,7 +19,7 @@ from palpate.protocols.events import Sense
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import SHIPPED, read_study
-from palpate.studies.participants.lab import demand_lab
+from palpate.studies.lab import demand_lab
 from palpate.studies.participants.lab_template import make_lab
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry

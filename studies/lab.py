@@ -14,19 +14,24 @@ class ParticipantError(ValueError):
     """A participant, a row, a lab or one of its files about people cannot be used; the message says what to do."""
 
 
-TEMPLATE = Path(__file__).resolve().parents[2] / "participants_template"
+TEMPLATE = Path(__file__).resolve().parents[1] / "participants_template"
 """The template's folder, in a checkout beside the packages and inside Palpate where it is installed."""
 SIDECAR = "participants.json"
 """The file that makes a folder a lab: the questions about participants, as BIDS describes columns."""
 SETTINGS = "lab.yaml"
-_KEYS = ("registry",)
+_KEYS = ("registry", "extensions")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The settings in lab.yaml; `registry` is the SQLAlchemy URL of a registry that several stations share."""
+    """The settings in lab.yaml.
+
+    `registry` is the SQLAlchemy URL of a registry that several stations share. `extensions`: code in LAB/extensions is
+    imported where a study, a rig or a plan names a part of it.
+    """
 
     registry: str | None = None
+    extensions: bool = False
 
 
 def demand_lab(lab: Path) -> None:
@@ -52,6 +57,8 @@ def settings(lab: Path) -> Settings:
         where = f"{file}: line {document.lines[(key,)]}: {key}"
         if key not in _KEYS:
             raise ParticipantError(f"{where}: unknown key; {nearest(str(key), _KEYS)}")
-        if not isinstance(value, str) or not value.strip():
+        if key == "extensions" and not isinstance(value, bool):
+            raise ParticipantError(f"{where}: found {value!r:.60}, true or false is expected")
+        if key == "registry" and (not isinstance(value, str) or not value.strip()):
             raise ParticipantError(f"{where}: found {value!r:.60}, a text is expected")
     return Settings(**document.data)
