@@ -6,7 +6,7 @@ Seeds follow from the observers' names.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Which, profile_ends
+from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Which, profile_ends, simulate
 from palpate.analysis.choices.maximising import Fitted, Problem, best_of_starts
 from palpate.analysis.choices.posterior import UP_TO_HALF, posterior_of
-from palpate.analysis.choices.psychometric import STARTS, refuse_no_estimate
+from palpate.analysis.choices.psychometric import refuse_no_estimate
 from palpate.analysis.choices.specification import (
     FunctionSpec,
     Levels,
@@ -81,6 +81,11 @@ class Sets(NamedTuple):
     jnds: Floats
     refused: int
 
+    def ends(self, which: Which, draws: int, seeds: Sequence[int]) -> Floats:
+        """Return the ends of the profile intervals (sets, 2), with Bartlett's factor unless there are no draws."""
+        simulated = simulate(self.problem, self.fits, draws, seeds) if draws else None
+        return profile_ends(self.problem, self.fits, self.function, self.data, which, CONFIDENCE, simulated)
+
 
 def simulated(observer: Observer, count: int, trials: int) -> Floats:
     """Return the hits (count, levels) of an observer in `trials` trials at each level."""
@@ -94,7 +99,7 @@ def fitted_sets(rates: Rates, hits: Floats, trials: int) -> Sets:
     function = function_spec("gaussian", rates, 0.5, "x84_x50", False)
     data = Levels(LEVELS, hits[0], np.full(len(LEVELS), float(trials)))
     problem = problem_of(data, function, hits)
-    fits = best_of_starts(problem, STARTS)
+    fits = best_of_starts(problem)
     has_estimate = np.array([_has_estimate(data, function, problem, fits, i) for i in range(len(hits))])
     problem, fits = problem_of(data, function, hits[has_estimate]), Fitted(*(part[has_estimate] for part in fits))
     thresholds, jnds = quantities(function, data, fits.parameters)
@@ -147,8 +152,7 @@ def _misses(observer: Observer, trials: int, count: int) -> Iterator[Case]:
     sets = fitted_sets(observer.declared(), hits, trials)
 
     def profile(which: Which, draws: int) -> Floats:
-        seeds = range(len(sets.thresholds))
-        return profile_ends(sets.problem, sets.fits, sets.function, sets.data, which, CONFIDENCE, draws, seeds)
+        return sets.ends(which, draws, range(len(sets.thresholds)))
 
     def posterior() -> Floats:
         data = sets.data

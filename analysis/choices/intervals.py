@@ -61,19 +61,17 @@ def profile_interval(
     below a ten-thousandth or above a thousand of them), is NaN and marked as open. Sources: Venzon & Moolgavkar 1988;
     Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
-    return _profile_intervals(fit, (which,), confidence, draws, seed)[0]
+    return profile_intervals(fit, confidence, draws, seed, (which,))[0]
 
 
 def profile_intervals(
-    fit: Psychometric, confidence: float = 0.95, draws: int = CORRECTING_DRAWS, seed: int = 0
+    fit: Psychometric,
+    confidence: float = 0.95,
+    draws: int = CORRECTING_DRAWS,
+    seed: int = 0,
+    parameters: Sequence[Which] = ("threshold", "jnd"),
 ) -> tuple[Interval, ...]:
-    """Return the profile intervals of threshold and JND; the answers simulated for both are fitted once."""
-    return _profile_intervals(fit, ("threshold", "jnd"), confidence, draws, seed)
-
-
-def _profile_intervals(
-    fit: Psychometric, parameters: Sequence[Which], confidence: float, draws: int, seed: int
-) -> tuple[Interval, ...]:
+    """Return the profile intervals of several parameters; the answers simulated for all of them are fitted once."""
     check_share(confidence, "confidence")
     if draws:
         check_draws(draws)
@@ -81,24 +79,25 @@ def _profile_intervals(
         refuse_idle("seed", seed, 0, "with draws=0, nothing is simulated")
     spec, answers = fit.spec, fit.levels
     problem = problem_of(answers, spec)
-    simulated = _simulated(problem, fit.maximum, draws, (seed,)) if draws else None
+    simulated = simulate(problem, fit.maximum, draws, (seed,)) if draws else None
     intervals = []
     for which in parameters:
-        ends = _profile_ends(problem, fit.maximum, spec, answers, which, confidence, simulated)
+        ends = profile_ends(problem, fit.maximum, spec, answers, which, confidence, simulated)
         low, high = (float(end) for end in ends[0])
         sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
         intervals.append(Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides)))
     return tuple(intervals)
 
 
-class _Simulated(NamedTuple):
+class Simulated(NamedTuple):
     """Answers simulated by fits, hits (fits, draws, levels), and the highest log likelihood of each (fits, draws)."""
 
     hits: Floats
     best: Floats
 
 
-def _simulated(problem: Problem, most: Fitted, draws: int, seeds: Sequence[int]) -> _Simulated:
+def simulate(problem: Problem, most: Fitted, draws: int, seeds: Sequence[int]) -> Simulated:
+    """Return `draws` sets of answers of each fit, and their highest likelihoods; each fit has its own seed."""
     trials = problem.trials.astype(np.int64)
     hits = np.stack(
         [
@@ -106,7 +105,7 @@ def _simulated(problem: Problem, most: Fitted, draws: int, seeds: Sequence[int])
             for share, seed in zip(shares(problem, most.parameters)[0], seeds, strict=True)
         ]
     ).astype(np.float64)
-    return _Simulated(hits, _best(problem, hits, most.parameters))
+    return Simulated(hits, _best(problem, hits, most.parameters))
 
 
 def _best(problem: Problem, hits: Floats, place: Floats) -> Floats:
@@ -129,23 +128,12 @@ def profile_ends(
     answers: Levels,
     which: Which,
     confidence: float,
-    draws: int,
-    seeds: Sequence[int],
+    simulated: Simulated | None,
 ) -> Floats:
-    """Return the ends of the profile intervals of many fits at the same levels, (fits, 2), in the level's units."""
-    simulated = _simulated(problem, most, draws, seeds) if draws else None
-    return _profile_ends(problem, most, spec, answers, which, confidence, simulated)
+    """Return the ends of the profile intervals of many fits at the same levels, (fits, 2), in the level's units.
 
-
-def _profile_ends(
-    problem: Problem,
-    most: Fitted,
-    spec: FunctionSpec,
-    answers: Levels,
-    which: Which,
-    confidence: float,
-    simulated: _Simulated | None,
-) -> Floats:
+    They have Bartlett's factor from the answers that the fits simulated (`simulate`); None leaves it out.
+    """
     by = by_threshold(spec.shape, spec.threshold) if which == "threshold" else by_jnd(spec.shape, spec.jnd)
     # The problem in coordinates whose first one is profiled: it rests, and its bounds are lifted.
     free = problem.free.copy()
@@ -202,7 +190,7 @@ def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: F
     return np.where(reached, start + cross * step, np.nan)
 
 
-def _bartlett(turned: Problem, place: Floats, simulated: _Simulated) -> Floats:
+def _bartlett(turned: Problem, place: Floats, simulated: Simulated) -> Floats:
     """Return Bartlett's factor of each fit, at least 1, from answers simulated by the fit.
 
     It is the mean of twice the fall at the simulating parameters; the score statistic at the same parameters, whose
@@ -265,7 +253,7 @@ def resampled_answers(fit: Psychometric, draws: int = 1000, confidence: float = 
     rng = stream(seed, "psychometric function")
     hits = rng.binomial(answers.trials.astype(np.int64), expected, size=(draws, len(expected))).astype(np.float64)
     problem = problem_of(answers, spec, hits)
-    fits = best_of_starts(problem, 1)
+    fits = best_of_starts(problem)
     at, size = quantities(spec, answers, fits.parameters)
     fitted = shares(problem, fits.parameters)[0]
     fitted = fitted[:, ::-1] if spec.falling else fitted

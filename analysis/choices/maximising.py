@@ -7,15 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 from scipy.special import xlogy
 
 from palpate.analysis.choices.shapes import Coordinates, Mapped, Shape
 from palpate.analysis.statistics.doubles import Floats
 
 STEPS = 200
+STARTS = 4
 TINY = 1e-200
 FAR = 1e6  # every shape is flat there
 DONE, NEAR, ARRIVED = 1e-22, 1e-10, 1e-8  # of the log likelihood
+ROUNDING = 1e-12  # of the log likelihood: differences below it are of rounding
 STUCK, CLOSE = 1e10, 0.01
 FINITE = 1e200
 SHIFT = 1e-4  # of a standard error, for differences of the slope
@@ -99,11 +102,13 @@ def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
 
     The method is scoring (expected information) with Marquardt's damping, near the maximum Newton's method (observed
     information, by differences of the gradient); a parameter stays at a bound while the gradient points outwards. At
-    the maximum, where rounding hides whether a step is better, steps are accepted unchecked. A fit ends when the
-    predicted gain of its next step is below `done` of the log likelihood.
+    the maximum rounding hides whether a step is better: there, a step is accepted that loses no more than `ROUNDING`
+    against the highest likelihood so far. A fit ends when the predicted gain of its next step is below `done` of the
+    log likelihood, and is never below a likelihood that it had reached by more than `ROUNDING`.
     """
     place = np.clip(start, problem.low, problem.high)
     value = likelihoods(problem, place)
+    highest = value.copy()
     damping, promised = np.full(len(place), 1e-3), np.full(len(place), np.inf)
     going = np.arange(len(place))
     for _ in range(STEPS):
@@ -111,9 +116,10 @@ def maximise(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
         step, gain = _step(part, place[going], damping[going], promised[going] < CLOSE)
         moved = np.clip(place[going] + step, problem.low, problem.high)
         new, scale = likelihoods(part, moved), np.maximum(1.0, np.abs(value[going]))
-        better = (new >= value[going]) | (gain <= NEAR * scale)
+        better = (new >= value[going]) | ((gain <= NEAR * scale) & (new >= highest[going] - ROUNDING * scale))
         accepted = going[better]
         place[accepted], value[accepted] = moved[better], new[better]
+        highest[accepted] = np.maximum(highest[accepted], new[better])
         lighter = np.where(damping[going] < 1e-9, 0.0, damping[going] * 0.1)
         damping[going] = np.where(better, lighter, np.maximum(damping[going], 1e-9) * 10)
         promised[going] = gain / scale
@@ -191,8 +197,8 @@ def _observed(problem: Problem, place: Floats, slope: Floats, expected: Floats, 
     return np.where(definite[:, None, None], observed, expected)
 
 
-def best_of_starts(problem: Problem, starts: int) -> Fitted:
-    """Maximise from the most promising points of a grid, and return the best result of every fit."""
+def best_of_starts(problem: Problem) -> Fitted:
+    """Maximise from the highest peaks of a grid of places and spreads, and return the best result of every fit."""
     span = float(problem.t[-1])
     centres = np.linspace(-0.25, 1.25, 13) * span
     spreads = np.log(np.array([0.02, 0.06, 0.15, 0.4, 1.0]) * span)
@@ -204,11 +210,19 @@ def best_of_starts(problem: Problem, starts: int) -> Fitted:
     hit, miss = log_shares(problem, grid)
     misses = problem.trials - problem.hits
     values = np.stack([(k * hit + n * miss).sum(axis=1) for k, n in zip(problem.hits, misses, strict=True)])
-    chosen = np.argsort(-values, axis=1, kind="stable")[:, :starts]
-    maxima = maximise(_repeated(problem, starts), grid[chosen].reshape(-1, 4))
-    best = np.argmax(maxima.log_likelihood.reshape(-1, starts), axis=1) + np.arange(len(chosen)) * starts
+    chosen = _highest_peaks(values.reshape(len(values), len(centres), len(spreads), -1))
+    maxima = maximise(replace(problem, hits=np.repeat(problem.hits, STARTS, axis=0)), grid[chosen].reshape(-1, 4))
+    best = np.argmax(maxima.log_likelihood.reshape(-1, STARTS), axis=1) + np.arange(len(chosen)) * STARTS
     return Fitted(*(part[best] for part in maxima))
 
 
-def _repeated(problem: Problem, times: int) -> Problem:
-    return replace(problem, hits=np.repeat(problem.hits, times, axis=0))
+def _highest_peaks(values: Floats) -> NDArray[np.intp]:
+    """Return the indices (fits, `STARTS`) of the highest peaks of `values` (fits, centres, spreads, rates) in a fit.
+
+    A peak is no lower than its neighbours in centre and spread, each with its best rates. Where there are fewer peaks,
+    the highest other points follow.
+    """
+    best_rates, highest = values.argmax(axis=3), values.max(axis=3)
+    around, fits = maximum_filter(highest, size=(1, 3, 3)), len(values)
+    order = np.lexsort((-highest.reshape(fits, -1), (highest < around).reshape(fits, -1)), axis=1)[:, :STARTS]
+    return np.asarray(order * values.shape[3] + np.take_along_axis(best_rates.reshape(fits, -1), order, axis=1))

@@ -32,8 +32,6 @@ from palpate.analysis.choices.specification import (
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.refusals import NoEstimate
 
-STARTS = 4
-
 
 @dataclass(frozen=True)
 class Psychometric:
@@ -103,7 +101,7 @@ def fit_psychometric(
 def fit_function(answers: Levels, spec: FunctionSpec) -> Psychometric:
     """Return the fit of counted levels."""
     problem = problem_of(answers, spec)
-    fits = best_of_starts(problem, STARTS)
+    fits = best_of_starts(problem)
     refuse_no_estimate(answers, spec, problem, fits, 0)
     centre, log_spread, guess, lapse = fits.parameters[0].tolist()
     spread = math.exp(log_spread) * unit_of(answers, spec)

@@ -15,7 +15,7 @@ from scipy.special import expit, ndtr
 
 from benchmarks.thresholds import OBSERVERS, SD, THRESHOLD, Observer, fitted_sets, missed
 from benchmarks.thresholds import simulated as simulated_sets
-from palpate.analysis.choices.intervals import profile_ends, profile_interval, resampled_answers
+from palpate.analysis.choices.intervals import profile_interval, resampled_answers
 from palpate.analysis.choices.posterior import posterior
 from palpate.analysis.choices.psychometric import fit_psychometric
 from palpate.analysis.statistics.refusals import BadOption, BadValue, NoEstimate, TooFew
@@ -224,8 +224,7 @@ def test_a_simulated_observer_is_found_again_and_intervals_hold_the_threshold(
     error = sets.thresholds.std() / np.sqrt(count)
     assert abs(sets.thresholds.mean() - THRESHOLD) < 3.5 * error
     assert abs(np.median(sets.jnds) - SD) < 3.5 * 1.2533 * sets.jnds.std() / np.sqrt(count)
-    ends = profile_ends(sets.problem, sets.fits, sets.function, sets.data, "threshold", 0.95, draws, range(count))
-    assert missed(ends, THRESHOLD) < 0.05 + 3.5 * np.sqrt(0.05 * 0.95 / count)
+    assert missed(sets.ends("threshold", draws, range(count)), THRESHOLD) < 0.05 + 3.5 * np.sqrt(0.05 * 0.95 / count)
     if observer.task == "symmetric" and observer.lapse:
         before = fitted_sets(observer.undeclared(), simulated_sets(observer, count, 100), 100)
         assert before.thresholds.mean() < THRESHOLD - 0.15
@@ -234,7 +233,7 @@ def test_a_simulated_observer_is_found_again_and_intervals_hold_the_threshold(
 def test_the_interval_of_one_fit_is_that_of_many_and_bartletts_factor_only_widens() -> None:
     observer = OBSERVERS[3]
     sets = fitted_sets(observer.declared(), simulated_sets(observer, 3, 40), 40)
-    many = profile_ends(sets.problem, sets.fits, sets.function, sets.data, "threshold", 0.95, 50, (7, 7, 7))
+    many = sets.ends("threshold", 50, (7, 7, 7))
     for hits, ends in zip(sets.problem.hits, many, strict=True):
         data = pd.DataFrame({"level": sets.data.levels, "k": hits, "n": 40})
         fit = fit_psychometric(data, "level", "k", "n", function="gaussian", **OF_TWO)
