@@ -9,9 +9,8 @@ from itertools import product
 from typing import Any
 
 from palpate.analysis.plans.answers import StatisticSettings
-from palpate.analysis.plans.study_tables import about_people
+from palpate.analysis.plans.study_tables import about_people, trial_row
 from palpate.analysis.plans.where import Where, keeps, levels_of
-from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.complaints import Problem
 from palpate.protocols.forms import Question
 from palpate.protocols.study import Study
@@ -244,15 +243,13 @@ class StudyFactors:
 
 def study_factors(study: Study, questions: Sequence[Question]) -> StudyFactors:
     """Return the columns of the study's future answers; `questions` are those about a person."""
-    groups: Sequence[str | None] = [*study.groups] or [None]
-    encountered: dict[str, list[dict[str, str]]] = {}
-    for group, session in product(groups, range(1, study.sessions + 1)):
-        for stimulus in study.stimuli_of(group):
-            block = study.block_of(stimulus)
-            own = {column_name(name): level for name, level in stimulus.columns.items()}
-            row = {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
-            row["study"] = study.study
-            encountered.setdefault(group or "", []).append(row)
+    encountered = {
+        group or "": [
+            {**trial_row(study, group, stimulus, session), "study": study.study}
+            for session, stimulus in product(range(1, study.sessions + 1), study.stimuli_of(group))
+        ]
+        for group in study.groups or (None,)
+    }
     return StudyFactors(study, encountered, about_people(study, questions))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import pandas as pd
 
@@ -15,7 +16,7 @@ from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.forms import Question, own_tables
 from palpate.protocols.pairs import PAIRS
-from palpate.protocols.study import Study, is_number
+from palpate.protocols.study import Stimulus, Study, is_number
 from palpate.protocols.tasks import TASKS
 
 
@@ -83,6 +84,13 @@ def about_people(study: Study, questions: Sequence[Question]) -> dict[str, tuple
     }
 
 
+def trial_row(study: Study, group: str | None, stimulus: Stimulus, session: int) -> dict[str, str]:
+    """Return what is known before a trial of its row in the study's tables, by column, as text."""
+    own = {column_name(name): level for name, level in stimulus.columns.items()}
+    block = study.block_of(stimulus)
+    return {**own, "stimulus": stimulus.id, "group": group or "", "session": str(session), "block": block}
+
+
 def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Columns]:
     """Return the columns of a study's future tables: ratings, words, forms and choices, as far as it has them, trials.
 
@@ -92,23 +100,13 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
         name: Column(points, kind != "choice", about_people=True)
         for name, (kind, points) in about_people(study, questions).items()
     }
-    numbers = [str(number) for number in range(1, study.sessions + 1)]
-    whose = {
-        "participant": WORDS,
-        "session": of_levels(numbers) if study.declares_sessions else Column(numbers=True),
-        "group": of_levels(study.groups or [""]),
-    }
-    stimuli = {
-        column_name(name): of_levels(stimulus.columns.get(name, "") for stimulus in study.stimuli)
-        for name in study.stimuli[0].columns
-    }
-    trials = {
-        **whose,
-        "trial": NUMBERS,
-        "block": of_levels(map(study.block_of, study.stimuli)),
-        "stimulus": Column(tuple(stimulus.id for stimulus in study.stimuli)),
-        **stimuli,
-    }
+    sessions, groups = range(1, study.sessions + 1), study.groups or (None,)
+    rows = [trial_row(study, *place) for place in product(groups, study.stimuli, sessions)]
+    known = {name: of_levels(row[name] for row in rows) for name in rows[0]}
+    session = known["session"] if study.declares_sessions else Column(numbers=True)
+    whose = {"participant": WORDS, "session": session, "group": known["group"]}
+    trials = {**whose, "trial": NUMBERS, **known, "session": session}
+    trials["stimulus"] = Column(known["stimulus"].levels)
     tables: dict[str, Columns] = {TRIALS: trials}
     if study.adjectives is not None or study.lexicon is not None or "suggestions" in study.closing:
         tables["words"] = {**trials, "trial": Column(numbers=True), "kind": WORDS, "word": WORDS}
@@ -128,7 +126,7 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
             **trials,
             **own,
             "stimulus": trials["stimulus"],
-            "session_number": of_levels(numbers) if study.declares_sessions else NUMBERS,
+            "session_number": session if study.declares_sessions else NUMBERS,
             "attempt": NUMBERS,
             "seq": NUMBERS,
             "track": Column(tuple(study_tracks(study))) if study.procedure else trials["block"],

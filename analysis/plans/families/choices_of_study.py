@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
+from palpate.analysis.plans.study_tables import trial_row
 from palpate.analysis.plans.where import keeps
 from palpate.analysis.ratings.collected_choices import (
     GUESS_KNOWN,
@@ -20,7 +21,6 @@ from palpate.analysis.ratings.collected_choices import (
     several_values,
     study_tracks,
 )
-from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.forms import own_tables
 from palpate.protocols.wording import count
 
@@ -119,16 +119,16 @@ def _rows_kept(settings: ChoiceSettings, study: Study) -> list[_Row]:
 
 
 def _rows(study: Study) -> Iterator[_Row]:
-    sessions = [{"session": str(n), "session_number": str(n)} for n in range(1, study.sessions + 1)]
     for group in study.groups or (None,):
         for track in study_tracks(study, group).values():
-            for stimulus, session in product(track.stimuli, sessions if study.declares_sessions else [{}]):
-                own = {column_name(name): text for name, text in stimulus.columns.items()}
-                yield _Row(track, {
-                    **own, **session, "stimulus": stimulus.id, "group": group or "", "track": track.name,
-                    "block": study.block_of(stimulus), "procedure": track.procedure.kind,
-                    "design": study.intervals.design,
-                })  # fmt: skip
+            own = {"track": track.name, "procedure": track.procedure.kind, "design": study.intervals.design}
+            for stimulus, session in product(track.stimuli, range(1, study.sessions + 1)):
+                row = trial_row(study, group, stimulus, session) | own
+                if study.declares_sessions:
+                    row["session_number"] = row["session"]
+                else:
+                    del row["session"]
+                yield _Row(track, row)
 
 
 def _why_not_together(tracks: Sequence[Track], study: Study, asks_model: bool) -> str:
