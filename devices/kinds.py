@@ -55,6 +55,11 @@ class DeviceKind:
     `meanings` explains each setting (`a.b` is inside `a`), `calibration` is a text if the kind is calibrated elsewhere.
     `may_hide`: its streams may be NaN for long, as those of a hidden marker. `shares_card`: devices of such kinds may
     be on one card, which then samples for all of them.
+
+    The contract of devices (`palpate.devices.contract`) tries twins by two functions. `unplug(device)` cuts the link of
+    an open twin, as if its cable were pulled. `exceed(device)` commands more than the hard limit of an open twin, and
+    returns the most that came out, and the limit, in one unit. A text in place of either says why there is none; a
+    kind that presents nothing needs no `exceed`.
     """
 
     settings: type[Strict]
@@ -63,6 +68,8 @@ class DeviceKind:
     calibration: CalibrationMethod | str
     may_hide: bool = False
     shares_card: bool = False
+    unplug: Callable[[Any], object] | str = ""
+    exceed: Callable[[Any], tuple[float, float]] | str = ""
 
 
 KINDS: Registry[DeviceKind] = Registry(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.devices.actuator.settings import MEANINGS, Settings
 from palpate.devices.device import DeviceFault, Health, Signal
 from palpate.devices.kinds import CalibrationMethod, DeviceKind
+from palpate.protocols.registry import lazy_function
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -174,6 +175,18 @@ def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], fl
     return VoiceCoil(name, settings, output_of(name, settings, elapsed_s), Queue(ahead), limiter, file)
 
 
+def exceed(coil: VoiceCoil) -> tuple[float, float]:
+    """Write ten times the limit; return the greatest voltage that came out, and the limit."""
+    import numpy as np
+
+    coil.start()
+    coil.write(np.full(coil.room, 10 * coil.settings.peak_V))
+    time.sleep(0.05)
+    coil.check()
+    volts, _ = coil.output.whole()  # type: ignore[attr-defined]  # the twin has it
+    return float(np.abs(volts).max(initial=0.0)), coil.settings.peak_V
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -182,4 +195,6 @@ KIND = DeviceKind(
         "palpate.devices.rig.vibration_calibration:calibrate_coil",
         ("sensor", "level_V", "seconds", "yes", "force"),
     ),
+    unplug=lazy_function("palpate.devices.sound.output:unplug"),
+    exceed=exceed,
 )

@@ -264,4 +264,6 @@ KIND = DeviceKind(
         "is set at the camera itself: focus, exposure and white balance. `least_sharpness` and `most_white` "
         "then judge its pictures"
     ),
+    unplug="its pictures come in a folder",
+    exceed="it takes pictures, and touches nobody",
 )

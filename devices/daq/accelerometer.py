@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from palpate.devices.device import Signal
 from palpate.devices.kinds import CalibrationMethod, Date, DeviceKind, Finite, Positive
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
@@ -122,4 +123,5 @@ KIND = DeviceKind(
         by_hand=True,
     ),
     shares_card=True,
+    unplug=lazy_function("palpate.devices.daq.sensor:unplug"),
 )

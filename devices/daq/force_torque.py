@@ -10,6 +10,7 @@ from pydantic import Field
 
 from palpate.devices.device import DeviceError, Signal
 from palpate.devices.kinds import Date, DeviceKind, Finite
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
@@ -198,4 +199,5 @@ KIND = DeviceKind(
         "(`zero_s`)"
     ),
     shares_card=True,
+    unplug=lazy_function("palpate.devices.daq.sensor:unplug"),
 )

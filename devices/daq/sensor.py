@@ -213,3 +213,8 @@ def _wrong(reading: Reading, seconds: float) -> str | None:
     if reading.rate_hz and abs(reading.rate_hz - nominal_hz) > off:
         return f"it runs at {reading.rate_hz:.5g} Hz; {nominal_hz:g} are set"
     return None
+
+
+def unplug(sensor: DaqSensor) -> None:
+    """Cut a twin off its card, as if the card were pulled."""
+    sensor.daq.unplugged = True  # type: ignore[attr-defined]  # the twin of a card has it

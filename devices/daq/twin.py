@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.devices.daq.acquire import POLL_S, Pace, Taken, Volts, Wiring
-from palpate.devices.device import DeviceError
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.noise import QUANTILES
 from palpate.protocols.canonical import canonical
 from palpate.protocols.keyed import Key
@@ -48,6 +48,7 @@ class TwinDaq:
     is_open: bool = False
     starts: int = 0
     made: int = 0
+    unplugged: bool = False
     pieces: Iterator[Volts] = field(default_factory=lambda: iter(()))
     rest: Volts = field(default_factory=lambda: np.empty((0, 0)))
 
@@ -74,7 +75,12 @@ class TwinDaq:
         self.rest, self.made, self.pace = np.empty((0, len(self.wiring.channels))), 0, pace
 
     def read(self, most: int, timeout_s: float) -> Taken:
-        """Return the samples that have fallen due, and how many were overwritten before them."""
+        """Return the samples that have fallen due, and how many were overwritten before them.
+
+        Raises DeviceFault if the twin is unplugged.
+        """
+        if self.unplugged:
+            raise DeviceFault(self.name, "link_lost", f"{self.name}: the card is unplugged.")
         if self.pace is None:
             return Taken(np.empty((0, len(self.wiring.channels))))
         due = self._due(self.pace, timeout_s)

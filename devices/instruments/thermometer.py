@@ -413,6 +413,20 @@ def make(name: str, settings: Settings, folder: Path) -> Thermometer:  # noqa: A
     return Thermometer(name, settings, connect_twin if settings.driver == "twin" else connect_serial)
 
 
+class PulledPort(TwinPort):
+    """The line of a thermometer whose cable was pulled."""
+
+    def write(self, data: bytes) -> None:  # noqa: ARG002
+        """Raise OSError."""
+        raise OSError("its cable is pulled")
+
+
+def unplug(thermometer: Thermometer) -> None:
+    """Pull the cable of an open twin; it stays pulled when the port is opened again."""
+    thermometer.connect = lambda it: PulledPort(COMMANDS[it.settings.commands], lambda: 0.0)
+    thermometer.port = thermometer.connect(thermometer)
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -421,4 +435,5 @@ KIND = DeviceKind(
         "is calibrated by its maker, or in a bath beside a reference. Write that day into the rig file:"
         " `calibrated: 2026-11-21`"
     ),
+    unplug=unplug,
 )

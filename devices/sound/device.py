@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -16,6 +18,7 @@ from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Pres
 from palpate.devices.kinds import Date, DeviceKind
 from palpate.devices.sound.dose import RULE, seconds_left
 from palpate.protocols.events import Aside, Present, Reply, WorldEvent
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
@@ -318,6 +321,17 @@ class Masked:
                 self.paused = False
 
 
+def exceed(noise: MaskingNoise) -> tuple[float, float]:
+    """Open it at full scale, past its settings; return the level that it would play (dBFS), and the loudest."""
+    measured = noise.settings.db_spl_at_0_dbfs is not None
+    noise.close()
+    noise.settings = noise.settings.model_copy(update={"level_dbfs": 0.0, "level_db_spl": None})
+    with suppress(DeviceError):
+        noise.open()
+    loudest = LOUDEST_DBFS if measured else LOUDEST_UNMEASURED_DBFS
+    return -math.inf if noise.player is None else noise.settings.dbfs, loudest
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -326,4 +340,6 @@ KIND = DeviceKind(
         "is calibrated with a sound level meter at the ear: play a full-scale sine and write what it reads as"
         " `db_spl_at_0_dbfs`"
     ),
+    unplug=lazy_function("palpate.devices.sound.output:unplug"),
+    exceed=exceed,
 )

@@ -6,7 +6,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from palpate.devices.device import DeviceFault
 from palpate.signals.arrays import Array
@@ -56,11 +56,24 @@ class Output(Protocol):
         """Return a description for people."""
 
 
+class Plays(Protocol):
+    """A device that plays through an output."""
+
+    name: str
+    output: Any
+
+
+def unplug(device: Plays) -> None:
+    """Cut the output of a twin off, as if its cable were pulled."""
+    device.output.broken = DeviceFault(device.name, "link_lost", f"{device.name}: its output is unplugged.")
+
+
 @dataclass
 class Tape:
     """An output without hardware: it takes the samples that are due by its clock and passes them to `heard`.
 
-    If it was not called for longer than `most_s`, older samples are skipped.
+    If it was not called for longer than `most_s`, older samples are skipped. `broken` is the fault of one that was
+    unplugged.
     """
 
     rate_hz: float
@@ -69,6 +82,7 @@ class Tape:
     latency_s: float = 0.0
     most_s: float = math.inf
     taken: int = 0
+    broken: DeviceFault | None = None
     _fill: Fill | None = None
     _started_s: float = 0.0
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -113,9 +127,9 @@ class Tape:
         self._fill = None
 
     def fault(self) -> DeviceFault | None:
-        """Return None after playing what is due, as a twin never fails."""
+        """Return None after playing what is due, as a twin fails only if it is unplugged."""
         self.advance()
-        return None
+        return self.broken
 
     def facts(self) -> Mapping[str, str]:
         """Return a description for people."""

@@ -221,4 +221,11 @@ def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 
 
 
 NOTHING_TO_CALIBRATE = "has nothing to calibrate: it only reports which sample is on it"
-KIND = DeviceKind(Settings, make, MEANINGS, NOTHING_TO_CALIBRATE)
+KIND = DeviceKind(
+    Settings,
+    make,
+    MEANINGS,
+    NOTHING_TO_CALIBRATE,
+    unplug="a person answers",
+    exceed="a person places the samples",
+)

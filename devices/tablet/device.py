@@ -314,6 +314,11 @@ def _given(name: str, value: T | None, setting: str) -> T:
     return value
 
 
+def unplug(tablet: Tablet) -> None:
+    """Cut a twin off, as if its cable were pulled."""
+    tablet.source.unplugged = True  # type: ignore[attr-defined]  # the twin has it
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -326,4 +331,6 @@ KIND = DeviceKind(
             " press in steps of a tenth of the pressure"
         },
     ),
+    may_hide=True,
+    unplug=unplug,
 )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import chain, count, pairwise
 from typing import TYPE_CHECKING
 
+from palpate.devices.device import DeviceFault
 from palpate.devices.noise import gaussians
 from palpate.devices.source import Elapsed, TimedSource
 from palpate.devices.tablet.force import Force
@@ -41,6 +42,7 @@ class TwinTablet(TimedSource):
     scene: Scene | None = None
     reports: Iterator[tuple[float, Report | None]] = field(default_factory=lambda: iter(()))
     ahead: tuple[float, Report | None] | None = None
+    unplugged: bool = False
 
     def open(self) -> Mapping[str, str]:
         """Return the twin's description; there is no device to open."""
@@ -57,7 +59,9 @@ class TwinTablet(TimedSource):
         super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
-        """Return the reports due by now, at most 256."""
+        """Return the reports due by now, at most 256. Raises DeviceFault if the twin is unplugged."""
+        if self.unplugged:
+            raise DeviceFault(self.name, "link_lost", f"{self.name}: the tablet is unplugged.")
         elapsed_s = self.elapsed_s
         if elapsed_s is None:
             return Batch()

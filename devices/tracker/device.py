@@ -245,6 +245,11 @@ class Tracker:
         return row
 
 
+def unplug(tracker: Tracker) -> None:
+    """Let a twin fall silent, as if its network were cut."""
+    tracker.source.silent_after_s = 0.0  # type: ignore[attr-defined]  # the twin has it
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -254,4 +259,5 @@ KIND = DeviceKind(
         "day into the rig file: `calibrated: 2026-11-21`"
     ),
     may_hide=True,
+    unplug=unplug,
 )

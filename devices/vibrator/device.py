@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Sign
 from palpate.devices.kinds import CalibrationMethod, DeviceKind
 from palpate.devices.vibrator.settings import MEANINGS, Settings
 from palpate.protocols.events import Part, Present, Reply, WorldEvent
+from palpate.protocols.registry import lazy_function
 
 if TYPE_CHECKING:
     from palpate.devices.sound.output import Output
@@ -347,6 +349,22 @@ def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], fl
     return Vibrator(name, settings, output, player, Exposure(name, settings.limits, settings.rate_hz), file)
 
 
+def exceed(vibrator: Vibrator) -> tuple[float, float]:
+    """Play ten times the limits, as acceleration and volts; return the most volts that came out, and the limit."""
+    import numpy as np
+
+    limits = vibrator.settings.limits
+    sine = np.sin(2 * np.pi * 100 * np.arange(vibrator.settings.rate_hz // 20) / vibrator.settings.rate_hz)
+    for attempt, wish in ((vibrator.play, limits.peak_m_s2 * sine), (vibrator.drive, limits.peak_V * sine)):
+        with suppress(DeviceFault):
+            attempt(10 * wish)
+        time.sleep(0.06)
+        with suppress(DeviceFault):
+            vibrator.feed()
+    volts, _ = vibrator.output.whole()  # type: ignore[attr-defined]  # the twin has it
+    return float(np.abs(volts).max(initial=0.0)), limits.peak_V
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -355,4 +373,6 @@ KIND = DeviceKind(
         "palpate.devices.rig.vibrator_calibration:calibrate_vibrator",
         ("sensor", "level_V", "seconds", "yes", "force"),
     ),
+    unplug=lazy_function("palpate.devices.sound.output:unplug"),
+    exceed=exceed,
 )

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from palpate.devices.device import DeviceFault
+from palpate.devices.door.link import dialogue
 from palpate.devices.door.link.connections import by_serial, by_twin
-from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.limits import Limits, ProfileRefused
+from palpate.devices.door.link.messages import Profile
 from palpate.devices.door.link.simulator import DoorSimulator, Setup
 from palpate.devices.kinds import Date, DeviceKind
 from palpate.protocols.strict import Strict
+from palpate.signals.doors.grid import POINTS
 from palpate.signals.doors.limits import HANDLE_RADIUS_M
 
 
@@ -71,6 +76,29 @@ def make(name: str, settings: Settings, folder: Path) -> DoorSimulator:  # noqa:
     return DoorSimulator(name, setup, twin)
 
 
+def unplug(door: DoorSimulator) -> None:
+    """Close the line under an open door, as if its cable were pulled."""
+    link, _ = door.greeted()
+    link.lose(OSError("its cable is pulled"))
+
+
+def exceed(door: DoorSimulator) -> tuple[float, float]:
+    """Send a door of twice the limit, past the checks of the driver too; return the greatest torque that it took, and
+    the limit, in N m.
+    """
+    link, _ = door.greeted()
+    torque_Nm = 2 * door.setup.limits.torque_Nm
+    taken: list[Profile] = []
+    with suppress(ProfileRefused):
+        taken.append(door.check([torque_Nm / door.setup.handle_radius_m] * POINTS, "a door beyond the limit"))
+    beyond = Profile((torque_Nm,) * POINTS, 60.0)
+    with suppress(DeviceFault):
+        dialogue.upload(link, beyond)
+        dialogue.verify(link, beyond)
+        taken.append(beyond)
+    return max((max(profile.torque_Nm) for profile in taken), default=0.0), door.setup.limits.torque_Nm
+
+
 KIND = DeviceKind(
     Settings,
     make,
@@ -79,4 +107,6 @@ KIND = DeviceKind(
         "is calibrated in its own controller, which gives N m and radians. Measure from the hinge to the "
         "handle with a rule and write it as `handle_radius_m`"
     ),
+    unplug=unplug,
+    exceed=exceed,
 )
