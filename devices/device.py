@@ -18,6 +18,7 @@ from palpate.protocols.events import Present, Sense, WorldEvent
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
+    from palpate.protocols.study import Stimulus
 
 NowNs = Callable[[], int]
 """A clock in nanoseconds that never decreases; any thread may call it."""
@@ -182,6 +183,20 @@ class Presents(Protocol):
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> WorldEvent:
         """Perform the request; called again after anything but a Reply, it continues where it was."""
+
+
+class PresentsStimuli(Device, Presents, Protocol):
+    """A device that presents the stimuli of a table by itself, within limits of its own.
+
+    One with an attribute `folder` is given the study's, one with `elapsed_s` (seconds) another clock in simulations.
+    A method `feels(stimulus, seconds)` returns the columns that simulated people feel in place of those of the table.
+    """
+
+    def check(self, stimulus: Stimulus, seconds: float | None = None) -> None:
+        """Raise DeviceError unless the stimulus can be presented, in an interval of `seconds` if there is one.
+
+        Another ValueError may have the attribute `column`, which names the column that is wrong.
+        """
 
 
 class Records(Protocol):

@@ -19,6 +19,7 @@ from palpate.protocols.strict import Strict
 
 if TYPE_CHECKING:
     from palpate.devices.device import Device
+    from palpate.protocols.events import Present, Reply
 
 
 def _iso_date(text: str) -> str:
@@ -54,7 +55,9 @@ class DeviceKind:
     the same code. Files that the settings name are in `folder`. It raises DeviceError if a file cannot be read.
     `meanings` explains each setting (`a.b` is inside `a`), `calibration` is a text if the kind is calibrated elsewhere.
     `may_hide`: its streams may be NaN for long, as those of a hidden marker. `shares_card`: devices of such kinds may
-    be on one card, which then samples for all of them.
+    be on one card, which then samples for all of them. `simulated`: settings of the twin in a simulated session.
+    `at_once(device, request, t_ns)` returns the reply of a presentation that begins at t_ns, and its seconds, in no
+    time; without it, a simulated session performs the request on a clock that leaps.
 
     The contract of devices (`palpate.devices.contract`) tries twins by two functions. `unplug(device)` cuts the link of
     an open twin, as if its cable were pulled. `exceed(device)` commands more than the hard limit of an open twin, and
@@ -70,6 +73,8 @@ class DeviceKind:
     shares_card: bool = False
     unplug: Callable[[Any], object] | str = ""
     exceed: Callable[[Any], tuple[float, float]] | str = ""
+    simulated: Mapping[str, Any] = field(default_factory=dict)
+    at_once: Callable[[Any, Present, int], tuple[Reply, float]] | None = None
 
 
 KINDS: Registry[DeviceKind] = Registry(

@@ -30,7 +30,8 @@ class Need:
     `presents`: they let the participant feel the stimuli, which are checked before a session; a study has at most one
     such need, apart from samples placed by hand. `records`: they record a stimulus while it is explored. `beside`: they
     run during presenting and recording; what they measure is stored with each reply. Without a role, no device of a rig
-    is required. `makes` says that stimuli are made from wishes, `plays_models` that models play them.
+    is required. `makes` says that stimuli are made from wishes, `plays_models` that models play them. `prepared`: the
+    session prepares what is presented (profiles, models); else the device checks and presents the stimuli by itself.
     `parameters` are the columns of a stimulus that its device takes: it can then present intervals at levels that
     procedures choose.
     """
@@ -39,6 +40,7 @@ class Need:
     takes: Mapping[str, Taken] = field(default_factory=dict)
     makes: bool = False
     plays_models: bool = False
+    prepared: bool = False
     parameters: frozenset[str] = frozenset()
 
 
@@ -52,7 +54,7 @@ NEEDS: Registry[Need] = Registry(
     kind="needs",
     of="palpate.protocols.needs:Need",
     parts={
-        "door": Need("presents", {"door": Taken()}),
+        "door": Need("presents", {"door": Taken()}, prepared=True),
         "window": Need(),
         "samples": Need(None, {"stage": Taken()}),
         "tool": Need(
@@ -67,8 +69,10 @@ NEEDS: Registry[Need] = Registry(
             "records",
             {"force_torque": Taken("door_force", 1000.0), "tracker": Taken("door_position", 80.0)},
         ),
-        "texture_renderer": Need("presents", {"tablet": Taken(), "voice_coil": Taken()}, plays_models=True),
-        "door_generator": Need("presents", {"door": Taken()}, makes=True, plays_models=True),
+        "texture_renderer": Need(
+            "presents", {"tablet": Taken(), "voice_coil": Taken()}, plays_models=True, prepared=True
+        ),
+        "door_generator": Need("presents", {"door": Taken()}, makes=True, plays_models=True, prepared=True),
         "vibration": Need("presents", {"vibrator": Taken()}, parameters=VIBRATION),
         "camera": Need("records", {"camera": Taken()}),
         "masking_noise": Need("beside", {"masking_noise": Taken()}),
@@ -83,6 +87,11 @@ def recorded_beside(needs: Iterable[str]) -> tuple[str, ...]:
     return tuple(
         need for need in needs if NEEDS[need].role == "beside" and any(t.stream for t in NEEDS[need].takes.values())
     )
+
+
+def presented_by_device(needs: Iterable[str]) -> tuple[str, ...]:
+    """Return the needs whose devices check and present the stimuli by themselves."""
+    return tuple(need for need in needs if NEEDS[need].role == "presents" and not NEEDS[need].prepared)
 
 
 def needs_with(role: Role) -> tuple[str, ...]:

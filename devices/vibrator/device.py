@@ -15,7 +15,7 @@ from palpate.devices.desk import Desk, Pages
 from palpate.devices.device import DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.devices.kinds import CalibrationMethod, DeviceKind
 from palpate.devices.vibrator.settings import MEANINGS, Settings
-from palpate.protocols.events import Part, Present, Reply, WorldEvent
+from palpate.protocols.events import NS, Part, Present, Reply, WorldEvent
 from palpate.protocols.registry import lazy_function
 
 if TYPE_CHECKING:
@@ -239,6 +239,20 @@ class Vibrator:
             self.act = None
         return aside
 
+    def at_once(self, request: Present, t_ns: int) -> tuple[Reply, float]:
+        """Return the reply to a presentation that begins at t_ns, with nothing played, and its seconds."""
+        part = request.part
+        gap_s = 0.0 if part is None or part.interval == 1 else float(part.gap_s)
+        if part is not None and part.blank:
+            played: dict[str, Any] = {"blank": True, "seconds": demand_seconds(part)}
+        else:
+            prepared = self.prepare(request.trial.stimulus, None if part is None else part.seconds)
+            played = prepared.record(self.settings.rate_hz)
+        lasts_s = max(played["seconds"], 0.0 if part is None or part.seconds is None else part.seconds)
+        seconds = round(gap_s + lasts_s, 3)
+        vibration = {"onset_ns": t_ns + round(gap_s * NS), **played}
+        return Reply({"presented": True, "seconds": seconds, "vibration": vibration}), seconds
+
     def _begin(self, request: Present, now_ns: NowNs) -> None:
         import numpy as np
 
@@ -375,4 +389,7 @@ KIND = DeviceKind(
     ),
     unplug=lazy_function("palpate.devices.sound.output:unplug"),
     exceed=exceed,
+    # What is played at 48 kHz is the same vibration at 8 kHz, in a sixth of the time.
+    simulated={"rate_hz": 8000, "bits": 24},
+    at_once=Vibrator.at_once,
 )

@@ -248,7 +248,7 @@ def _share_right(person: Any, trial: Trial, form: IntervalsForm, context: Mappin
     observer = person.simulation.observer or Observer(threshold=0.0, guess=1 / len(form.choice.options))
     if trial.catch == ABSENT:
         return 1.0 - float(observer.yes)
-    first, name = float(_first(context["level"]) or 0.0), trial.stimulus.id
+    first, name = _felt(person, trial, context), trial.stimulus.id
     threshold = observer.threshold_of(context["track"], name)
     threshold += observer.threshold_sd * normal(*person.trait("threshold", name))
     falling = trial.track is not None and trial.track.procedure.easier == "lower"
@@ -263,6 +263,16 @@ def _share_right(person: Any, trial: Trial, form: IntervalsForm, context: Mappin
         case _:
             share = 1 - math.exp(-(10 ** min(300.0, observer.slope * felt / (20 if observer.scale == "db" else 1))))
     return float(observer.guess + (1 - observer.guess - observer.lapse) * share)
+
+
+def _felt(person: Any, trial: Trial, context: Mapping[str, Any]) -> float:
+    """Return the level that is felt: what the device gives of the one that was chosen, if a simulated one says so."""
+    feels, track, index = getattr(person, "feels", None), trial.track, context.get("index")
+    if feels is not None and track is not None and index is not None:
+        column = track.procedure.grids[0].column
+        if column in (felt := feels(track.stimulus_at(index))):
+            return float(felt[column])
+    return float(_first(context["level"]) or 0.0)
 
 
 def _rows(

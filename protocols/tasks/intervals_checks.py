@@ -164,7 +164,8 @@ def _devices(study: Study) -> Iterator[Problem]:
         return
     intervals: Intervals = study.intervals
     if not presenting.parameters:
-        yield Problem(("needs",), "task intervals is presented by vibration, or by samples that are placed by hand")
+        known = ", ".join(name for name, need in NEEDS.items() if need.parameters)
+        yield Problem(("needs",), f"task intervals is presented by {known}, or by samples that are placed by hand")
         return
     if intervals.at_once:
         yield Problem(("intervals", "at_once"), "one device presents the stimuli: it cannot present two at once")

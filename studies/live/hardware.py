@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from palpate.protocols.needs import NEEDS
+from palpate.protocols.needs import NEEDS, presented_by_device
 from palpate.protocols.plan import Plan
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import StudyFiles
@@ -57,7 +57,7 @@ class Hardware:
         """Check the stimuli and open the devices. Raises RigError or DeviceError, with no device left open."""
         needs = [NEEDS[need] for need in self.study_files.study.needs]
         presented = any(need.role == "presents" for need in needs)
-        by_rig = self.file is not None and any(need.parameters for need in needs)  # by its own limits, below
+        by_rig = self.file is not None and presented_by_device(self.study_files.study.needs)  # by its limits, below
         if (self.simulated_needs or presented) and not by_rig:  # what is presented comes from files: they may be wrong
             from palpate.studies.simulation.rig import simulated
 

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from palpate.devices.device import Device, DeviceError, Presents, Records, Sensor
+from palpate.devices.device import Device, DeviceError, Presents, PresentsStimuli, Records, Sensor
 from palpate.devices.door.link.codes import FOLLOWS_FROM
 from palpate.devices.kinds import KINDS
 from palpate.devices.rig.opened import OpenRig
 from palpate.devices.samples import HandMounted
 from palpate.devices.streams.capture import Capture
 from palpate.protocols.events import Present, Sense
-from palpate.protocols.needs import NEEDS, needs_with, recorded_beside
+from palpate.protocols.extensions import is_own
+from palpate.protocols.needs import NEEDS, presented_by_device, recorded_beside
 from palpate.protocols.plan import Plan
 from palpate.studies.catalogue import StudyFiles
 from palpate.studies.live.world import Station, compose_station
@@ -30,16 +31,15 @@ if TYPE_CHECKING:
     from palpate.devices.vibrator.device import Vibrator
     from palpate.studies.live.renderer import RigRenderer, Shows
 
-CAPTURED = tuple(need for need in needs_with("records") if need != "camera")
-"""Needs that sensors record together; a camera records alone."""
-
 
 def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
     """Return the station of a study at open devices.
 
     Pictures that a camera takes are saved in the lab; textures' pictures are shown on the `tablet`.
     """
-    records: dict[str, Records] = {need: _capture(rig, need, study_files, plan) for need in _needed(plan, CAPTURED)}
+    # What sensors record together; a camera records alone.
+    captured = [need for need in plan.study.needs if NEEDS[need].role == "records" and need != "camera"]
+    records: dict[str, Records] = {need: _capture(rig, need, study_files, plan) for need in captured}
     if "camera" in plan.study.needs:
         # its twin must know what it sees, and both where the pictures go
         camera: Any = rig.of("camera")["camera"]
@@ -51,7 +51,7 @@ def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, ta
         from palpate.studies.live.renderer import rig_renderer
 
         renderer = rig_renderer(rig, plan, study_files.folder, lab, tablet)
-    presents = renderer or _vibrator(rig, study_files, plan) or _door(rig, study_files, plan, lab)
+    presents = renderer or _door(rig, study_files, plan, lab) or next(_presenting(rig, study_files, plan), None)
     made = compose_station(plan.study, presents, records, lambda: _stage(rig, plan))
     recorder: BesideRecorder | None = None
     if needs := recorded_beside(plan.study.needs):
@@ -70,13 +70,9 @@ def rig_station(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path, ta
     return replace(made, presents=masked, on_aside=masked.handle_aside, feed=noise.feed)
 
 
-def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
-    return [need for need in plan.study.needs if need in among]
-
-
 def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Presents | None:
     """Return the door, which plays profiles of the study's files, or those that the lab's models make from a wish."""
-    for need in _needed(plan, ("door", "door_generator")):
+    for need in {"door", "door_generator"}.intersection(plan.study.needs):
         door: Any = rig.of(need)["door"]
         if need == "door_generator":
             from palpate.studies.stimuli.made_doors import MadeDoorPresenter, made_doors
@@ -89,20 +85,22 @@ def _door(rig: OpenRig, study_files: StudyFiles, plan: Plan, lab: Path) -> Prese
     return None
 
 
-def _vibrator(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> Presents | None:
-    """Return the vibrator, which reads recorded vibrations in the study's folder; None if the study needs none."""
-    if "vibration" not in plan.study.needs:
-        return None
-    vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
-    vibrator.folder = study_files.folder
-    return vibrator
+def _presenting(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> Iterator[PresentsStimuli]:
+    """Yield the devices that present the study's stimuli by themselves; one may read files in the study's folder."""
+    for need in presented_by_device(plan.study.needs):
+        for device in rig.of(need).values():
+            if not callable(getattr(device, "perform", None)):
+                raise DeviceError(f"{device.name}: the study's need {need} presents stimuli, and it cannot")
+            if hasattr(device, "folder"):
+                device.folder = study_files.folder
+            yield cast(PresentsStimuli, device)
 
 
 def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> None:
     """Raise DeviceError unless the devices can present every stimulus of the plan within their limits.
 
-    The door must play every stimulus and every possible wish, the vibrator every stimulus at every level of its grid;
-    the renderer's devices must be fit for textures, and the noise must be bearable.
+    The door must play every stimulus and every possible wish, a device that presents by itself every stimulus at every
+    level of its grid; the renderer's devices must be fit for textures, and the noise must be bearable.
     """
     if plan.study.noise is not None:
         noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
@@ -116,15 +114,14 @@ def demand_within_limits(rig: OpenRig, study_files: StudyFiles, plan: Plan) -> N
 
         door = cast("DoorSimulator", rig.of("door_generator")["door"])
         door.check(hardest(), "the hardest door that may be wished for")
-    if "vibration" in plan.study.needs:
-        vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
-        vibrator.folder = study_files.folder
+    for device in _presenting(rig, study_files, plan):
         for stimulus in plan.possible:
-            vibrator.check(stimulus, plan.interval_s)
-        if plan.study.onset_ms is not None:
-            from palpate.devices.rig.certification import demand_certified
+            device.check(stimulus, plan.interval_s)
+    if plan.study.onset_ms is not None and "vibration" in plan.study.needs:
+        from palpate.devices.rig.certification import demand_certified
 
-            demand_certified(vibrator, plan.study.onset_ms.model_dump(exclude_none=True))
+        vibrator = cast("Vibrator", rig.of("vibration")["vibrator"])
+        demand_certified(vibrator, plan.study.onset_ms.model_dump(exclude_none=True))
     elif plan.study.onset_ms is not None:
         raise DeviceError(
             f"{plan.study.study} bounds onset_ms, and none of its devices can be certified: only a vibrator can (needs:"
@@ -160,10 +157,10 @@ def profiles_of(study_files: StudyFiles) -> Callable[[Present], Sequence[float]]
 
 
 def _capture(rig: OpenRig, need: str, study_files: StudyFiles, plan: Plan) -> Capture:
-    """Return the sensors of a need as one recorder; twins among them are given a simulated hand's motion."""
+    """Return the sensors of a need as one recorder; twins of shipped kinds are given a simulated hand's motion."""
     sensors, names, may_hide = _sensors(rig, [need])
     scenes: Callable[[Sense], Scene | None] | None = None
-    if any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
+    if not is_own(need) and any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
         scenes = scenes_for(need, plan, Profiles(study_files.folder))
     return Capture(sensors, names, scenes or (lambda _request: None), may_hide=may_hide)
 

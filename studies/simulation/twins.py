@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from palpate.devices.door.twin import open_door
 from palpate.protocols.events import Present, Reply, Request, Samples, Sense
+from palpate.protocols.extensions import is_own
 from palpate.protocols.keyed import normal
-from palpate.protocols.needs import NEEDS
+from palpate.protocols.needs import NEEDS, needs_with, presented_by_device
 from palpate.protocols.plan import Plan
 from palpate.protocols.simulated_world import Done
 from palpate.protocols.study import Stimulus, Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import Trial
 from palpate.studies.sessions.rig import RigError
+from palpate.studies.simulation.presenting import PresentingTwin
 from palpate.studies.stimuli.profiles import Profiles, profile_of
 from palpate.studies.stimuli.scenes import (
     SECONDS_A_PICTURE,
@@ -56,7 +59,7 @@ class Twins:
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
         """Return the columns of a stimulus that simulated people feel from its rendering instead of from its table."""
-        return self.presents.renderings.feels(stimulus) if isinstance(self.presents, RendererTwin) else {}
+        return self.presents.feels(stimulus) if isinstance(self.presents, RendererTwin | PresentingTwin) else {}
 
     def check(self, plan: Plan) -> None:
         """Raise RigError, or a device's own error, if a stimulus of the plan cannot be presented or recorded."""
@@ -93,9 +96,10 @@ def twin_for(
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
         "tool": lambda: ToolTwin(plan, Strokes(plan, WHOLE)),
         "camera": lambda: _camera(lab, pictures),
-        "vibration": lambda: _vibrator(plan, folder),
         "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
+    makers |= {need: partial(PresentingTwin, plan, folder, need) for need in presented_by_device(study.needs)}
+    makers |= {need: partial(SensorsTwin, plan, need) for need in filter(is_own, needs_with("records"))}
     twins = {need: makers[need]() for need in study.needs if need in makers}
     presents = next((twin for need, twin in twins.items() if NEEDS[need].role == "presents"), HandedOver(plan))
     return Twins(presents, {need: twin for need, twin in twins.items() if NEEDS[need].role == "records"})
@@ -114,12 +118,6 @@ def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
     from palpate.studies.simulation.photographs import KeptCameraTwin
 
     return KeptCameraTwin(lab, pictures)
-
-
-def _vibrator(plan: Plan, folder: Path) -> DeviceTwin:
-    from palpate.studies.simulation.vibrations import VibratorTwin
-
-    return VibratorTwin(plan, folder)
 
 
 def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:
@@ -177,6 +175,10 @@ class RendererTwin:
 
     plan: Plan
     renderings: VirtualTextures
+
+    def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
+        """Return the columns of a stimulus that simulated people feel from its rendering."""
+        return self.renderings.feels(stimulus)
 
     def check(self, trial: Trial) -> None:
         """Raise RigError unless the stimulus has a model."""
@@ -249,6 +251,21 @@ class DoorSensorsTwin:
 
 
 @dataclass(frozen=True)
+class SensorsTwin:
+    """The simulated sensors of a lab's own need, which know of no hand: they record at rest."""
+
+    plan: Plan
+    need: str
+
+    def check(self, trial: Trial) -> None:
+        """Accept every stimulus."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record each sensor of the need."""
+        return recorded(self.plan, self.need, None, sensing(request, self.need), t_ns)
+
+
+@dataclass(frozen=True)
 class CameraTwin:
     """The simulated camera. It saves no picture: they can be computed from surface and light at any time."""
 
@@ -277,8 +294,8 @@ def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int
     return Done(Reply({"presented": True, "seconds": seconds}, (block,)), seconds)
 
 
-def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:
-    """Return the streams that the sensors of a need record of a scene, and the time it took."""
+def recorded(plan: Plan, need: str, scene: Scene | None, sense: Sense, t_ns: int) -> Done:
+    """Return the streams that the sensors of a need record of a scene, or at rest, and the time it took."""
     from palpate.studies.simulation.virtual_recording import recorded_at_once
 
     blocks = recorded_at_once(need, scene, sense.seconds, t_ns, seed_of(plan, sense.trial))

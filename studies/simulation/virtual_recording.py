@@ -60,8 +60,11 @@ def _read(sensor: Sensor, tapes: Mapping[str, _Tape]) -> None:
             tapes[name].take(block)
 
 
-def recorded_at_once(need: str, scene: Scene, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
-    """Return the streams of a need over a scene, seconds x rate samples each; the seed decides the sensors' noise."""
+def recorded_at_once(need: str, scene: Scene | None, seconds: float, t_ns: int, seed: int) -> tuple[Samples, ...]:
+    """Return the streams of a need over a scene, or at rest: seconds x rate samples each.
+
+    The seed decides the sensors' noise.
+    """
     samples: list[Samples] = []
     for kind, taken in NEEDS[need].takes.items():
         samples += _recorded(taken.stream, _twin(kind, taken.rate_hz, seed), scene, seconds, t_ns)
@@ -126,7 +129,7 @@ def _twin(kind: str, rate_hz: float, seed: int) -> Sensor:
     return cast(Sensor, described.make(kind, described.settings.model_validate(settings), Path()))
 
 
-def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: int) -> Iterator[Samples]:
+def _recorded(stream: str, sensor: Sensor, scene: Scene | None, seconds: float, t_ns: int) -> Iterator[Samples]:
     """Yield exactly the samples of so many seconds, for each signal of the sensor."""
     clock = Leaping(stride_s=STEP_S / 10)  # Opening takes a zero, which takes time.
     timed: Any = sensor
