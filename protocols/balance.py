@@ -18,13 +18,21 @@ class Balance:
     """Counts over sequences of the same items.
 
     positions[item][p] counts the sequences with the item at position p (0-based); carry_over[(a, b)] counts how often b
-    came directly after a.
+    came directly after a. In a design in which each sequence has a `part` of the items, it is balanced if all items
+    came equally often.
     """
 
     sequences: int
     items: tuple[str, ...]
     positions: dict[str, tuple[int, ...]]
     carry_over: dict[tuple[str, str], int]
+    part: bool = False
+
+    @property
+    def times_range(self) -> tuple[int, int]:
+        """Return how often the rarest and the commonest item came."""
+        counts = [sum(row) for row in self.positions.values()]
+        return (min(counts), max(counts)) if counts else (0, 0)
 
     @property
     def position_range(self) -> tuple[int, int]:
@@ -40,32 +48,41 @@ class Balance:
 
     @property
     def balanced(self) -> bool:
-        """Return whether all positions and all carry-overs are equally frequent."""
+        """Return whether all positions and all carry-overs are equally frequent; of parts, whether all items are."""
+        if self.part:
+            return self.times_range[0] == self.times_range[1]
         return all(low == high for low, high in (self.position_range, self.carry_over_range))
 
     def text(self) -> str:
         """Return the certificate in words."""
         (p_low, p_high), (c_low, c_high) = self.position_range, self.carry_over_range
         verdict = "balanced" if self.balanced else "not balanced (yet)"
+        sequences = f"{self.sequences} sequence{'s' if self.sequences != 1 else ''}"
+        if self.part:
+            came = _times(*self.times_range)
+            return f"{sequences} of a part of {len(self.items)} items: {verdict}. Each item came {came}."
         return (
-            f"{self.sequences} sequence{'s' if self.sequences != 1 else ''} of {len(self.items)} items: {verdict}. "
+            f"{sequences} of {len(self.items)} items: {verdict}. "
             f"Each item stood at each position {_times(p_low, p_high)} "
             f"and followed each other item {_times(c_low, c_high)}."
         )
 
 
-def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
-    """Return the counts of positions and carry-overs; every sequence must hold the same items."""
+def certificate(sequences: Iterable[Sequence[str]], part: bool = False) -> Balance:
+    """Return the counts of positions and carry-overs.
+
+    Every sequence must hold the same items, or, with `part`, as many of them.
+    """
     rows = [tuple(row) for row in sequences]
-    items = tuple(sorted(set(rows[0]))) if rows else ()
+    items = tuple(sorted({item for row in (rows if part else rows[:1]) for item in row}))
     for number, row in enumerate(rows):
-        if tuple(sorted(set(row))) != items or len(row) != len(rows[0]):
+        if (not part and tuple(sorted(set(row))) != items) or len(row) != len(rows[0]):
             raise ValueError(f"sequence {number} does not hold the same items as sequence 0")
     length = len(rows[0]) if rows else 0
     at = Counter((item, place) for row in rows for place, item in enumerate(row))
     follows = Counter(pair for row in rows for pair in pairwise(row))
     positions = {item: tuple(at[item, place] for place in range(length)) for item in items}
-    return Balance(len(rows), items, positions, dict(follows))
+    return Balance(len(rows), items, positions, dict(follows), part)
 
 
 def certificates(study: Study, people: Sequence[tuple[ParticipantRow, int]]) -> dict[str, Balance]:
@@ -80,9 +97,15 @@ def certificates(study: Study, people: Sequence[tuple[ParticipantRow, int]]) -> 
         ]
         for number in range(1, study.sessions + 1)
     }
-    together = certificate([order for orders in by_session.values() for order in orders])
-    each = {name: certificate(orders) for name, orders in by_session.items()} if study.sessions > 1 else {}
+    part = has_parts(study)
+    together = certificate([order for orders in by_session.values() for order in orders], part)
+    each = {name: certificate(orders, part) for name, orders in by_session.items()} if study.sessions > 1 else {}
     return {"": together, **each}
+
+
+def has_parts(study: Study) -> bool:
+    """Return whether each participant meets a part of what the study compares."""
+    return study.pairs is not None and study.pairs.rounds is not None
 
 
 def _item(study: Study, felt: tuple[Stimulus, ...]) -> str:
@@ -116,6 +139,7 @@ def _balance_data(balance: Balance) -> dict[str, Any]:
         "balanced": balance.balanced,
         "position_range": balance.position_range,
         "carry_over_range": balance.carry_over_range,
+        **({"times_range": balance.times_range} if balance.part else {}),
         "positions": balance.positions,
         "carry_over": [[a, b, count] for (a, b), count in sorted(balance.carry_over.items())],
     }

@@ -10,6 +10,8 @@ from palpate.protocols.strict import KnownKeys, problem_at
 from palpate.protocols.study import Number, Share, Text, Whole
 
 MOST_INTERVALS = 8
+EQUAL = "equal"
+"""The answer that neither of a pair is chosen."""
 FEWEST = {"forced_choice": 2, "yes_no": 1, "same_different": 2, "oddity": 3}
 
 
@@ -43,16 +45,18 @@ class Intervals(KnownKeys):
     forced_choice: one of `count` intervals has the stimulus (2AFC, 2IFC, nAFC). yes_no: one interval, "was it there?".
     same_different: two, "are they the same?". oddity: one of three or more differs. The other intervals hold the
     `standard`: the id of a stimulus, or a level of the grid's column; without one they are blank. `at_once`: all are
-    presented together, as left and right. `names` are the words on the buttons, in the order of the answers.
+    presented together, as left and right. `equal`: a pair may also be called equal. `names` are the words on the
+    buttons, in the order of the answers.
     """
 
     design: Literal["forced_choice", "yes_no", "same_different", "oddity"] = "forced_choice"
     count: Annotated[Whole, Field(ge=1, le=MOST_INTERVALS)] | None = None
-    names: Annotated[tuple[Text, ...], Field(max_length=MOST_INTERVALS)] = ()
+    names: Annotated[tuple[Text, ...], Field(max_length=MOST_INTERVALS + 1)] = ()
     seconds: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] | None = None
     gap_s: Annotated[float, Field(ge=0, le=60, allow_inf_nan=False)] = 0.5
     standard: Number | Text | None = None
     at_once: bool = False
+    equal: bool = False
     catch: Catch | None = None
 
     @model_validator(mode="after")
@@ -88,7 +92,7 @@ class Intervals(KnownKeys):
             return ("yes", "no")
         if self.design == "same_different":
             return ("same", "different")
-        return tuple(str(n) for n in range(1, self.of + 1))
+        return (*(str(n) for n in range(1, self.of + 1)), *((EQUAL,) if self.equal else ()))
 
     @property
     def chance(self) -> float | None:

@@ -44,8 +44,8 @@ request show: page seconds
 samples: streams
 samples.form: channels count dtype rate_hz t0_ns units
 session_ended: as trials
-session_started: accepted_change calibration environment group lab_forms participant plan rig row seed session study
-    trials
+session_started: accepted_change calibration environment extensions group lab_forms participant plan rig row seed
+    session study trials
 session_started.environment: code packages palpate platform python
 session_started.lab_forms: consent questions
 session_started.rig: devices kind language settings twins window
@@ -137,7 +137,7 @@ study.eligible: answer name text
 study.eligible.answer =: no yes
 study.feedback: after seconds
 study.feedback.after =: all practice
-study.intervals: at_once catch count design gap_s names seconds standard
+study.intervals: at_once catch count design equal gap_s names seconds standard
 study.intervals.catch: absent easy exclude_above
 study.intervals.catch.absent: every
 study.intervals.design =: forced_choice oddity same_different yes_no
@@ -188,7 +188,7 @@ study.resume.repeat =: block instructions
 study.scale: from high labels length_mm low start step ticks to
 study.scale.start =: unset
 study.scale.ticks =: labels none steps
-study.simulation: anchored answer_s bias_sd gain_sd lapse_rate latents noise_sd observer present_s revise_rate
+study.simulation: anchored answer_s bias_sd gain_sd kind lapse_rate latents noise_sd observer present_s revise_rate
     vocabulary
 study.simulation.observer: guess lapse scale shape slope threshold threshold_sd yes
 study.simulation.observer.scale =: db linear log10
@@ -207,6 +207,7 @@ events: attempt body hash kind seq session t_ns trial
 fields: attempt block counts kind number participant practice question response_time_s seq session session_number trial
     value
 ledgers: mtime_ns session size wal_mtime_ns wal_size
+own_tables: name
 palpate: version
 participants: group_name participant row study
 rankings: attempt attribute block counts participant position practice rank seq session session_number set_size
@@ -225,7 +226,7 @@ words: attempt counts form kind n seq session trial word
 """Tables and columns of the collected database. It can be made anew, but labs have queries and scripts on it."""
 PARTICIPANTS = """
 identities: consented contact name note pseudonym
-lab.yaml: registry
+lab.yaml: extensions registry
 participants.json: Delimiter Description Levels Levels_ko LongName Maximum Minimum Question Question_ko Units Units_ko
     age driving_experience gender handedness participant_id studies took_part_before
 participants.tsv: age driving_experience gender handedness participant_id studies took_part_before
@@ -382,6 +383,8 @@ figure bubbles.span =: data scale
 figure class_heatmap: actual attribute by measure order predicted stimulus unit
 figure class_heatmap.measure =: MAE RMSE
 figure class_heatmap.order =: error given
+figure estimates: high label low sort value
+figure estimates.sort =: as_listed by_value
 figure likert: ends form letters order points style
 figure likert.order =: given mean
 figure likert.style =: bars boxes

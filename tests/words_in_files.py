@@ -38,8 +38,9 @@ from palpate.protocols.procedures import KINDS as PROCEDURES
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.signals.models.card import Card
+from palpate.studies import lab
 from palpate.studies.collecting import schema as collected_schema
-from palpate.studies.participants import identities, lab
+from palpate.studies.participants import identities
 from palpate.studies.participants import schema as registry
 from palpate.studies.sessions import ledger_schema
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate.analysis.ratings.sample import sample_facts
-from palpate.protocols.balance import Balance, certificate
+from palpate.protocols.balance import Balance, certificate, has_parts
 from palpate.protocols.blinding import aliases
 from palpate.protocols.orders import rows_of
 from palpate.protocols.study import Study
@@ -102,15 +102,15 @@ def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Map
         holders = [replace(holder, order=tuple(named[name] for name in holder.order)) for holder in holders]
     groups: list[str | None] = [*sorted(study.groups)] or [None]
     design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
-    balances = []
+    balances, part = [], has_parts(study)
     for group in groups:
         length, of_group = round_of(study, group), [holder for holder in holders if holder.group == group]
         counted = [holder for holder in of_group if holder.status in COUNTED and holder.order]
         of_sessions = {
-            number: certificate(holder.order for holder in counted if holder.session == number)
+            number: certificate((holder.order for holder in counted if holder.session == number), part)
             for number in sorted({holder.session or 1 for holder in counted} if study.sessions > 1 else ())
         }
-        together = certificate(holder.order for holder in counted)
+        together = certificate((holder.order for holder in counted), part)
         by_place: dict[int, list[Holder]] = {}
         for holder in sorted(of_group, key=lambda one: (RANK.index(one.status), one.participant, one.session or 0)):
             by_place.setdefault(holder.row % length, []).append(holder)

@@ -45,6 +45,7 @@ FIGURES: Registry[FigureKind] = Registry(
         "psychometric": f"{_FIGURES}.psychometric:PSYCHOMETRIC",
         "track": f"{_FIGURES}.track:TRACK",
         "posterior": f"{_FIGURES}.posterior:POSTERIOR",
+        "estimates": f"{_FIGURES}.estimates:ESTIMATES",
     },
     kind="figures",
     of="palpate.analysis.figures.figure_kind:FigureKind",

@@ -24,6 +24,7 @@ from sqlalchemy import Connection, inspect, text
 
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
 from palpate.analysis.ratings.session_choice import query
+from palpate.protocols.intervals import EQUAL
 from palpate.protocols.pairs import PAIRS
 from palpate.protocols.tracks import EASY, NO_CATCH, tracks_in
 
@@ -37,8 +38,6 @@ ADAPTIVE = ("staircase", "questplus")
 """Procedures whose levels follow from the answers, so that they concentrate on a few."""
 NOISE = ("noise", "same")
 """The targets of trials without a signal, or without a difference."""
-TIE = "equal"
-"""The answer that neither of a pair was chosen."""
 NO_LEVELS = "pairs of stimuli have no levels, which this test needs; ask bradley_terry or thurstone"
 TWO_DIMENSIONS = "the levels have two dimensions; a psychometric function has one"
 GUESS_KNOWN = "the design of these choices decides `guess`, which is free in yes_no and same_different; leave it out"
@@ -231,13 +230,13 @@ def compared_pairs(table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
         raise DataRefused(f"{NO_SCALE}here a procedure chose levels (column 'procedure')")
     if designs := sorted(set(table["design"].astype(str)) - {"forced_choice"}):
         raise DataRefused(f"{NO_SCALE}these are of design {', '.join(designs)}")
-    if unknown := sorted(set(table["chosen"].astype(str)) - {"1", "2", TIE}):
-        raise DataRefused(f"column 'chosen' has {unknown[0]!r}; 1, 2 or {TIE} is expected")
+    if unknown := sorted(set(table["chosen"].astype(str)) - {"1", "2", EQUAL}):
+        raise DataRefused(f"column 'chosen' has {unknown[0]!r}; 1, 2 or {EQUAL} is expected")
     used = table[table["stimulus"] != table["other"]].reset_index(drop=True)
     chosen = used["chosen"].astype(str)
     first, second = used["stimulus"], used["other"]
     won, lost = first.where(chosen != "2", second), second.where(chosen != "2", first)
-    return used.assign(winner=won, loser=lost, tie=chosen == TIE), len(table) - len(used)
+    return used.assign(winner=won, loser=lost, tie=chosen == EQUAL), len(table) - len(used)
 
 
 def several_values(name: str, values: Sequence[object]) -> str:

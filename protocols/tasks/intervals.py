@@ -13,7 +13,7 @@ from typing import Any
 from palpate.protocols.events import Ask, Choose, Part, Present, Reply, Request, Show
 from palpate.protocols.fields import Choice, Confidence, Fields, QuestionSpec, answered
 from palpate.protocols.forms import FIELDS_TABLE, FormKind, OwnColumn, OwnTable
-from palpate.protocols.intervals import Intervals
+from palpate.protocols.intervals import EQUAL, Intervals
 from palpate.protocols.keyed import Key, normal, uniform
 from palpate.protocols.pairs import PAIRS
 from palpate.protocols.study import Feedback, Observer, PracticeGoal, Stimulus, Study
@@ -217,8 +217,9 @@ def _chosen_in_track(person: Any, ask: Ask, trial: Trial, form: IntervalsForm) -
 def _chosen_of_pair(person: Any, ask: Ask, trial: Trial, form: IntervalsForm) -> tuple[str, bool]:
     """Return the answer, and whether what was felt made it clear.
 
-    The greater percept is chosen, the one furthest from the others is odd, and two are the same unless they are more
-    than two SD of the noise apart. The percepts are `latents` by the name of the question; without them it is chance.
+    The greater percept is chosen, the one furthest from the others is odd, two are the same unless they are more than
+    two SD of the noise apart, and equal, where that is an answer, if they are less than half an SD apart. The percepts
+    are `latents` by the name of the question; without them it is chance.
     """
     name, options = form.choice.name, form.choice.options
     share = uniform(*person.moment("choice", ask, name))
@@ -240,6 +241,8 @@ def _chosen_of_pair(person: Any, ask: Ask, trial: Trial, form: IntervalsForm) ->
         case "oddity":
             middle = sorted(felt)[len(felt) // 2]
             return options[max(range(len(felt)), key=lambda n: abs(felt[n] - middle))], clear
+        case _ if form.intervals.equal and max(felt) - min(felt) < 0.5 * noise:
+            return EQUAL, False
         case _:
             return options[felt.index(max(felt))], clear
 
@@ -344,7 +347,7 @@ FORM = FormKind(
             OwnColumn("level_2", "The level in the second dimension, if there is one.", "number"),
             OwnColumn("standard", "The level of the standard, if it is known.", "number"),
             OwnColumn("target", "The interval of the stimulus; signal or noise; same or different; empty: none is."),
-            OwnColumn("chosen", "The answer."),
+            OwnColumn("chosen", "The answer: the number of an interval, yes or no, same or different, or equal."),
             OwnColumn("correct", "Whether the answer is correct; empty where none is.", "truth"),
             OwnColumn("hit", "Whether the interval of the stimulus was chosen, or yes, or different.", "truth"),
             OwnColumn("catch", "Catch trials: absent or easy; else none."),

@@ -9,7 +9,7 @@ from palpate.protocols.complaints import Problem
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.intervals import Intervals
 from palpate.protocols.needs import NEEDS
-from palpate.protocols.pairs import MOST_PAIRS
+from palpate.protocols.pairs import MOST_PAIRS, rounds_of_all
 from palpate.protocols.study import Study, is_number
 from palpate.protocols.tracks import PRACTICE, procedure_path, tracks_in
 from palpate.protocols.yaml_text import Path
@@ -28,6 +28,8 @@ def problems(study: Study) -> Iterator[Problem]:
         found = "both" if study.procedure else "neither"
         yield Problem(("procedure",), f"{{kind, level, ...}}, or pairs: {{}} in its place, is expected, found {found}")
         return
+    if study.intervals.equal and (study.pairs is None or study.intervals.design != "forced_choice"):
+        yield Problem(("intervals", "equal"), "a further answer of pairs, which of two is chosen: with pairs: {} alone")
     about = [question for question in study.ask if question.is_about_intervals]
     if study.ask and len(about) != 1:
         yield Problem(("ask",), f"one question of: intervals is expected, found {len(about)}")
@@ -111,9 +113,15 @@ def _pairs(study: Study) -> Iterator[Problem]:
         for name, size in sizes.items():
             if size < 2:
                 yield Problem(("stimuli",), f"{where}two stimuli or more are expected for pairs ({name})")
+            elif study.pairs.rounds is not None and study.pairs.rounds > rounds_of_all(size):
+                all_met = f"{rounds_of_all(size)} rounds have all pairs of {size} stimuli ({name})"
+                yield Problem(("pairs", "rounds"), f"{where}{all_met}; leave rounds out")
         total = study.order.repeats * sum(map(study.pairs.count, sizes.values()))
         if total > MOST_PAIRS:
-            yield Problem(("pairs",), f"{where}{total} trials, more than {MOST_PAIRS}; order.blocks makes fewer pairs")
+            yield Problem(
+                ("pairs",),
+                f"{where}{total} trials, more than {MOST_PAIRS}; order.blocks or rounds make fewer",
+            )
 
 
 def _standard(study: Study, rows: bool) -> Iterator[Problem]:

@@ -61,6 +61,16 @@ def test_a_certificate_of_nothing_and_of_one():
     assert certificate([["a"]]).carry_over_range == (0, 0)
 
 
+def test_parts_of_all_items_are_balanced_if_all_came_equally_often():
+    parts = [["a", "b"], ["b", "c"], ["c", "a"]]
+    counts = certificate(parts, part=True)
+    assert counts.balanced and counts.items == ("a", "b", "c") and counts.times_range == (2, 2)
+    assert counts.text() == "3 sequences of a part of 3 items: balanced. Each item came 2 times."
+    assert certificate(parts[:2], part=True).times_range == (1, 2) and not certificate(parts[:2], part=True).balanced
+    with pytest.raises(ValueError, match="sequence 1"):
+        certificate([["a", "b"], ["c"]], part=True)
+
+
 @pytest.mark.parametrize("rows", [[["a", "b"], ["a", "c"]], [["a", "b"], ["a", "b", "a"]]])
 def test_sequences_of_different_items_have_no_certificate(rows):
     with pytest.raises(ValueError, match="sequence 1 does not hold the same items"):

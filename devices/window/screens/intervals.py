@@ -38,10 +38,9 @@ def _names(page: Page, intervals: Intervals) -> tuple[str, ...]:
     """Return the labels of the answers: the study's names, or left and right, first and second, yes and no, ...."""
     if intervals.names:
         return tuple(map(page.say, intervals.names))
-    if intervals.at_once and intervals.answers == ("1", "2"):
-        return page.texts("left"), page.texts("right")
+    sides = {"1": "left", "2": "right"} if intervals.at_once and intervals.of == 2 else {}
     keys = (f"ordinal_{answer}" if answer.isdecimal() else answer for answer in intervals.answers)
-    return tuple(page.texts(key) for key in keys)
+    return tuple(page.texts(sides.get(answer, key)) for answer, key in zip(intervals.answers, keys, strict=True))
 
 
 SCREEN = IntervalsScreen

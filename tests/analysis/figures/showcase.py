@@ -1,7 +1,7 @@
 """The pictures of docs/reference/figures.md, made anew from a lab of simulated participants.
 
     for s in texture_similarity:P001..P012 door_matching:P001..P016 door_authoring:P001..P016 \
-             door_adjectives:P001..P020 texture_ratings:P001..P026; do
+             door_adjectives:P001..P020 texture_ratings:P001..P026 texture_preference:P001..P022; do
       palpate run ${s%%:*} --participant ${s##*:} --simulate --seed 1 --lab LAB; done
     palpate collect --lab LAB
     python -m tests.analysis.figures.showcase LAB docs/pictures
@@ -22,6 +22,8 @@ from palpate.analysis.figures.style import drawing
 from palpate.analysis.plans.answers import Selected
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.ratings.reading import read_ratings
+from palpate.analysis.ratings.sources import DataRequest
+from palpate.analysis.regenerating.regeneration import by_name, regenerate
 from palpate.studies.catalogue import find, read_study
 from tests.analysis.figures import test_function_figures
 
@@ -124,11 +126,17 @@ def functions(_lab: Path) -> FigureInput:
     return FigureInput(nothing(), {"f": {"": test_function_figures.functions()}})
 
 
+def preferences(lab: Path) -> FigureInput:
+    """The scale of the shipped plan of preferences among fabrics."""
+    return FigureInput(nothing(), by_name(regenerate(DataRequest("texture_preference", lab)).answered))
+
+
 FUNCTIONS = (functions, {"tests": ("f",)})
 SHOWN = {
     "psychometric": FUNCTIONS,
     "track": (functions, {"tests": ("f",), "columns": 2}),
     "posterior": FUNCTIONS,
+    "estimates": (preferences, {"tests": ("scale",)}),
     "predicted": (predictions, {"panels": "attribute", "unit": "0 to 100"}),
     "predicted-class": (predictions, {"figure": "predicted", "panels": "class", "colour": "attribute"}),
     "similarity_bars": (similarity, {"tests": ("methods",)}),

@@ -15,6 +15,7 @@ from palpate.analysis.figures.style import drawing, inline_svg
 from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures import (
+    test_estimates,
     test_function_figures,
     test_map,
     test_matching_and_likert,
@@ -36,8 +37,9 @@ KINDS: dict[str, tuple[Callable[[], FigureInput], dict]] = {
     "psychometric": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
     "track": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",), "columns": 2}),
     "posterior": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
+    "estimates": (lambda: inputs_of(answers={"s": answer(test_estimates.ROWS)}), {"tests": ("s",)}),
 }
-RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track", "posterior")]
+RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track", "posterior", "estimates")]
 
 
 @pytest.mark.parametrize("name", KINDS)

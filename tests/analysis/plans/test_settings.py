@@ -293,6 +293,7 @@ REQUESTS: Mapping[str, list[Settings]] = {
 SHOWN = [
     {"name": "functions", "test": "psychometric", "source": "choices", "draws": 19},
     {"name": "map", "test": "mds", **MDS}, {"name": "arrows", "test": "vectors", "starts": 2, "draws": 19},
+    {"name": "scale", "test": "bradley_terry", "table": "choices", "count": "times"},
     {"name": "parts", "test": "pca", "draws": 19}, {"name": "cloths", "test": "pairs", "factor": "dose", **FIRST},
     {"name": "ranks", "test": "wilcoxon", "factor": "dose", **FIRST},
     {"name": "of_x", "test": "pairs", "factor": "dose", "where": {"cloth": "x"}, **FIRST},
@@ -325,6 +326,7 @@ FIGURE_CASES: Mapping[str, list[Settings]] = {
     "psychometric": [{"tests": ["functions"]}],
     "posterior": [{"tests": ["functions"]}],
     "track": [{"tests": ["functions"]}],
+    "estimates": [{"tests": ["scale"], "source": "choices"}],
     "map": [
         {"tests": ["map", "arrows"]}, {"tests": ["map", "arrows"], "class_column": "cloth"},
         {"tests": ["map", "arrows"], "vectors": False},
@@ -351,7 +353,7 @@ OTHER: Settings = {
     "panels": "kind", "participant": "who", "points": [0, 6], "pooled": "wish", "position": "session",
     "predicted": "other", "actual": "truth", "profile": True, "random": {"participant": [], "cloth": []},
     "raters": "session", "reference": "none", "reflection": False, "reml": False, "replications": 25,
-    "response_time": False, "reverse": ["Soft"], "reversed": ["Soft"], "scaled": True, "scree": 3, "sd": "sd2",
+    "response_time": False, "reverse": ["Soft"], "reversed": ["Soft"], "scaled": True, "scree": 3, "sort": "as_listed", "sd": "sd2",
     "signed": True, "size": "Dear", "source": "forms", "span": "data", "staircase": ["half_run"], "stars": [0.04],
     "starts": 4, "stimulus": "cloth", "stretch": False, "style": "bars", "sum_of_squares": "II",
     "synonyms": {"light": "big"}, "table": "levels", "target": "goal", "target_scale": [10, 90], "targets": "wish",
@@ -367,6 +369,8 @@ OWN: Mapping[tuple[str, str], Any] = {
     **{(kind, "by"): ["cloth"] for kind in ("means", "categories")},
     **{(kind, "by"): "wish" for kind in ("bubbles", "rating_heatmap", "class_heatmap", "violins")},
     ("krippendorff_alpha", "level"): "nominal", ("krippendorff_alpha", "units"): ["dose"],
+    ("estimates", "label"): "wins", ("estimates", "value"): "worth", ("estimates", "low"): "value",
+    ("estimates", "high"): "value", ("estimates", "tests"): ["map"],
     ("trends", "reference"): "s1", ("trends", "pooled"): "dose", ("trends", "families"): "side",
     ("pca", "reference"): "permuted", ("pca", "over"): "dose", ("procrustes", "over"): "dose",
     ("categories", "over"): ["cloth"], ("mixed_model", "numeric"): ["goal"], ("ordinal_model", "numeric"): ["age"],

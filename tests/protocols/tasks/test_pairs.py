@@ -8,8 +8,10 @@ import pytest
 from palpate.protocols.balance import certificates
 from palpate.protocols.events import Ask, Present, Reply, Show
 from palpate.protocols.forms import FORMS
+from palpate.protocols.pairs import Pairs, rounds_of_all, tournament
 from palpate.protocols.plan import compile_plan, count_trials
 from palpate.protocols.reading import StudyError, study_from
+from palpate.protocols.simulated_participants import simulated_participant
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 from palpate.protocols.trial import ParticipantRow
@@ -75,6 +77,55 @@ def test_pairs_stay_within_their_block_and_go_through_the_rows_of_a_square():
     for orders in ("both", "one"):
         balance = certificates(study({"orders": orders}, order={"design": "latin"}), who)[""]
         assert balance.position_range == (1, 1) if orders == "both" else (2, 2)
+
+
+@pytest.mark.parametrize("size", [5, 6])
+def test_rounds_of_a_tournament_connect_all_stimuli_and_have_all_pairs_equally_often_over_the_rows(size):
+    names = "ABCDEF"[:size]
+    assert sorted(tournament(names, 0, rounds_of_all(size))) == sorted(combinations(names, 2))
+    for rounds in range(2, rounds_of_all(size)):
+        times = Counter()
+        for row in range(rounds_of_all(size)):
+            pairs = list(tournament(names, row, rounds))
+            assert len(pairs) == Pairs(orders="one", rounds=rounds).count(size)
+            connected = set(names[0])
+            for _ in names:
+                connected |= {name for pair in pairs if set(pair) & connected for name in pair}
+            assert connected == set(names)
+            met = Counter(name for pair in pairs for name in pair)
+            assert {met[name] for name in names} <= ({rounds} if size == 6 else {rounds - 1, rounds})
+            times.update(pairs)
+        assert times == dict.fromkeys(combinations(names, 2), rounds)
+
+
+def test_a_part_of_the_pairs_is_presented_and_counted():
+    compiled = plan({"orders": "both", "rounds": 2})
+    assert len(compiled.trials) == 2 * 2 * 2 == count_trials(compiled.study, compiled.study.stimuli)
+    assert all(tuple(reversed(pair)) in pairs_of(compiled) for pair in pairs_of(compiled))
+
+
+def test_two_may_be_called_equal_and_then_nobody_has_won():
+    compiled = plan(intervals={"equal": True})
+    trial = compiled.trials[0]
+    assert trial.form.choice.options == ("1", "2", "equal")
+    asked, answered = gone_through(trial, "equal")[-1], {"answers": {"rougher": "equal"}, "seconds": 0.7}
+    assert trial.form.problem(answered["answers"]) is None
+    [row] = FORMS["intervals"].table.rows(trial.form, answered["answers"], answered, asked.body())
+    assert (row["chosen"], row["alternatives"], row["hit"], row["correct"]) == ("equal", 3, None, None)
+    assert plan().trials[0].form.problem(answered["answers"]) is not None
+
+
+def test_simulated_people_call_those_equal_that_they_can_hardly_tell_apart():
+    alike = {"latents": {"rougher": {"grit": 0.001}}, "noise_sd": 1.0}
+    apart = {"latents": {"rougher": {"grit": 50.0}}, "noise_sd": 1.0}
+    shares = []
+    for simulation in (alike, apart):
+        compiled = plan(intervals={"equal": True}, simulation=simulation, order={"design": "random", "repeats": 8})
+        person = simulated_participant(compiled)
+        said = [person.answer(gone_through(t)[-1])[0].value["answers"]["rougher"] for t in compiled.trials]
+        shares.append(said.count("equal") / len(said))
+    # two draws of one normal distribution are less than half an SD apart in 2 Phi(0.5 / sqrt(2)) - 1 = 0.276
+    assert shares[0] == pytest.approx(0.276, abs=0.14) and shares[1] == 0
 
 
 def test_practice_takes_the_stimuli_two_by_two():
@@ -148,6 +199,10 @@ GOOD = {"intervals": "", "pairs": "", "order": "random", "more": ""}
         ({"intervals": "catch: {easy: {every: 3}}"}, "catch trials belong to procedures"),
         ({"intervals": "design: same_different"}, "same: N, pairs of equal stimuli, goes together with"),
         ({"pairs": "same: 1"}, "same: N, pairs of equal stimuli, goes together with"),
+        ({"pairs": "rounds: 4"}, "pairs.rounds: 3 rounds have all pairs of 4 stimuli (main); leave rounds out"),
+        ({"pairs": "rounds: 1"}, "pairs.rounds"),
+        ({"intervals": "design: oddity, equal: true"}, "a further answer of pairs"),
+        ({"intervals": "equal: true, names: [left, right]"}, "3 names are expected, found 2"),
         ({"pairs": "order: both"}, "pairs.order: unknown key; did you mean 'orders'?"),
         ({"more": "feedback: {after: all}"}, "which of a pair is chosen is neither right nor wrong"),
         ({"more": "practice: {stimuli: [A]}"}, "two stimuli for each pair are expected"),

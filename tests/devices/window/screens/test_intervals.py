@@ -41,6 +41,11 @@ def test_both_at_once_are_left_and_right():
     assert labels(hand(language="ko", at_once=True)) == ("왼쪽", "오른쪽")
 
 
+def test_two_may_be_equal():
+    on = hand(at_once=True, equal=True)
+    assert labels(on) == ("Left", "Right", "No difference") and on.type("3").value["answers"] == {"chosen": "equal"}
+
+
 def test_the_study_may_name_the_answers():
     on = hand(design="yes_no", names=("felt", "not felt"))
     assert labels(on) == ("felt", "not felt") and on.type("1").value["answers"] == {"chosen": "yes"}
@@ -57,7 +62,12 @@ def test_confidence_is_asked_below_with_words_of_its_own():
 @pytest.mark.parametrize("sure", [False, True])
 def test_every_design_fits_on_every_screen(size, sure):
     settings = [{"design": design, **more[0]} for design, more in DESIGNS.items()]
-    settings += [{"count": MOST_INTERVALS}, {"at_once": True}, {"names": ("A", "the one that was rougher")}]
+    settings += [
+        {"count": MOST_INTERVALS},
+        {"at_once": True},
+        {"equal": True},
+        {"names": ("A", "the one that was rougher")},
+    ]
     for one in settings:
         on = Hand(specimen_of(Intervals(**one), sure=sure).request, SIZES[size])
         assert problems(on.key("right").screen.placed(), SIZES[size]) == [], one
