@@ -112,4 +112,4 @@ def draw(data: FigureData) -> DrawnFigure:
     return DrawnFigure(figure, marks.all())
 
 
-ESTIMATES = FigureKind(EstimatesSettings, data, draw, takes="table")
+ESTIMATES = FigureKind(EstimatesSettings, data, draw, takes=None)

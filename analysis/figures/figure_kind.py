@@ -116,10 +116,10 @@ class FigureKind:
 
     `data` computes the figure's table and caption, and raises a named ValueError if there is nothing to show. `draw`
     depends on the data only, so that a figure can be drawn again from its table. `takes` is the study's table that the
-    figure is drawn from.
+    figure is drawn from; None: it shows answers of tests alone.
     """
 
     settings: type[FigureSettings]
     data: Callable[[FigureInput, Any], FigureData]
     draw: Callable[[FigureData], DrawnFigure]
-    takes: Takes = "ratings"
+    takes: Takes | None = "ratings"

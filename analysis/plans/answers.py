@@ -193,7 +193,7 @@ class Kind:
 def source_problem(settings: Any, kind: Any) -> str:
     """Return why a kind of test or figure cannot take the table that `source` names, else an empty text."""
     numbers: tuple[Takes, ...] = ("ratings", "forms")
-    fits = kind.takes == "table" or settings.source in (kind.takes, *(numbers if kind.takes in numbers else ()))
+    fits = kind.takes in ("table", None) or settings.source in (kind.takes, *(numbers if kind.takes in numbers else ()))
     if settings.table is not None or settings.source is None or fits:
         return ""
     return f"it takes {kind.takes}, and no {settings.source}; leave `source` out"

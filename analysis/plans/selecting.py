@@ -237,8 +237,18 @@ class Selector:
             )
         return self._known_faults[by_session]
 
+    def _without_rows(self) -> Selected:
+        """Return what a figure has that shows answers of tests alone."""
+        declared, empty = self.plan.declared, self.material.trials.iloc[:0]
+        return Selected(
+            table=empty, trials=empty, outcomes=(), levels={}, alpha=declared.alpha, seed=declared.seed,
+            draws=declared.draws,
+        )  # fmt: skip
+
     def of(self, settings: StatisticSettings | FigureSettings, kind: Kind | FigureKind) -> Selected:
         """Return the rows of a test or figure, for all outcomes together. Raises DataRefused if there are none."""
+        if kind.takes is None:
+            return self._without_rows()
         if problem := source_problem(settings, kind):
             raise DeclarationRefused(f"{settings.name!r}: {problem}")
         takes = "table" if settings.table is not None else settings.source or kind.takes

@@ -120,7 +120,7 @@ class KnownAnswers:
     def problems(self, settings: StatisticSettings | FigureSettings) -> Iterator[Problem]:
         """Yield the problems of a test or figure that no answers could solve."""
         kind = _kind_of(settings)
-        source = settings.source or kind.takes
+        source = settings.source or kind.takes or "table"
         if problem := source_problem(settings, kind):
             yield Problem(("source",), problem)
             return
