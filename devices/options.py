@@ -9,11 +9,9 @@ from typing import Any, TypeVar
 
 import click
 
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+from palpate.protocols.lab_option import JSON, LAB
+
+__all__ = ["JSON", "LAB"]
 RIG = click.option(
     "--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
     help="The rig file.",

@@ -1,35 +1,22 @@
-"""What the verbs of several folders share: the lab, and an answer as JSON. Imports nothing heavy and no device."""
+"""What the verbs of several folders share: options, progress, answers as JSON. Imports nothing heavy and no device."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from contextlib import contextmanager
 from functools import wraps
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import click
 
-from palpate.protocols.extensions import Lazily, use
 from palpate.protocols.extras import demand_packages
+from palpate.protocols.lab_option import JSON, LAB, look_in
 from palpate.protocols.progress import Progress
 
 T = TypeVar("T")
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-
-def look_in(lab: Path) -> Path:
-    """Let names of extensions be looked up in this lab until the command ends; return the lab."""
-    before = use(Lazily("palpate.studies.extensions.finder:LabExtensions", lab))
-    click.get_current_context().call_on_close(lambda: use(before))
-    return lab
-
-
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.", callback=lambda _context, _option, lab: look_in(lab),
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+__all__ = ["JSON", "LAB", "look_in"]
 
 
 def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:

@@ -131,8 +131,11 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
 
 @rig.command()
 @click.argument("kind", required=False)
-def kinds(kind: str | None) -> None:
+@LAB
+def kinds(kind: str | None, lab: Path) -> None:  # noqa: ARG001 - the lab's own kinds are found by the option
     """List the kinds of devices, or every setting of one KIND: what it takes, its default, what it means.
+
+    A kind that the lab adds by itself is named in full, as acme.grip.
 
     \b
     Example:
@@ -140,7 +143,6 @@ def kinds(kind: str | None) -> None:
     """
     from palpate.devices.kinds import KINDS
     from palpate.devices.rig.meanings import settings_of_kind
-    from palpate.protocols.did_you_mean import nearest
     from palpate.protocols.needs import NEEDS
 
     if kind is None:
@@ -148,8 +150,8 @@ def kinds(kind: str | None) -> None:
             needs = ", ".join(need for need, known in NEEDS.items() if name in known.takes)
             click.echo(f"{name:<14} for {needs}")
         return
-    if kind not in KINDS:
-        raise click.UsageError(f"no kind {kind!r}; {nearest(kind, list(KINDS))}")
+    if (missing := KINDS.why_not(kind, "kind")) is not None:
+        raise click.UsageError(missing)
     for setting in settings_of_kind(KINDS[kind]):
         default = setting.default if setting.default == "required" else f"default {setting.default}"
         click.echo(f"{setting.name:<22} {setting.takes}; {default}\n    {setting.meaning}")
