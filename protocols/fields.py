@@ -16,7 +16,7 @@ from palpate.protocols.events import Ask, Reply
 from palpate.protocols.forms import LONGEST_WORD, Question
 from palpate.protocols.keyed import normal, uniform
 from palpate.protocols.strict import KnownKeys, list_by_kind, problem_at
-from palpate.protocols.study import Name, Number, Scale, Text, Whole
+from palpate.protocols.study import Attribute, Name, Number, Scale, Text, Whole
 from palpate.protocols.wording import count
 
 MOST_FIELDS, MOST_OPTIONS, LONGEST_TEXT = 12, 12, 2000
@@ -242,7 +242,9 @@ class Fields:
 def simulate(person: Any, ask: Ask, form: Fields) -> tuple[Reply, float]:
     """Answer every question; `person` is a simulated participant of the kind `perceiver`.
 
-    A question that has the name of an attribute in the study's simulation is answered by its percept, others by chance.
+    A scale, or a number, that has the name of an attribute in the study's simulation is answered by its percept, others
+    by chance. The percept of a scale is in its units, as in a rating; that of a number is its decimal logarithm above
+    10, and the person's own bias is the modulus. Numbers have two significant digits, as people give them.
     """
     return answered(person, ask, {question.name: _answer(person, ask, question) for question in form.questions})
 
@@ -260,7 +262,15 @@ def _answer(person: Any, ask: Ask, question: QuestionSpec) -> Any:
     latents = person.simulation.latents
     if ask.trial is None or question.name not in latents:
         return question.simulated(uniform(*person.moment("field", ask, question.name)))
-    felt = person.latent(question.name, ask.trial.stimulus) + normal(*person.moment("noise", ask, question.name))
+    latent = person.latent(question.name, ask.trial.stimulus)
+    attribute = Attribute(low=question.name, high=question.name)
+    if isinstance(question, ScaleQuestion):
+        return person.rating(latent, attribute, question.scale, (ask.trial.number, ask.trial.attempt))
+    felt = person.gain(attribute) * latent + person.bias(attribute)
+    felt += person.simulation.noise_sd * normal(*person.moment("noise", ask, question.name))
+    if isinstance(question, NumberQuestion):
+        number = float(f"{10.0 ** (1.0 + felt):.2g}")
+        return number if question.invalid(number) is None else question.simulated(0.5)
     return question.simulated(0.5 * (1.0 + math.erf(felt / math.sqrt(2.0))))
 
 

@@ -21,8 +21,9 @@ _PLACES: Mapping[str, str] = {
     "free_lexicon": f"{_TASKS}.words:FREE_LEXICON",
     "authoring": f"{_TASKS}.rating:AUTHORING",
     "capture": f"{_TASKS}.capture:CAPTURE",
+    "questions": f"{_TASKS}.questions:QUESTIONS",
 }
-_SHARED = {"steps", "rating", "words", "capture", "intervals_checks"}
+_SHARED = {"steps", "rating", "words", "capture", "questions", "intervals_checks"}
 """Modules of the folder that are not named like a task."""
 _OF_THEIR_OWN = sorted(
     module.name for module in iter_modules([str(Path(__file__).with_name("tasks"))]) if module.name not in _SHARED

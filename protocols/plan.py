@@ -89,7 +89,7 @@ class Plan:
             return {}
         blocks = [trial.block for trial in self.trials]
         begins = [place for place, block in enumerate(blocks) if place == 0 or block != blocks[place - 1]]
-        begins = begins if anchors.before == "block" else begins[:1]
+        begins = {"trial": [*range(len(blocks))], "block": begins, "session": begins[:1]}[anchors.before]
         count = len(anchors.stimuli)
         return {
             place: tuple(_anchor(self.study, blocks[place], n, turn * count + n) for n in range(1, count + 1))

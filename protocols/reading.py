@@ -158,7 +158,8 @@ def _anchors(study: Study) -> Iterator[Problem]:
         yield Problem(
             ("anchors",), f"task {study.task} records stimuli and asks nothing, so there is nothing to anchor"
         )
-    names, ids = [attribute.name for attribute in study.attributes], [s.id for s in study.stimuli]
+    names = [*(attribute.name for attribute in study.attributes), *(question.name for question in study.ask)]
+    ids = [stimulus.id for stimulus in study.stimuli]
     for index, anchor in enumerate(study.anchors.stimuli):
         path: Path = ("anchors", "stimuli", index)
         yield from _known(anchor.id, ids, (*path, "id"), "a stimulus id")
@@ -166,7 +167,7 @@ def _anchors(study: Study) -> Iterator[Problem]:
             yield Problem(path, "wish: {ATTRIBUTE: VALUE} belongs to the anchors of task authoring, and to no others")
         stands = {} if anchor.attribute is None or anchor.value is None else {anchor.attribute: anchor.value}
         for name, value in {**stands, **(anchor.wish or {})}.items():
-            yield from _known(name, names, path, "an attribute, by its name or low adjective")
+            yield from _known(name, names, path, "an attribute, by its name or low adjective, or a question")
             if study.scale is not None and not study.scale.holds(value):
                 yield Problem(path, f"{name}: {value:g} is not on the study's scale")
     if not study.anchors.rated and task.makes:

@@ -303,8 +303,9 @@ class OnsetBound(Strict):
 class Anchor(Strict):
     """A reference stimulus, by its id, with the text shown while it is felt (thesis 5.8.3).
 
-    `attribute` and `value` say the same as data: where it is on that attribute's scale. Where doors are made from
-    wishes, `wish` is the setting that this one is made from; attributes without a value are at the middle of the scale.
+    `attribute` and `value` say the same as data: where it is on that attribute's scale, or its answer to a question.
+    Where doors are made from wishes, `wish` is the setting that this one is made from; attributes without a value are
+    at the middle of the scale.
     """
 
     id: Level
@@ -321,13 +322,13 @@ class Anchor(Strict):
 
 
 class Anchors(Strict):
-    """Reference stimuli that are felt before each block, or once before the first trial; they are not trials.
+    """Reference stimuli that are felt before each block or trial, or once before the first; they are not trials.
 
     `rated: false` takes them out of the trials, so that they are felt as references only.
     """
 
     stimuli: Annotated[tuple[Anchor, ...], Field(min_length=1, max_length=MOST_ANCHORS)]
-    before: Literal["block", "session"] = "block"
+    before: Literal["trial", "block", "session"] = "block"
     rated: bool = True
 
 

@@ -115,7 +115,7 @@ study.adjectives.order =: as_listed random
 study.adjectives.words: source word
 study.analysis: families pooled within
 study.anchors: before rated stimuli
-study.anchors.before =: block session
+study.anchors.before =: block session trial
 study.anchors.stimuli: attribute id label value wish
 study.ask choice: kind name of optional options text
 study.ask choice.kind =: choice
@@ -194,8 +194,9 @@ study.simulation.observer: guess lapse scale shape slope threshold threshold_sd 
 study.simulation.observer.scale =: db linear log10
 study.simulation.observer.shape =: gaussian logistic weibull
 study.stimuli: columns id sha256
-study.task =: adjective_selection authoring capture free_lexicon intervals matching ranking similarity slider_rating
-tasks: adjective_selection authoring capture free_lexicon intervals matching ranking similarity slider_rating
+study.task =: adjective_selection authoring capture free_lexicon intervals matching questions ranking similarity
+    slider_rating
+tasks: adjective_selection authoring capture free_lexicon intervals matching questions ranking similarity slider_rating
 """
 """Keys of a study. Its definition is stored in every ledger, and the digest of the plan is made of it."""
 COLLECTED = """

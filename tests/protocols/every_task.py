@@ -16,6 +16,13 @@ PARTS = {
     "adjective_selection": {"adjectives": {"words": WORDS, "order": "random", "further": True}},
     "free_lexicon": {"lexicon": {"at_least": 2}},
     "capture": {"capture": {"device": "tool", "seconds": 2.0}, "navigation": "forward"},
+    "questions": {
+        "ask": [
+            {"name": "strength", "kind": "number", "above": 0},
+            {"name": "pleasant", "kind": "scale", "from": 1, "to": 7, "step": 1},
+            {"name": "remark", "kind": "text", "optional": True},
+        ],
+    },
     "ranking": {
         "attributes": [["Soft", "Hard"]],
         "order": {"design": "williams", "within": "block", "blocks": {"by": "kind"}, "repeats": 2},
@@ -34,7 +41,7 @@ PARTS = {
         "navigation": "forward",
     },
 }
-UNRATED = ("adjective_selection", "free_lexicon", "capture", "intervals")
+UNRATED = ("adjective_selection", "free_lexicon", "capture", "intervals", "questions")
 ITEMS = [{"name": "Realism", "text": "It felt real."}, {"name": "Ease", "text": "It was easy."}]
 LAB = LabForms(
     "Do you agree?",

@@ -49,6 +49,13 @@ def test_references_are_felt_before_each_block_or_once(before, again):
     assert felt(ran(plan)) == [("practice", "A"), ("practice", "D"), None, *second, None, None, *again, None, None]
 
 
+def test_a_standard_is_felt_before_each_trial_and_stands_for_an_answer():
+    standard = {"id": "A", "label": "Call this one 10.", "attribute": "strength", "value": 10}
+    plan = anchored("questions", [standard], anchors={"before": "trial", "rated": False}, simulation=None)
+    assert list(inconsistencies(plan.study)) == [] and len(plan.trials) == 3
+    assert felt(ran(plan)) == [("main", "A"), None] * 3
+
+
 @pytest.mark.parametrize("task", ["matching", "similarity", "adjective_selection", "authoring"])
 @pytest.mark.parametrize("cut", [9, 11, 13, 15, 19])
 def test_a_session_with_references_replays_and_goes_on_from_any_cut(task, cut):

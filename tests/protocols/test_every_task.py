@@ -72,6 +72,7 @@ WITHOUT = {
     "adjective_selection": ("adjectives",),
     "capture": ("capture",),
     "similarity": ("sides", "scale"),
+    "questions": ("ask",),
 }
 
 
@@ -92,6 +93,7 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
         ("capture", {"capture": {"device": "tool", "seconds": "size"}}, "stimulus 'A' has '0' in 'size'"),
         ("capture", {"capture": {"device": "tool", "seconds": "kind"}}, "seconds from 0.1 to 3600"),
         ("adjective_selection", {"adjectives": {"words": ["Glassy", "glassy "]}}, "'glassy ' appears twice"),
+        ("questions", {"ask": [{"name": "which", "kind": "choice", "of": "intervals"}]}, "this task has no intervals"),
         ("matching", {"closing": []}, "closing: [questionnaire] and questionnaire"),
         ("matching", {"questionnaire": {"items": ITEMS[:1] * 2}}, "the item 'Realism' appears twice"),
         ("matching", {"opening": ["consent", "consent"]}, "a form appears twice"),

@@ -1,5 +1,8 @@
 """The composite form: its questions, their answers, and its table."""
 
+from itertools import pairwise
+from math import sqrt
+
 import pytest
 from pydantic import ValidationError
 
@@ -8,6 +11,7 @@ from palpate.protocols.fields import Fields, questions_from
 from palpate.protocols.forms import FORMS
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
+from palpate.protocols.study import Study
 from palpate.protocols.trial import ParticipantRow
 from tests.protocols.studies_for_tests import toy
 
@@ -93,6 +97,30 @@ def test_simulated_people_answer_every_question_in_time():
     assert form().problem(reply.value["answers"]) is None
     times = list(reply.value["at_s"].values())
     assert times == sorted(times) and times[-1] == seconds and list(reply.value["at_s"]) == form().items()
+
+
+def test_simulated_magnitudes_follow_the_percept_in_decades_with_a_modulus_of_the_persons_own():
+    stimuli = [{"id": str(n), "columns": {"log_um": str(float(n))}} for n in range(1, 5)]  # z-scores: SD sqrt(5) / 2
+    study = Study.model_validate({
+        "study": "magnitudes", "task": "questions", "stimuli": stimuli, "order": {"design": "as_listed"},
+        "ask": [{"name": "strength", "kind": "number", "above": 0},
+                {"name": "size", "kind": "scale", "from": 0, "to": 9}],
+        "simulation": {
+            "latents": {"strength": {"log_um": 0.5}, "size": {"log_um": 2.0}},
+            "noise_sd": 0, "gain_sd": 0, "bias_sd": 0.3,
+        },
+    })  # fmt: skip
+    moduli = set()
+    for row in range(3):
+        plan = compile_plan(study, ParticipantRow(f"P00{row}"))
+        given = [Perceiver(plan).answer(Ask(t.form, t))[0].value["answers"] for t in plan.trials]
+        numbers, sizes = [answer["strength"] for answer in given], [answer["size"] for answer in given]
+        assert all(number == float(f"{number:.2g}") for number in numbers)
+        steps = [b / a for a, b in pairwise(numbers)]
+        assert steps == pytest.approx([10 ** (0.5 * 2 / sqrt(5))] * 3, rel=0.08)  # rounded to two digits
+        assert [b - a for a, b in pairwise(sizes)] == pytest.approx([2 * 2 / sqrt(5)] * 3, abs=0.01)
+        moduli.add(numbers[0])
+    assert len(moduli) == 3
 
 
 def test_each_answer_but_the_confidence_is_a_row_of_the_table_fields():
