@@ -1,0 +1,1 @@
+"""Numbers that people give to how strong a stimulus is: magnitude estimation."""
