@@ -1,15 +1,20 @@
 """The example of a lab's own device, through the commands: from LAB/extensions, and as an installed package."""
 
 import csv
+import os
+import select
 import shutil
 import sys
+import threading
+import time
 import tomllib
+import tty
 from pathlib import Path
 
 import pytest
 
 from palpate.command_line import _status
-from palpate.devices.device import DeviceError
+from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.rig.file import rig_path
 from palpate.protocols.extensions import use
 from palpate.protocols.plan import compile_plan
@@ -179,6 +184,65 @@ def test_a_rig_with_narrower_limits_refuses_the_study_before_the_first_event(liv
     with pytest.raises(DeviceError, match="plate: stimulus 'palm': target_degc is '39.1'; 20 to 39 is allowed"):
         start(live_lab, plan, live_plan(study_files, live_lab, LiveOptions()))
     assert not (live_lab / "sessions").exists() or not list((live_lab / "sessions").iterdir())
+
+
+@pytest.fixture
+def line():
+    """A serial line of the operating system, at whose other end a thread has a simulated plate; and its unplugging."""
+    import pty
+
+    ours, theirs = pty.openpty()
+    tty.setraw(ours)
+    tty.setraw(theirs)
+    unplugged = threading.Event()
+
+    def serve(port):
+        while not unplugged.is_set():
+            if select.select([ours], [], [], 0.01)[0]:
+                port.write(os.read(ours, 6))
+                os.write(ours, port.read(6))
+
+    threads = []
+
+    def begin(port):
+        threads.append(threading.Thread(target=serve, args=(port,)))
+        threads[0].start()
+        return os.ttyname(theirs)
+
+    def unplug():
+        unplugged.set()
+        threads[0].join()
+
+    yield begin, unplug
+    unplug()
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.mark.needs("serial")
+def test_the_same_driver_works_over_a_real_serial_line(line, monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    from thermal.plate import Settings, make
+    from thermal.twin import TwinPort
+
+    begin, unplug = line
+    port = TwinPort(time.monotonic, noise_degC=0)
+    settings = Settings(kind="thermal.plate", driver="serial", port=begin(port), timeout_s=0.2)
+    plate = make("plate", settings, Path())
+    plate.open()
+    plate.warm(40, 20)
+    until_s = time.monotonic() + 5
+    while plate.measure() < 38 and time.monotonic() < until_s:
+        time.sleep(0.02)
+    assert plate.degC >= 38
+    plate.close()
+    assert port.plant.target_degC == 32.0
+    plate.open()
+    unplug()
+    with pytest.raises(DeviceFault, match="gives no answer") as fault:
+        plate.measure()
+    assert fault.value.what == "silent"
+    plate.close()
 
 
 def test_an_installed_package_is_found_by_its_entry_points(tmp_path, monkeypatch, capsys):
