@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -112,6 +112,12 @@ class ButtonRow:
             inside = name if within else ""
             buttons.append(OptionButton(f"{name} option {n}", box, inside, laid, cap=cap, large=self.large))
         return tuple(buttons)
+
+
+def key_pad(page: Page, keys: Sequence[str], size: int, width: int) -> ButtonRow | None:
+    """Return the keys that type a number by touch, or None if they do not fit at this size."""
+    row = button_row(page, keys, size, width)
+    return None if row is None else replace(row, caps=(None,) * len(keys))
 
 
 def cap_px(page: Page) -> int:

@@ -15,7 +15,7 @@ from palpate.devices.window.paint_text import BLANK, Laid, lay
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.cards import dealt, sheets_of, stacked
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
-from palpate.devices.window.screens.field_buttons import ButtonRow, button_row
+from palpate.devices.window.screens.field_buttons import ButtonRow, button_row, key_pad
 from palpate.devices.window.screens.field_words import ShownQuestion
 from palpate.devices.window.screens.frame import STEPS, fitted
 from palpate.devices.window.screens.sliders import SMALLER, Across, Track, across, labels_below, share_of
@@ -28,7 +28,12 @@ WIDEST = 290.0
 NUMBER, TEXT, TEXT_LINES = 44.0, 180.0, 3
 """Widths of fields in the design's millimetres, and how many lines a long text has."""
 FEW, LARGE_STEPS = 3, (7.0, 6.4, 5.8, *STEPS)
-"""Up to so many questions have larger texts and buttons where there is room; these are the em sizes."""
+"""Up to so many questions have larger texts and buttons where there is room; these are the em sizes.
+
+Their numbers have keys to press, too.
+"""
+ERASE = "←"
+"""The key that takes back the last character of a number."""
 PAD, BETWEEN = 2.0, 1.6
 BAND, PITCH, NARROWEST_ENDS, FIELD = 10.0, 17.0, 20.0, 12.0
 
@@ -139,19 +144,29 @@ class _Points:
 @dataclass(frozen=True)
 class _Field:
     width: int
-    height: int
+    tall: int
     size: int
     unit: Laid | None = None
+    pad: ButtonRow | None = None
+    apart: int = 0
+
+    @property
+    def height(self) -> int:
+        return self.tall + (0 if self.pad is None else self.apart + self.pad.height)
 
     def place(self, page: Page, room: Box, name: str) -> PlacedField:
         gap = page.metrics.unit(2)
         beside = 0 if self.unit is None else self.unit.width + gap
         left, top = room.left + (room.width - self.width - beside) // 2, room.top + (room.height - self.height) // 2
-        box = Box(left, top, self.width, self.height)
+        box = Box(left, top, self.width, self.tall)
         fixed = []
         if self.unit is not None:
-            fixed.append(Label(f"{name} unit", Box(box.right + gap, top, beside - gap, self.height), name, self.unit))
-        return PlacedField(0, tuple(fixed), (), box, self.size)
+            fixed.append(Label(f"{name} unit", Box(box.right + gap, top, beside - gap, self.tall), name, self.unit))
+        keys: tuple[Target, ...] = ()
+        if self.pad is not None:
+            below = Box(room.left, box.bottom + self.apart, room.width, self.pad.height)
+            keys = self.pad.placed(page, below, name)
+        return PlacedField(0, tuple(fixed), keys, box, self.size)
 
 
 @dataclass(frozen=True)
@@ -172,7 +187,7 @@ def cards_of(page: Page, questions: Sequence[ShownQuestion], room: Box) -> list[
     width = min(room.width, page.metrics.unit(WIDEST))
 
     def sets(size: int) -> list[_Set] | None:
-        sets_at_size = [_set(page, question, size, width) for question in questions]
+        sets_at_size = [_set(page, question, size, width, len(questions) <= FEW) for question in questions]
         return None if None in sets_at_size else [item for item in sets_at_size if item is not None]
 
     def heights(size: int) -> list[int] | None:
@@ -191,10 +206,10 @@ def cards_of(page: Page, questions: Sequence[ShownQuestion], room: Box) -> list[
     return sheets
 
 
-def _set(page: Page, question: ShownQuestion, size: int, width: int) -> _Set | None:
+def _set(page: Page, question: ShownQuestion, size: int, width: int, few: bool) -> _Set | None:
     unit, inner = page.metrics.unit, width - 2 * page.metrics.unit(4)
     text = lay(page.fonts, question.text, size, inner, bold=True, even=True)
-    control = _control(page, question, size, inner)
+    control = _control(page, question, size, inner, few)
     small = max(round(SMALLER * size), page.metrics.text(0))
     optional = lay(page.fonts, page.texts("optional"), small, inner) if question.asked.optional else None
     if text is None or control is None or (optional is None and question.asked.optional):
@@ -203,8 +218,8 @@ def _set(page: Page, question: ShownQuestion, size: int, width: int) -> _Set | N
     return _Set(text, optional, control, height)
 
 
-def _control(page: Page, question: ShownQuestion, size: int, width: int) -> Control | None:
-    """Return what answers a question at a size, or None if a text of it does not fit."""
+def _control(page: Page, question: ShownQuestion, size: int, width: int, few: bool) -> Control | None:
+    """Return what answers a question at a size, or None if a text of it does not fit; one of a `few` is large."""
     match question.asked:
         case Choice():
             row = button_row(page, question.labels, size, width)
@@ -214,7 +229,7 @@ def _control(page: Page, question: ShownQuestion, size: int, width: int) -> Cont
         case Confidence():
             return _points(page, question, question.asked.points, size, width)
         case _:
-            return _field(page, question, size, width)
+            return _field(page, question, size, width, few)
 
 
 def _line(page: Page, question: ShownQuestion, scale: Scale, size: int, width: int) -> _Line | None:
@@ -237,7 +252,13 @@ def _points(page: Page, question: ShownQuestion, points: int, size: int, width: 
     return _Points(pitch, page.metrics.target(11), (low, high), numerals)
 
 
-def _field(page: Page, question: ShownQuestion, size: int, width: int) -> _Field | None:
+def keys_of(question: NumberQuestion) -> tuple[str, ...]:
+    """Return the keys that type an answer to a question: digits, the point, a minus where it may be below 0."""
+    negative = (question.low is None and question.above is None) or min(question.low or 0, question.above or 0) < 0
+    return (*"1234567890", ".", *(["-"] if negative else []), ERASE)
+
+
+def _field(page: Page, question: ShownQuestion, size: int, width: int, few: bool) -> _Field | None:
     unit = lay(page.fonts, question.unit, size, width // 3) if question.unit else None
     if question.unit and unit is None:
         return None
@@ -245,8 +266,10 @@ def _field(page: Page, question: ShownQuestion, size: int, width: int) -> _Field
     height = page.metrics.target(FIELD)
     if question.many_lines:
         height = max(height, TEXT_LINES * line + 2 * page.metrics.unit(3))
-    wide = page.metrics.unit(NUMBER if isinstance(question.asked, NumberQuestion) else TEXT)
-    return _Field(min(wide, width), height, size, unit)
+    pad, wide = None, page.metrics.unit(TEXT)
+    if isinstance(question.asked, NumberQuestion):
+        pad, wide = key_pad(page, keys_of(question.asked), size, width) if few else None, page.metrics.unit(NUMBER)
+    return _Field(min(wide, width), height, size, unit, pad, page.metrics.unit(PAD))
 
 
 def _card(page: Page, item: _Set, card: Box, number: int) -> PlacedField:

@@ -17,7 +17,7 @@ from palpate.devices.window.screens.base import Base, Missing, back_and_next
 from palpate.devices.window.screens.elements import Element, Label
 from palpate.devices.window.screens.field_answers import FieldAnswers, count_of, index_of, option_of
 from palpate.devices.window.screens.field_buttons import KEYS, OptionButton, large_buttons
-from palpate.devices.window.screens.field_cards import PlacedField, cards_of
+from palpate.devices.window.screens.field_cards import ERASE, PlacedField, cards_of, keys_of
 from palpate.devices.window.screens.field_words import ShownQuestion, expected_number, fields_hint, shown
 from palpate.devices.window.screens.frame import STEPS, Frame, fitted, trial_frame
 from palpate.devices.window.screens.sliders import Track, keyed, share_of
@@ -100,6 +100,8 @@ class FieldsScreen(Base):
         """Return a target as it looks with the present answer."""
         question, answer = self.form.questions[place.number], self.given.of(place.number)
         match target:
+            case OptionButton() if isinstance(question, NumberQuestion):
+                return replace(target, stop=False)
             case OptionButton() if isinstance(question, Choice):
                 chosen = answer == question.options[_place_in(target.name)]
                 return replace(target, chosen=chosen, stop=self.lone or target.name == self._stop_of(place))
@@ -160,16 +162,29 @@ class FieldsScreen(Base):
     def pressed(self, name: str, event: Pressed) -> None:
         if (place := self._place_of(name)) is None:
             return
-        target = place.targets[0] if place.targets else None
-        match target:
+        if place.number in self.fields:
+            if name == f"question {place.number} field":
+                self.fields[place.number].press(event.x, event.y)
+            else:
+                self._press_key_of_pad(place, _place_in(name), event.t_s)
+            return
+        match place.targets[0]:
             case OptionButton():
                 self._choose(place, _place_in(name))
-            case Points():
-                self._choose(place, target.nearest(event.x))
-            case Track():
-                self._drag(place, target, event)
-            case _:
-                self.fields[place.number].press(event.x, event.y)
+            case Points() as points:
+                self._choose(place, points.nearest(event.x))
+            case Track() as track:
+                self._drag(place, track, event)
+
+    def _press_key_of_pad(self, place: PlacedField, index: int, t_s: float) -> None:
+        """Type with a key of a number's pad; the field keeps the focus."""
+        question = self.form.questions[place.number]
+        key = keys_of(question)[index] if isinstance(question, NumberQuestion) else ""
+        if key == ERASE:
+            self.given.press_key(place.number, Key("backspace", False, t_s))
+        else:
+            self.given.write(place.number, key, self.now_s)
+        self.focus, self.notice = self._stop_of(place), ()
 
     def dragged(self, name: str, event: Moved | Released) -> None:
         place = self._place_of(name)
@@ -258,7 +273,7 @@ class FieldsScreen(Base):
 
     def _stop_of(self, place: PlacedField) -> str:
         """Return the target of a question that the keyboard's focus stops at."""
-        if not place.targets:
+        if place.number in self.fields:
             return f"question {place.number} field"
         names = [target.name for target in place.targets]
         if self.focus in names:

@@ -56,6 +56,24 @@ def test_a_number_key_goes_on_to_the_field_that_comes_next():
     assert hand(CHOICE, NUMBER).type("1").type("42").key("enter").value["answers"] == {"which": "first", "strength": 42}
 
 
+def test_a_number_is_typed_by_touch_on_the_keys_below_it():
+    on = hand(NUMBER)
+    for key in (0, 1, 10, 4, 11, 8):  # 1 2 . 5, back, 9
+        on.tap(f"question 0 option {key}")
+    assert on.screen.focus == "question 0 field" and on.text("question 0 field.text") == "12.9"
+    on.type("1").tap("next")
+    assert on.value["answers"] == {"strength": 12.91} and on.value["at_s"] == {"strength": 1.3}
+    below = hand({**NUMBER, "above": -5})
+    assert below.tap("question 0 option 11").tap("question 0 option 3").tap("next").value["answers"] == {"strength": -4}
+    assert "question 3 option 0" not in {element.name for element in hand(*ALL).screen.scene()}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_keys_of_a_number_fit_on_every_screen(size):
+    for questions in ((NUMBER,), (NUMBER, SURE, TEXT), ({**NUMBER, "above": -5},)):
+        assert problems(Hand(form(*questions), SIZES[size]).screen.placed(), SIZES[size]) == []
+
+
 def test_one_choice_alone_is_answered_by_the_press_itself():
     on = hand(CHOICE)
     on.do(Pressed, *on.point("question 0 option 2"))
