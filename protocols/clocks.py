@@ -14,6 +14,8 @@ from palpate.protocols.undefined import finite_or_none
 
 TOLERANCE_PPM = 100.0
 """Greatest deviation of a crystal from its nominal rate; a rate with a greater standard error is not used."""
+BURST_S, FASTEST = 0.25, 3.0
+"""Samples that all came within this time, and over so many times as fast as nominal, were held back: one burst."""
 SPACINGS, SPACINGS_OF = 8, 3
 """Number of the smallest delays of each half over which their spacing is averaged, to estimate how far the least one is
 above 0. Of few arrivals a third of them is used, at least three: the larger delays lie further apart.
@@ -82,7 +84,7 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
 
     Raises:
         ClockError: no arrivals, a number or time that is not finite, numbers that do not rise, times that fall,
-            a rate that is not positive, or arrivals that all have one time.
+            a rate that is not positive, or arrivals in one burst (`BURST_S`, `FASTEST`).
     """
     _demand_rate(rate_hz)
     if not arrivals:
@@ -103,8 +105,12 @@ def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
     if len(points) < 2:
         return _placed(Clock(t0, rate_hz, rate_hz, measured=False, arrivals=1), n0)
     offset, slope = _line_under(points)
-    if 1.0 / rate_hz + slope <= 0.0:
-        raise ClockError(f"{len(points)} arrivals, most of them at one moment: they do not tell how fast samples come")
+    samples, took_s = arrivals[-1][0] - n0, arrivals[-1][1] - t0
+    if 1.0 / rate_hz + slope <= (1.0 / (FASTEST * rate_hz) if took_s <= BURST_S else 0.0):
+        raise ClockError(
+            f"{len(points)} arrivals, most of them at one moment: {samples:g} samples came within {took_s:.3g} s, not "
+            f"{samples / rate_hz:.3g} s as at {rate_hz:g} Hz; a burst does not tell how fast samples come"
+        )
     error_n, error_s = _errors(points, offset, slope)
     drift_error_ppm = error_n * rate_hz * 1e6
     measured = drift_error_ppm <= TOLERANCE_PPM or abs(slope * rate_hz) * 1e6 > TOLERANCE_PPM + 3.0 * drift_error_ppm

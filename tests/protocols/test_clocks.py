@@ -101,6 +101,8 @@ def test_one_arrival_places_the_nominal_clock_without_an_error():
         ([(0, 1.0), (9, math.nan)], 100, "arrival 2 is sample 9 at nan s"),
         ([(0, math.inf)], 100, "finite numbers"),
         ([(n, 7.0) for n in range(0, 2000, 100)], 100, "20 arrivals, most of them at one moment"),
+        ([(n, 7.0 + n * 1e-6) for n in range(0, 2001, 100)], 100, "2000 samples came within 0.002 s, not 20 s as at"),
+        ([(n, 7.0 + n * 1e-4) for n in range(0, 2001, 100)], 100, "a burst does not tell how fast samples come"),
         ([(0, 1.0)], 0, "the nominal rate is 0 Hz"),
         ([(0, 1.0)], math.nan, "the nominal rate is nan Hz"),
     ],

@@ -138,3 +138,10 @@ def test_arrivals_that_are_only_noticed_every_millisecond_are_not_believed_furth
 )
 def test_unusable_arrivals_give_no_drift(pairs):
     assert fitted(pairs) is None
+
+
+@pytest.mark.parametrize("took_s", [0.0005, 0.02, 0.2])
+def test_samples_that_were_held_back_and_came_in_one_burst_tell_no_pace(took_s):
+    chance = random.Random(1)
+    came_s = sorted(10 + took_s * n / 200 + chance.expovariate(1e4) for n in range(200))
+    assert fitted([(n * 0.1, round(t_s * NS)) for n, t_s in enumerate(came_s)]) is None
