@@ -433,8 +433,9 @@ test anova.sum_of_squares =: II III
 test binomial_mixed_model: condition confidence correct level link n nodes random
 test binomial_mixed_model.link =: logit probit
 test binomial_mixed_model.random =: intercept intercept_and_condition intercept_and_slope
-test bradley_terry: confidence correction count first loser participant reference tie winner
+test bradley_terry: confidence correction count first independent loser participant reference tie winner
 test bradley_terry.correction =: bonferroni holm none
+test bradley_terry.independent =: choices participants
 test categories: by confidence correction over reversed
 test categories.correction =: bonferroni holm none
 test cochran: exact factor yes
@@ -488,8 +489,9 @@ test relevance.interval =: bca percentile
 test relevance.normalisation =: any_stimulus share_of_maximum share_of_trials
 test retest: confidence order targets
 test target_error: attribute_column confidence target target_scale
-test thurstone: confidence correction count loser method participant reference winner
+test thurstone: confidence correction count independent loser method participant reference winner
 test thurstone.correction =: bonferroni holm none
+test thurstone.independent =: choices participants
 test thurstone.method =: least_squares likelihood
 test trends: category confidence correction families family numeric pooled reference reversed
 test trends.category =: mean none

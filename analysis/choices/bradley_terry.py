@@ -12,7 +12,9 @@ from palpate.analysis.choices.scales import (
     SUM_ZERO,
     Maximum,
     Scale,
+    around_choices,
     constraint_matrix,
+    covariance_over_people,
     effect_table,
     fit_against_free,
     maximise_likelihood,
@@ -34,17 +36,19 @@ def bradley_terry(
     count: Hashable | None = None,
     constraint: Hashable = SUM_ZERO,
     confidence: float = 0.95,
+    participant: Hashable | None = None,
 ) -> Scale:
     """Return the worths of items from choices between pairs of them, by maximum likelihood.
 
     A value is a log odds: P(i over j) = 1 / (1 + exp(value_j - value_i)). With `tie`, P(tie) is proportional to exp(tie
     + (value_i + value_j) / 2); with `first`, `position` is added to the value of the item presented first (ties
-    unchanged). One row per comparison, or per `count` of them. Raises NoEstimate where the likelihood has no finite
-    maximum (naming the items), UnknownColumn, BadValue, TooFew. Sources: Bradley & Terry 1952; Ford 1957 (existence);
-    Davidson 1970 (ties); Davidson & Beaver 1977 (position).
+    unchanged). One row per comparison, or per `count` of them. Standard errors are over people where `participant`
+    names two or more (`covariance_over_people`), else as if all choices were independent. Raises NoEstimate where
+    the likelihood has no finite maximum (naming the items), UnknownColumn, BadValue, TooFew. Sources: Bradley &
+    Terry 1952; Ford 1957 (existence); Davidson 1970 (ties); Davidson & Beaver 1977 (position).
     """
     check_share(confidence, "confidence")
-    counted = gather_choices(data, winner, loser, tie, first, count)
+    counted = gather_choices(data, winner, loser, tie, first, count, participant)
     turn = constraint_matrix(counted.items, constraint)
     names = [name for name, option in (("tie", tie), ("position", first)) if option is not None]
     if tie is not None and not counted.counts[:, 2].any():
@@ -53,6 +57,13 @@ def bradley_terry(
     design, counts = _design(counted, tie is not None, first is not None)
     refuse_separated(_advantages(design, counts), [*map(repr, counted.items[1:]), *names])
     most = maximise_likelihood(design, counts)
+    people = len(counted.people) if len(counted.people) > 1 else 0
+    lacking: tuple[str, ...] = ()
+    if people:
+        covariance, lacking = covariance_over_people(
+            counted, lambda own: around_choices(design, own[:, : counts.shape[1]], most.parameters)[1:3]
+        )
+        most = most._replace(covariance=covariance)
     size = len(counted.items)
     raw, spread = _values(most, size)
     covariance = turn @ spread @ turn.T
@@ -61,9 +72,9 @@ def bradley_terry(
     variances = np.diag(most.covariance)[size - 1 :]
     model = "Bradley-Terry" + (", Davidson's ties" if "tie" in names else "")
     return Scale(
-        value_table(counted, turn @ raw, covariance, confidence).assign(worth=odds / odds.sum()),
+        value_table(counted, turn @ raw, covariance, confidence, people).assign(worth=odds / odds.sum()),
         pd.DataFrame(covariance, index=pd.Index(list(counted.items)), columns=pd.Index(list(counted.items))),
-        effect_table(names, most.parameters[size - 1 :], variances, confidence),
+        effect_table(names, most.parameters[size - 1 :], variances, confidence, people),
         pair_table(counted, most.fitted),
         deviance,
         df,
@@ -71,7 +82,8 @@ def bradley_terry(
         most.log_likelihood,
         constraint,
         model + (", bias for the first place" if "position" in names else ""),
-        notes,
+        (*lacking, *notes),
+        people,
     )
 
 

@@ -21,7 +21,8 @@ TRUE, FALSE = ("true", "1", "1.0", "yes"), ("false", "0", "0.0", "no", "")
 class Counted:
     """One row per ordered pair that was compared: `counts` (pairs, 3) of wins of `one`, wins of `two`, ties.
 
-    `ordered` says whether `one` was presented first; if not, `one` is before `two` in label order.
+    `ordered` says whether `one` was presented first; if not, `one` is before `two` in label order. `people` are those
+    who compared, () where they are unknown, `by_person` (people, pairs, 3) their parts of the counts.
     """
 
     items: tuple[Hashable, ...]
@@ -29,6 +30,8 @@ class Counted:
     two: Counts
     counts: Floats
     ordered: bool
+    people: tuple[Hashable, ...]
+    by_person: Floats
 
     def wins(self) -> Floats:
         """Return how often each item (row) was chosen over each other item (column)."""
@@ -51,14 +54,15 @@ def gather_choices(
     tie: Hashable | None = None,
     first: Hashable | None = None,
     count: Hashable | None = None,
+    participant: Hashable | None = None,
 ) -> Counted:
     """Return the comparisons of a table, one row per comparison, or per `count` of them.
 
-    `tie` names a column that is true where neither won, `first` one that holds the item presented first. Raises
-    UnknownColumn, BadValue (an item against itself, a count that is not a whole number from 0, a first item that is not
-    in the pair), TooFew (fewer than two items).
+    `tie` names a column that is true where neither won, `first` one that holds the item presented first, `participant`
+    one that says who compared. Raises UnknownColumn, BadValue (an item against itself, a count that is not a whole
+    number from 0, a first item that is not in the pair), TooFew (fewer than two items).
     """
-    named = [winner, loser, *(name for name in (tie, first, count) if name is not None)]
+    named = [winner, loser, *(name for name in (tie, first, count, participant) if name is not None)]
     check_columns(data, named)
     columns = [data[name] for name in (winner, loser, *([] if first is None else [first]))]
     both = coded(pd.concat(columns, ignore_index=True), f"{winner} and {loser}")
@@ -78,7 +82,6 @@ def gather_choices(
         outcome = np.where(_are_ties(data[tie], tie), 2, outcome)
     items = tuple(both.labels)
     two = won + lost - lead
-    ordered = first is not None
     if len(items) < 2:
         raise TooFew(f"{len(items)} item; a comparison needs two or more")
     cells = np.zeros((len(items), len(items), 3))
@@ -86,7 +89,17 @@ def gather_choices(
     pairs = np.argwhere(cells.sum(axis=2) > 0)
     if not len(pairs):
         raise BadValue("no comparison has a count above 0")
-    return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
+    people: tuple[Hashable, ...] = ()
+    by_person = np.zeros((0, len(pairs), 3))
+    if participant is not None:
+        who = coded(data[participant], participant)
+        people, place = tuple(who.labels), np.zeros(cells.shape[:2], dtype=np.intp)
+        place[pairs[:, 0], pairs[:, 1]] = np.arange(len(pairs))
+        by_person = np.zeros((len(people), len(pairs), 3))
+        np.add.at(by_person, (who.codes, place[lead, two], outcome), weights)
+    return Counted(
+        items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], first is not None, people, by_person
+    )
 
 
 def _counts_of(column: pd.Series[Any], name: Hashable) -> Floats:

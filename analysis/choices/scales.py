@@ -7,7 +7,7 @@ method. No scale exists if one group of items never lost to the rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -21,13 +21,15 @@ from scipy.special import gammaincc, logsumexp, ndtr, ndtri, xlogy
 
 from palpate.analysis.choices.counted import Counted
 from palpate.analysis.statistics.doubles import Floats
-from palpate.analysis.statistics.f_and_t import SMALLEST, adjusted
+from palpate.analysis.statistics.f_and_t import SMALLEST, adjusted, t_critical, t_two_sided
 from palpate.analysis.statistics.refusals import BadOption, NoEstimate, UnknownColumn, listed
 
 SUM_ZERO = "sum_zero"
 FEW_EXPECTED = 5.0
 STEPS, HALVINGS = 100, 40
 DONE = 1e-24
+SINGULAR = 1e12  # condition of an information matrix
+ALIKE = 1e-9  # a standard error below it is of rounding, of people who all chose alike
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,10 @@ class Scale:
 
     `values`: item, value, se, ci_low, ci_high, wins, losses, ties, comparisons (and `worth`, the share of the summed
     odds, for Bradley-Terry). `constraint` is "sum_zero" or the item whose value is 0. `covariance` is of the values.
-    `effects`: other parameters (effect, estimate, se, z, p, ci_low, ci_high). `pairs`: one, two, their counts, and how
-    often the model expects `one` to be chosen. `deviance` (`df`, `p`) is against a model with every pair free.
+    `effects`: other parameters (effect, estimate, se, t or z, p, ci_low, ci_high). `pairs`: one, two, their counts, and
+    how often the model expects `one` to be chosen. `deviance` (`df`, `p`) is against a model with every pair free.
+    `people`: number of people who are left out in turn for standard errors (Student's t, people - 1 degrees of
+    freedom); 0 where every choice counts as independent (normal distribution).
     """
 
     values: pd.DataFrame
@@ -51,13 +55,16 @@ class Scale:
     constraint: Hashable
     model: str
     notes: tuple[str, ...] = ()
+    people: int = 0
 
 
-def value_table(counted: Counted, values: Floats, covariance: Floats, confidence: float) -> pd.DataFrame:
-    """Return the values with their normal intervals and the items' counts."""
+def value_table(
+    counted: Counted, values: Floats, covariance: Floats, confidence: float, people: int = 0
+) -> pd.DataFrame:
+    """Return the values with their intervals (see `critical`) and the items' counts."""
     wins, ties = counted.wins(), counted.tied()
-    se = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    half = float(ndtri((1 + confidence) / 2)) * se
+    se = _standard_errors(np.diag(covariance))
+    half = critical(people, confidence) * se
     return pd.DataFrame(
         {
             "item": list(counted.items),
@@ -89,7 +96,7 @@ def constraint_matrix(items: tuple[Hashable, ...], constraint: Hashable) -> Floa
 
 
 def differences(scale: Scale, correction: str = "holm") -> pd.DataFrame:
-    """Return every pair of items: A, B, difference (A minus B), se, z, p, p_corrected; Wald tests.
+    """Return every pair of items: A, B, difference (A minus B), se, t (or z, see `tested`), p, p_corrected.
 
     `correction`: "none", "bonferroni" or "holm", the family being all pairs.
     """
@@ -101,26 +108,67 @@ def differences(scale: Scale, correction: str = "holm") -> pd.DataFrame:
     rows = []
     for i, j in combinations(range(len(items)), 2):
         gap = float(values[i] - values[j])
-        se = math.sqrt(max(spread[i, i] + spread[j, j] - 2 * spread[i, j], 0.0))
-        rows.append({"A": items[i], "B": items[j], "difference": gap, "se": se, "z": gap / se, "p": p_of_z(gap / se)})
+        se = float(_standard_errors(spread[i, i] + spread[j, j] - 2 * spread[i, j]))
+        rows.append({"A": items[i], "B": items[j], "difference": gap, "se": se, **tested(gap, se, scale.people)})
     table = pd.DataFrame(rows)
     return table.assign(p_corrected=adjusted(table["p"].tolist(), names[correction]))
 
 
-def effect_table(names: list[str], estimates: Floats, variances: Floats, confidence: float) -> pd.DataFrame:
-    """Return parameters other than the items' values, each with its Wald test."""
-    half = float(ndtri((1 + confidence) / 2))
+def effect_table(
+    names: list[str], estimates: Floats, variances: Floats, confidence: float, people: int = 0
+) -> pd.DataFrame:
+    """Return parameters other than the items' values, each with its test (see `tested`) and interval."""
+    half = critical(people, confidence)
     rows = [
-        {"effect": name, "estimate": b, "se": se, "z": b / se, "p": p_of_z(b / se)}
+        {"effect": name, "estimate": b, "se": se, **tested(b, se, people)}
         | {"ci_low": b - half * se, "ci_high": b + half * se}
-        for name, b, se in zip(names, estimates.tolist(), np.sqrt(variances).tolist(), strict=True)
+        for name, b, se in zip(names, estimates.tolist(), _standard_errors(variances).tolist(), strict=True)
     ]
-    return pd.DataFrame(rows, columns=["effect", "estimate", "se", "z", "p", "ci_low", "ci_high"])
+    columns = ["effect", "estimate", "se", "t" if people else "z", "p", "ci_low", "ci_high"]
+    return pd.DataFrame(rows, columns=columns)
 
 
-def p_of_z(z: float) -> float:
-    """Return P(|Z| > |z|), never 0."""
-    return max(float(2 * ndtr(-abs(z))), SMALLEST)
+def _standard_errors(variances: Floats) -> Floats:
+    """Return the roots of variances, NaN where they are of rounding alone."""
+    se = np.sqrt(np.maximum(variances, 0.0))
+    return np.where(se < ALIKE, math.nan, se)
+
+
+def critical(people: int, confidence: float) -> float:
+    """Return half the width of an interval in standard errors: normal, of `people` Student's t."""
+    return t_critical(people - 1, confidence) if people else float(ndtri((1 + confidence) / 2))
+
+
+def tested(estimate: float, se: float, people: int) -> dict[str, float]:
+    """Return the test of an estimate against 0: z with its normal p, of `people` Student's t with its own."""
+    statistic = estimate / se
+    if people:
+        return {"t": statistic, "p": t_two_sided(statistic, people - 1)}
+    return {"z": statistic, "p": max(float(2 * ndtr(-abs(statistic))), SMALLEST)}
+
+
+def covariance_over_people(
+    counted: Counted, around: Callable[[Floats], tuple[Floats, Floats]]
+) -> tuple[Floats, tuple[str, ...]]:
+    """Return the covariance of estimates (parameters, parameters) by leaving out each person in turn, and notes.
+
+    `around` returns the gradient and curvature of one person's log likelihood, for counts (pairs, 3), at the estimates.
+    The estimates without a person are one step of Newton's method away, so that they exist also where the likelihood of
+    the others has no finite maximum. It is NaN if the comparisons without somebody fix no scale, whom a note names.
+    Sources: Tukey 1958 (jackknife, t of people - 1); Lipsitz, Laird & Harrington 1990 (one step).
+    """
+    slopes, bends = map(np.array, zip(*map(around, counted.by_person), strict=True))
+    others = bends.sum(axis=0) - bends
+    needed = [name for name, bend in zip(counted.people, others, strict=True) if np.linalg.cond(bend) > SINGULAR]
+    if needed:
+        names = listed(map(repr, needed), len(needed)).replace("; ", ", ")
+        note = f"no standard errors over people: without {names} the comparisons fix no scale"
+        return np.full_like(bends[0], math.nan), (note,)
+    left: Floats = np.linalg.solve(others, -slopes[..., None])[..., 0]
+    apart = left - left.mean(axis=0)
+    if np.abs(apart).max() < ALIKE:
+        return np.full_like(bends[0], math.nan), ("no standard errors over people: all of them chose alike",)
+    return (len(left) - 1) / len(left) * apart.T @ apart, ()
 
 
 def fit_against_free(counts: Floats, fitted: Floats, parameters: int) -> tuple[float, int, float, tuple[str, ...]]:
@@ -157,9 +205,8 @@ def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
     The likelihood is concave, so there is one maximum; the caller must check that it exists. Raises NoEstimate where
     Newton's method does not converge. Source: McFadden 1974.
     """
-    total = counts.sum(axis=1)
     place = np.zeros(design.shape[2])
-    value, slope, bend, fitted = _around(design, counts, total, place)
+    value, slope, bend, fitted = around_choices(design, counts, place)
     for _ in range(STEPS):
         step: Floats = np.asarray(np.linalg.solve(bend, slope), dtype=np.float64)
         gain = float(step @ slope)
@@ -167,7 +214,7 @@ def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
             return Maximum(place, inverse(bend), value, fitted)
         for halving in range(HALVINGS):
             moved = place + step * 0.5**halving
-            around = _around(design, counts, total, moved)
+            around = around_choices(design, counts, moved)
             if around[0] >= value:
                 break
         else:
@@ -178,8 +225,9 @@ def maximise_likelihood(design: Floats, counts: Floats) -> Maximum:
     raise NoEstimate(f"the estimates still move after {STEPS} steps of Newton's method; the comparisons are too few")
 
 
-def _around(design: Floats, counts: Floats, total: Floats, place: Floats) -> tuple[float, Floats, Floats, Floats]:
+def around_choices(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats, Floats]:
     """Return the log likelihood, its gradient, its (positive) curvature and the probabilities at some parameters."""
+    total = counts.sum(axis=1)
     utility = design @ place
     log_share = utility - logsumexp(utility, axis=1, keepdims=True)
     share = np.exp(log_share)

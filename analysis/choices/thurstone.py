@@ -19,6 +19,7 @@ from palpate.analysis.choices.scales import (
     SUM_ZERO,
     Scale,
     constraint_matrix,
+    covariance_over_people,
     effect_table,
     fit_against_free,
     inverse,
@@ -41,29 +42,32 @@ def thurstone(
     method: Method = "likelihood",
     constraint: Hashable = SUM_ZERO,
     confidence: float = 0.95,
+    participant: Hashable | None = None,
 ) -> Scale:
     """Return the values of items in units of a difference's standard deviation: P(i over j) = Phi(value_i - value_j).
 
     "likelihood" is maximum likelihood, which allows proportions of 0 and 1. "least_squares" is the classical solution,
     the mean of each item's normal deviates: every pair must have been compared and neither item always chosen
-    (IncompleteCells), and it has no standard errors (NaN). Raises NoEstimate where no finite estimate exists,
-    UnknownColumn, BadValue, TooFew, BadOption. Sources: Thurstone 1927; Mosteller 1951 (least squares); Bock & Jones
-    1968 (likelihood).
+    (IncompleteCells), and it has no standard errors (NaN). Standard errors of "likelihood" are over people where
+    `participant` names two or more (`covariance_over_people`), else as if all choices were independent. Raises
+    NoEstimate where no finite estimate exists, UnknownColumn, BadValue, TooFew, BadOption. Sources: Thurstone 1927;
+    Mosteller 1951 (least squares); Bock & Jones 1968 (likelihood).
     """
     check_share(confidence, "confidence")
     if method not in ("likelihood", "least_squares"):
         raise BadOption(f"method={shown(method)} is unknown: 'likelihood' or 'least_squares'")
     if method == "least_squares":
         refuse_idle("confidence", confidence, 0.95, "with method='least_squares', which has no intervals")
-    counted = gather_choices(data, winner, loser, None, None, count)
+    counted = gather_choices(data, winner, loser, None, None, count, participant)
     turn = constraint_matrix(counted.items, constraint)
     refuse_unconnected(counted)
+    people = len(counted.people) if len(counted.people) > 1 and method == "likelihood" else 0
     if method == "likelihood":
-        raw, spread, fitted, value = _most_likely(counted)
+        raw, spread, fitted, value, lacking = _most_likely(counted)
         model = "Thurstone, case V, maximum likelihood"
     else:
         raw, fitted = _least_squares(counted)
-        spread, value = np.full((len(raw), len(raw)), math.nan), math.nan
+        spread, value, lacking = np.full((len(raw), len(raw)), math.nan), math.nan, ()
         model = "Thurstone, case V, least squares"
     covariance = turn @ spread @ turn.T
     shares = np.column_stack([fitted, 1 - fitted])
@@ -72,7 +76,7 @@ def thurstone(
         notes = (*notes, "least squares gives no standard errors; the likelihood does")
     labels = pd.Index(list(counted.items))
     return Scale(
-        value_table(counted, turn @ raw, covariance, confidence),
+        value_table(counted, turn @ raw, covariance, confidence, people),
         pd.DataFrame(covariance, index=labels, columns=labels),
         effect_table([], np.array([]), np.array([]), confidence),
         pair_table(counted, shares),
@@ -82,7 +86,8 @@ def thurstone(
         value,
         constraint,
         model,
-        notes,
+        (*lacking, *notes),
+        people,
     )
 
 
@@ -102,8 +107,10 @@ def _least_squares(counted: Counted) -> tuple[Floats, Floats]:
     return values, np.asarray(ndtr(values[counted.one] - values[counted.two]))
 
 
-def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
-    """Return values (the first 0), covariance (expected information), shares and likelihood, by Newton's method."""
+def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float, tuple[str, ...]]:
+    """Return values (the first 0), covariance (over people, or from the expected information), shares, likelihood and
+    notes.
+    """
     pairs, items = len(counted.one), len(counted.items)
     design = np.zeros((pairs, items))
     design[np.arange(pairs), counted.one] = 1.0
@@ -129,9 +136,12 @@ def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
     total = counts.sum(axis=1)
     z = design @ place
     weight = np.exp(-z * z - 2 * LOG_ROOT - log_ndtr(z) - log_ndtr(-z))
-    result: Floats = (design.T * (total * weight)) @ design
-    spread[1:, 1:] = inverse(result)
-    return np.concatenate(([0.0], place)), spread, shares, value
+    notes: tuple[str, ...] = ()
+    if len(counted.people) > 1:
+        spread[1:, 1:], notes = covariance_over_people(counted, lambda own: _around(design, own[:, :2], place)[1:])
+    else:
+        spread[1:, 1:] = inverse((design.T * (total * weight)) @ design)
+    return np.concatenate(([0.0], place)), spread, shares, value, notes
 
 
 def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats]:

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections import Counter
+from collections.abc import Hashable, Mapping
+from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import pandas as pd
+from scipy.special import gammaincc
 
 from palpate.analysis.choices.counted import gather_choices
 from palpate.analysis.statistics.cells import check_columns, coded
+from palpate.analysis.statistics.f_and_t import SMALLEST
 
 POOLED = "all together"
+MOST_EXACT = 9
 
 
 def circular_triads(
@@ -27,7 +33,8 @@ def circular_triads(
     Of two items the one chosen more often leads; a pair without a leader makes no triad. Columns: `who` ("all together"
     or the participant), `triads` (with a leader in every pair), `circular`, `expected` (a quarter of them, if every
     pair were decided by a coin), `consistence` (Kendall's zeta: 1 without a circular triad; NaN unless every pair has a
-    leader), `note`. Source: Kendall & Babington Smith 1940.
+    leader), `p` (the chance that coins give no more circular triads; NaN likewise), `note`. Source: Kendall & Babington
+    Smith 1940.
     """
     items = len(gather_choices(data, winner, loser, tie, None, count).items)
     whole = _row(POOLED, data, winner, loser, tie, count, items)
@@ -66,5 +73,45 @@ def _row(
         "circular": circular,
         "expected": triads / 4,
         "consistence": 1 - circular / most if every and size > 2 else math.nan,
+        "p": chance_of_circular(size, circular) if every and size > 2 else math.nan,
         "note": "" if every and size > 2 else "some pair has no leader: consistence needs them all",
     }
+
+
+def chance_of_circular(items: int, circular: int) -> float:
+    """Return the chance of at most so many circular triads among `items`, each pair of which is decided by a coin.
+
+    It is exact for up to `MOST_EXACT` items, else by Kendall's chi squared with n (n - 1) (n - 2) / (n - 4)^2 degrees
+    of freedom. Source: Kendall & Babington Smith 1940.
+    """
+    if items <= MOST_EXACT:
+        ways = ways_to_be_circular(items)
+        return math.fsum(count for number, count in ways.items() if number <= circular) / float(sum(ways.values()))
+    df = items * (items - 1) * (items - 2) / (items - 4) ** 2
+    chi2 = 8 / (items - 4) * (math.comb(items, 3) / 4 - circular + 0.5) + df
+    return max(float(gammaincc(df / 2, chi2 / 2)), SMALLEST)
+
+
+@lru_cache(maxsize=MOST_EXACT)
+def ways_to_be_circular(items: int) -> Mapping[int, int]:
+    """Return by number of circular triads how many outcomes of all pairs of `items` have it.
+
+    Items are added one by one; outcomes with the same numbers of wins, in any order, are counted together.
+    """
+    ways: Counter[tuple[int, ...]] = Counter({(): 1})
+    for _ in range(items):
+        longer: Counter[tuple[int, ...]] = Counter()
+        for wins, count in ways.items():
+            own = Counter(wins)
+            # Of the items with equally many wins, some win against the new item.
+            for winners in product(*(range(number + 1) for number in own.values())):
+                new = [len(wins) - sum(winners)]
+                for (old, number), some in zip(own.items(), winners, strict=True):
+                    new += [old] * (number - some) + [old + 1] * some
+                equal = math.prod(map(math.comb, own.values(), winners))
+                longer[tuple(sorted(new))] += count * equal
+        ways = longer
+    circular: Counter[int] = Counter()
+    for wins, count in ways.items():
+        circular[math.comb(items, 3) - sum(math.comb(won, 2) for won in wins)] += count
+    return circular

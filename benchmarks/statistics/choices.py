@@ -51,6 +51,8 @@ def _scales(truth: Any) -> Iterator[Case]:
             return np.asarray(values.set_index("item")["value"][names], dtype=float)
 
         ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", _glm_of_pairs(names, link))]
+        if model is bradley_terry:
+            ways.append(("choix, ILSR", "choix", _choix(names)))
         kind = "relative, worst value; against R"
         yield from comparison(title, "baseball, 7 teams", len(table), ways, table, relative_error(right), kind)
 
@@ -64,6 +66,21 @@ def _glm_of_pairs(names: list[str], link: str) -> Callable[[pd.DataFrame], Float
         family = sm.families.Binomial(getattr(sm.families.links, link)())
         model = sm.GLM(np.ones(len(table)), design, family=family, freq_weights=table["n"].to_numpy())
         return np.asarray(model.fit(tol=1e-14, maxiter=200).params)
+
+    return fit
+
+
+def _choix(names: list[str]) -> Callable[[pd.DataFrame], Floats]:
+    """Return choix's iterative Luce spectral ranking (Maystre & Grossglauser 2015), with Baltimore at 0."""
+
+    def fit(table: pd.DataFrame) -> Floats:
+        import choix
+
+        place = {name: number for number, name in enumerate([*names, "Baltimore"])}
+        rows = table.iloc[np.repeat(np.arange(len(table)), table["n"])]
+        pairs = list(zip(rows["winner"].map(place), rows["loser"].map(place), strict=True))
+        values = np.asarray(choix.ilsr_pairwise(len(place), pairs, tol=1e-12), dtype=np.float64)
+        return np.asarray(values[:-1] - values[-1])
 
     return fit
 

@@ -21,6 +21,7 @@ _OF_STUDY = "palpate.analysis.plans.families.choices_of_study"
 Rate = Annotated[float, Field(ge=0, lt=1)]
 Draws = Annotated[Whole, Field(ge=19)]
 Correction = Literal["holm", "bonferroni", "none"]
+Independent = Literal["participants", "choices"]
 
 
 class ChoiceSettings(StatisticSettings):
@@ -45,7 +46,8 @@ class BradleyTerry(ChoiceSettings):
     `count` is the number of equal comparisons, `participant` the column of people (None: the column of that name, if
     any). `reference`: the item whose value is 0 (None: values sum to 0). With `source: choices` a study's pairs are
     compared: who won is known, ties are modelled if there are any, and `first: stimulus` adds the effect of the
-    interval.
+    interval. `independent`: standard errors are over participants, or as if every choice were independent of the
+    others, which one participant's are not; of one participant, or unknown ones, choices always are.
     """
 
     test: Literal["bradley_terry"]
@@ -58,6 +60,7 @@ class BradleyTerry(ChoiceSettings):
     reference: Level | None = None
     correction: Correction = "holm"
     confidence: Confidence = 0.95
+    independent: Independent = "participants"
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
@@ -91,13 +94,14 @@ class Thurstone(ChoiceSettings):
     reference: Level | None = None
     correction: Correction = "holm"
     confidence: Confidence = 0.95
+    independent: Independent = "participants"
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
         yield from super().idle()
         yield from _idle_on_pairs(self)
         if self.method == "least_squares":
-            names = ("correction", "confidence")
+            names = ("correction", "confidence", "independent")
             yield from (Idle(name, "with `method: least_squares`, which has no standard errors") for name in names)
 
 

@@ -209,7 +209,6 @@ def _answer(
 
 
 KINDS = {
-    "se": "standard error, inverse information",
     "wins": "times chosen",
     "losses": "times the other was chosen",
     "comparisons": "times compared",
@@ -227,8 +226,9 @@ def bradley_terry_answer(selected: Selected, settings: BradleyTerry) -> Answer:
     if settings.of_choices:
         tie = "tie" if table["tie"].any() else None
     scale = bradley_terry(
-        table, settings.winner, settings.loser, tie, settings.first, settings.count, reference, settings.confidence
-    )
+        table, settings.winner, settings.loser, tie, settings.first, settings.count, reference, settings.confidence,
+        _people_left_out(settings, table),
+    )  # fmt: skip
     kinds = {"value": "log odds", "worth": "share of the summed odds", "ties": "times tied", **KINDS}
     sources = "Bradley & Terry 1952" + ("" if tie is None else "; Davidson 1970")
     method = f"{scale.model} by maximum likelihood ({sources})"
@@ -244,8 +244,9 @@ def thurstone_answer(selected: Selected, settings: Thurstone) -> Answer:
         )
     reference = SUM_ZERO if settings.reference is None else settings.reference
     scale = thurstone(
-        table, settings.winner, settings.loser, settings.count, settings.method, reference, settings.confidence
-    )
+        table, settings.winner, settings.loser, settings.count, settings.method, reference, settings.confidence,
+        _people_left_out(settings, table),
+    )  # fmt: skip
     kinds = {"value": "in standard deviations of a difference of two items", **KINDS}
     method = f"{scale.model} (Thurstone 1927; Mosteller 1951)"
     return _scale_answer(settings, table, scale, method, kinds, None, same)
@@ -262,6 +263,16 @@ def _comparisons(
     return numeric(selected.table, () if settings.count is None else (settings.count,)), 0
 
 
+def _participant(settings: BradleyTerry | Thurstone, table: pd.DataFrame) -> str | None:
+    """Return the column that says who compared; None where none does."""
+    return settings.participant or (PARTICIPANT if PARTICIPANT in table.columns else None)
+
+
+def _people_left_out(settings: BradleyTerry | Thurstone, table: pd.DataFrame) -> str | None:
+    """Return the column of the people who are left out in turn for standard errors; None where choices are."""
+    return _participant(settings, table) if settings.independent == "participants" else None
+
+
 def _scale_answer(
     settings: BradleyTerry | Thurstone,
     table: pd.DataFrame,
@@ -273,10 +284,15 @@ def _scale_answer(
 ) -> Answer:
     ranked = scale.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
     fit = f"deviance({scale.df}) = {scale.deviance:.2f}, {apa_p(scale.p)}" if scale.df else "no test of fit"
-    who = settings.participant or ("participant" if "participant" in table.columns else None)
+    who = _participant(settings, table)
     triads = circular_triads(table, settings.winner, settings.loser, who, tie, settings.count)
     zero = "values sum to 0" if settings.reference is None else f"{settings.reference} is 0"
-    interval = f"{100 * settings.confidence:g} % normal interval of the value"
+    if scale.people:
+        se = f"standard error, each of {scale.people} people left out in turn"
+        interval = f"Student's t interval of the value, over {scale.people} people"
+    else:
+        se, interval = "standard error, inverse information", "normal interval of the value"
+    interval = f"{100 * settings.confidence:g} % {interval}"
     covariance = scale.covariance.set_axis([str(name) for name in scale.covariance], axis=1).reset_index(names="item")
     more: dict[str, tuple[Row, ...]] = {
         "fit": ({"deviance": scale.deviance, "df": scale.df, "p": scale.p if scale.df else None},),
@@ -290,7 +306,7 @@ def _scale_answer(
     return Answer(
         rows=rows_of(scale.values.drop(columns=["ties"] if settings.test == "thurstone" else [])),
         method=f"{method}; {zero}",
-        kinds=kinds | {"ci_low": interval, "ci_high": interval},
+        kinds=kinds | {"se": se, "ci_low": interval, "ci_high": interval},
         participants=people,
         values=int(scale.values["comparisons"].sum()) // 2,
         headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; "
@@ -298,7 +314,10 @@ def _scale_answer(
         notes=sentences(
             [
                 *scale.notes,
-                "" if people == 1 else NOT_INDEPENDENT,
+                "" if people == 1 or scale.people else NOT_INDEPENDENT,
+                idle_note("independent", "without a column that names two participants or more")
+                if people < 2 and settings.independent == "choices"
+                else "",
                 f"{same} pair(s) of a stimulus with itself left out" if same else "",
             ]
         ),

@@ -85,9 +85,20 @@ def test_choices_answer_as_the_same_comparisons_in_a_table_of_ones_own(
 def test_the_interval_has_an_effect_of_its_own() -> None:
     (effect,) = answer("bradley_terry", of_pairs(), source="choices", first="stimulus").more["effects"]
     assert effect["effect"] == "position"
-    assert float(effect["estimate"] or 0) == pytest.approx(0.3, abs=2 * float(effect["se"] or 0))
+    assert float(effect["ci_low"] or 0) < 0.3 < float(effect["ci_high"] or 0)
     with pytest.raises(ValidationError, match="first: stimulus is expected"):
         answer("bradley_terry", of_pairs(), source="choices", first="other")
+
+
+def test_standard_errors_are_over_participants_unless_the_plan_takes_choices_for_independent() -> None:
+    people = answer("bradley_terry", of_pairs(), source="choices")
+    each = answer("bradley_terry", of_pairs(), source="choices", independent="choices")
+    assert people.kinds["se"] == "standard error, each of 3 people left out in turn"
+    assert each.kinds["se"] == "standard error, inverse information"
+    assert [row["value"] for row in people.rows] == [row["value"] for row in each.rows]
+    assert "t" in people.more["differences"][0] and "z" in each.more["differences"][0]
+    notes = [any("count as independent" in note for note in one.notes) for one in (people, each)]
+    assert notes == [False, True]
 
 
 def test_a_stimulus_beside_itself_says_nothing() -> None:

@@ -274,9 +274,12 @@ REQUESTS: Mapping[str, list[Settings]] = {
     ],
     "bradley_terry": [
         {"table": "choices", "count": "times"}, {"table": "choices", "tie": "tied", "first": "first", "count": "times"},
-        {"table": "choices", "reference": "p", "count": "times"},
+        {"table": "choices", "reference": "p", "count": "times"}, {"table": "choices", "participant": "who"},
     ],
-    "thurstone": [{"table": "choices", "method": how, "count": "times"} for how in ("likelihood", "least_squares")],
+    "thurstone": [
+        *({"table": "choices", "method": how, "count": "times"} for how in ("likelihood", "least_squares")),
+        {"table": "choices", "participant": "who"},
+    ],
     "psychometric": [
         *({**COUNTED, "task": task} for task in ("symmetric", "yes_no", None)),
         {**COUNTED, "task": "forced_choice", "alternatives": 10}, {**TRIALS, "task": "yes_no"},
@@ -343,7 +346,8 @@ OTHER: Settings = {
     "each": {"y": "cloths"}, "ellipses": False, "ends": ["no", "yes"], "eta": "partial", "exact": False,
     "factor": "wish", "falling": True, "families": "cloth", "family": 40, "first": "first", "fixed": ["stimulus"],
     "form": "demographics", "function": "gaussian", "groups": "gender", "guess": 0.05, "halves": True,
-    "height_in": 5.0, "high": "truth", "inflected": False, "interactions": ["cloth:wish"], "interval": 0.6,
+    "height_in": 5.0, "high": "truth", "independent": "choices",
+    "inflected": False, "interactions": ["cloth:wish"], "interval": 0.6,
     "items": "side", "jnd": "x84_x50", "kinds": ["further"], "label": "dose", "label_column": "cloth", "lapse": 0.04,
     "last": 4, "least_r": 0.9, "letters": 9, "level": "half", "level_unit": "db", "levels": True, "link": "probit",
     "lists": {"own": ["tiny"]}, "loser": "worse", "low": "low2", "meaning": "similarity", "measure": "RMSE",
