@@ -19,6 +19,8 @@ from palpate.protocols.strict import KnownKeys, list_by_kind, problem_at
 from palpate.protocols.study import Attribute, Name, Number, Scale, Text, Whole
 from palpate.protocols.wording import count
 
+HUNDREDTHS = Scale(low=0, high=100)
+"""What simulated people mark scales in: answers on all scales of a study then vary alike."""
 MOST_FIELDS, MOST_OPTIONS, LONGEST_TEXT = 12, 12, 2000
 
 
@@ -243,8 +245,9 @@ def simulate(person: Any, ask: Ask, form: Fields) -> tuple[Reply, float]:
     """Answer every question; `person` is a simulated participant of the kind `perceiver`.
 
     A scale, or a number, that has the name of an attribute in the study's simulation is answered by its percept, others
-    by chance. The percept of a scale is in its units, as in a rating; that of a number is its decimal logarithm above
-    10, and the person's own bias is the modulus. Numbers have two significant digits, as people give them.
+    by chance. The percept of a scale is in hundredths of its length, as in a rating; that of a number is its decimal
+    logarithm above 10, and the person's own bias is the modulus. Numbers have two significant digits, as people give
+    them.
     """
     return answered(person, ask, {question.name: _answer(person, ask, question) for question in form.questions})
 
@@ -265,7 +268,8 @@ def _answer(person: Any, ask: Ask, question: QuestionSpec) -> Any:
     latent = person.latent(question.name, ask.trial.stimulus)
     attribute = Attribute(low=question.name, high=question.name)
     if isinstance(question, ScaleQuestion):
-        return person.rating(latent, attribute, question.scale, (ask.trial.number, ask.trial.attempt))
+        hundredths = person.rating(latent, attribute, HUNDREDTHS, (ask.trial.number, ask.trial.attempt))
+        return question.simulated(hundredths / 100.0)
     felt = person.gain(attribute) * latent + person.bias(attribute)
     felt += person.simulation.noise_sd * normal(*person.moment("noise", ask, question.name))
     if isinstance(question, NumberQuestion):
@@ -275,11 +279,11 @@ def _answer(person: Any, ask: Ask, question: QuestionSpec) -> Any:
 
 
 def rows(form: Fields, answers: Mapping[str, Any], reply: Mapping[str, Any], _request: Any) -> Iterator[dict[str, Any]]:
-    """Yield a row for each answered question, without those that `choices` has."""
+    """Yield a row for each answered question; of a form about intervals without those that `choices` has."""
     times = reply.get("at_s", {})
     for question in form.questions:
         answer = answers[question.name]
-        if answer is None or not question.has_row:
+        if answer is None or (form.name != Fields.name and not question.has_row):
             continue
         numeric = type(answer) in (int, float)
         yield {

@@ -341,7 +341,7 @@ FIELDS_TABLE = OwnTable(
     "One row for each question of a composite form that was answered in a trial.",
     (
         OwnColumn("question", "The question's name in the study file.", key=True),
-        OwnColumn("kind", "The kind of the question: choice, scale, number or text."),
+        OwnColumn("kind", "The kind of the question: choice, scale, number, text or confidence."),
         OwnColumn("value", "The answer as a text."),
         OwnColumn("number", "The answer, if it is a number.", "number"),
         OwnColumn("response_time_s", "When it was answered, from the form's appearance.", "number", "s"),

@@ -1,5 +1,6 @@
 """The composite form: its questions, their answers, and its table."""
 
+from dataclasses import replace
 from itertools import pairwise
 from math import sqrt
 
@@ -106,7 +107,7 @@ def test_simulated_magnitudes_follow_the_percept_in_decades_with_a_modulus_of_th
         "ask": [{"name": "strength", "kind": "number", "above": 0},
                 {"name": "size", "kind": "scale", "from": 0, "to": 9}],
         "simulation": {
-            "latents": {"strength": {"log_um": 0.5}, "size": {"log_um": 2.0}},
+            "latents": {"strength": {"log_um": 0.5}, "size": {"log_um": 20.0}},
             "noise_sd": 0, "gain_sd": 0, "bias_sd": 0.3,
         },
     })  # fmt: skip
@@ -118,14 +119,17 @@ def test_simulated_magnitudes_follow_the_percept_in_decades_with_a_modulus_of_th
         assert all(number == float(f"{number:.2g}") for number in numbers)
         steps = [b / a for a, b in pairwise(numbers)]
         assert steps == pytest.approx([10 ** (0.5 * 2 / sqrt(5))] * 3, rel=0.08)  # rounded to two digits
-        assert [b - a for a, b in pairwise(sizes)] == pytest.approx([2 * 2 / sqrt(5)] * 3, abs=0.01)
+        assert [b - a for a, b in pairwise(sizes)] == pytest.approx([0.09 * 20 * 2 / sqrt(5)] * 3, abs=0.01)
         moduli.add(numbers[0])
     assert len(moduli) == 3
 
 
-def test_each_answer_but_the_confidence_is_a_row_of_the_table_fields():
+def test_each_answer_is_a_row_of_the_table_fields_but_confidence_in_an_interval():
     reply = {"answers": ANSWERS, "at_s": {"size": 1.5}}
     rows = {row["question"]: row for row in FORMS["fields"].table.rows(form(), ANSWERS, reply, {})}
-    assert list(rows) == ["kind", "warm", "size", "age"]
+    assert list(rows) == ["kind", "warm", "size", "age", "sure"] and rows["sure"]["number"] == 3.0
+    about_intervals = replace(form(), name="intervals")
+    rows_beside_choices = FORMS["fields"].table.rows(about_intervals, ANSWERS, reply, {})
+    assert [row["question"] for row in rows_beside_choices] == ["kind", "warm", "size", "age"]
     assert rows["size"] == {"question": "size", "kind": "number", "value": "2.5", "number": 2.5, "response_time_s": 1.5}
     assert rows["kind"]["number"] is None and rows["kind"]["value"] == "wood"

@@ -21,7 +21,14 @@ TEN = (
     "texture_ratings",
     "texture_similarity",
 )
-ALL = (*TEN, "roughness_discrimination", "texture_preference", "vibration_threshold")
+ALL = (
+    *TEN,
+    "roughness_discrimination",
+    "roughness_magnitude",
+    "texture_preference",
+    "texture_questions",
+    "vibration_threshold",
+)
 """TEN have recorded sessions; photographs have a rig of their own, and are in neither."""
 GROUPS = {"door_capture": "pilot", "texture_capture": "pilot"}
 """Where a study has a group that checks the rig, a short session is one of that."""
