@@ -26,11 +26,22 @@ from palpate.studies.live import opening as live_rig
 from palpate.studies.live.opening import live_plan
 from palpate.studies.live.options import LiveOptions
 from palpate.studies.sessions.record import read
-from palpate.studies.sessions.session import start
+from palpate.studies.sessions.session import resume, start
+from palpate.studies.simulation.rig import simulated
+from tests.studies.labs import stopping
 from tests.studies.live.rig_rooms import Room
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "thermal_plate"
 STUDY = "warmth_threshold"
+RATINGS = """study: warmth_ratings
+task: slider_rating
+stimuli: [{id: warm, target_degc: 35, seconds: 3}, {id: hot, target_degc: 41, seconds: 3}]
+attributes: [{name: warmth, low: cold, high: hot}]
+scale: {from: 0, to: 100, start: unset}
+order: {design: as_listed}
+needs: [window, thermal.plate]
+simulation: {latents: {warmth: {target_degc: 20}}}
+"""
 
 
 def make_lab(lab, in_folder=True):
@@ -109,11 +120,60 @@ def test_a_rehearsal_plays_the_study_with_the_twin(run):
     assert run("run", STUDY, "--participant", "P003", "--rehearse", "--no-window")[0] == 0
 
 
-def test_equal_requests_get_equal_replies_so_a_resumed_session_is_as_one_that_was_not_interrupted(lab, tmp_path):
-    again = make_lab(tmp_path / "again")
-    assert _status(["run", STUDY, "--participant", "P001", "--simulate", "--lab", str(again)]) == 0
-    bodies = [[event.body for event in presented(one)[0].events[1:]] for one in (lab, again)]
-    assert bodies[0] == bodies[1]
+def events_of(path):
+    """The events of a session without their times, and the samples of each."""
+    return [
+        (
+            event.kind,
+            event.trial,
+            {**event.value, "plate": {**event.value.get("plate", {}), "onset_ns": 0}},
+            [block.data for block in event.samples],
+        )
+        for event in read(path).events
+    ]
+
+
+def test_a_session_that_stops_at_any_act_goes_on_as_one_that_did_not(live_lab):
+    """The twin forgets nothing that matters: each presentation begins with a plate at rest."""
+    study_files = read_study(live_lab / "studies" / STUDY / "study.yaml")
+    plan = compile_plan(study_files.study, ParticipantRow("P001"))
+    rig = simulated(study_files.study, study_files.folder)
+    whole, stop = start(live_lab, plan, rig), 1
+    while not (stopped := start(live_lab, plan, stopping(rig, stop), 1 + stop)).complete:
+        assert resume(stopped.path, rig).complete
+        assert events_of(stopped.path)[1:] == events_of(whole.path)[1:], f"stopped at act {stop}"
+        stop += 1
+    assert whole.complete and stop > 2 * 3, "two intervals and an answer in each of two trials"
+
+
+def test_simulated_people_feel_what_the_plate_reaches(live_lab):
+    """At 20 degC/s and 0.4 s, 40 degC is reached; at 1 degC/s not even a degree, so nobody feels anything."""
+    study = live_lab / "studies" / STUDY / "study.yaml"
+    edit(study, "stop: {trials: 2}", "stop: {trials: 40}")
+    edit(study, "threshold_sd: 0.5", "threshold_sd: 0")
+    right = {}
+    for number, ramp in enumerate(("20", "1"), start=1):
+        edit(study, "ramp_degc_s: 20", f"ramp_degc_s: {ramp}")
+        study_files = read_study(study)
+        rig = simulated(study_files.study, study_files.folder)
+        record = read(start(live_lab, compile_plan(study_files.study, ParticipantRow("P001")), rig, number).path)
+        asked = [event.value["context"] for event in record.events if event.value.get("form") == "intervals"]
+        chosen = [event.value["answers"]["chosen"] for event in record.events if "answers" in event.value]
+        right[ramp] = sum(one["target"] == answer for one, answer in zip(asked, chosen, strict=True)) / len(chosen)
+    assert right["20"] > 0.65 and right["1"] == pytest.approx(0.5, abs=4 * (0.25 / 40) ** 0.5)
+
+
+def test_a_rating_study_is_presented_by_the_plate(run, lab):
+    folder = lab / "studies" / "warmth_ratings"
+    folder.mkdir()
+    (folder / "study.yaml").write_text(RATINGS, encoding="utf-8")
+    assert run("run", "warmth_ratings", "--participant", "P001", "--simulate")[0] == 0
+    record = read(lab / "sessions" / "warmth_ratings_P001_s1.sqlite")
+    felt = [event.value["plate"]["highest_degc"] for event in record.events if "plate" in event.value]
+    assert felt == [pytest.approx(35, abs=0.3), pytest.approx(41, abs=0.3)]
+    edit(folder / "study.yaml", "target_degc: 41", "target_degc: 51")
+    status, said = run("check", "warmth_ratings")
+    assert status == 1 and "thermal.plate: stimulus 'hot': target_degc is '51'" in said
 
 
 def test_a_level_beyond_the_limits_is_refused_before_the_first_event_with_its_line(run, lab):
