@@ -43,6 +43,8 @@ LONG = "long"
 WORD = re.compile(r"\w+")
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/benchmarks/render/", "tests/test_recorded")
 """What CI runs bare and again with everything installed: the kernel takes part in it."""
+AGAIN_IN_FULL = "again"
+"""The property of a test that the full run repeats, also where it passed before."""
 
 
 def pytest_addoption(parser):
@@ -119,6 +121,8 @@ def pytest_runtest_setup(item):
     if names:
         item.user_properties.append(("missing", names))
         pytest.skip(f"missing: {', '.join(names)}")
+    if item.config.getoption("save_passed") and runs_again(item):
+        item.user_properties.append((AGAIN_IN_FULL, True))
 
 
 def pytest_terminal_summary(terminalreporter):
@@ -129,18 +133,45 @@ def pytest_terminal_summary(terminalreporter):
         why, command = ("takes long", "make test-all") if name == LONG else (f"no {name}", NEEDS[name].command)
         terminalreporter.write_line(f"{why}: {count} test{'s' * (count > 1)} left out; to run: {command}")
     if file := terminalreporter.config.getoption("save_passed"):
-        passed = [report.nodeid for report in terminalreporter.stats.get("passed", [])]
-        Path(file).write_text(json.dumps(passed), encoding="utf-8")
+        Path(file).write_text(json.dumps(passed_tests(terminalreporter.stats)), encoding="utf-8")
+
+
+def passed_tests(stats):
+    """Return which tests passed for good (AGAIN_IN_FULL), and the files in which all did."""
+    ended = {report.nodeid for reports in stats.values() for report in reports if isinstance(report, pytest.TestReport)}
+    passed = {
+        report.nodeid for report in stats.get("passed", []) if not dict(report.user_properties).get(AGAIN_IN_FULL)
+    }
+    files = {file_of(name) for name in passed} - {file_of(name) for name in ended if name not in passed}
+    return {"passed": sorted(passed), "files": sorted(files)}
+
+
+def file_of(name):
+    """Return the file of a test, from the repository's root."""
+    return name.partition("::")[0]
+
+
+@cache
+def passed_before(file):
+    """Return what another run saved: the names of tests that passed for good, and the files in which all did."""
+    saved = json.loads(Path(file).read_text(encoding="utf-8"))
+    return set(saved["passed"]), set(saved["files"])
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Do not import a file all of whose tests passed in another run."""
+    if file := config.getoption("skip_passed"):
+        return collection_path.relative_to(config.rootpath).as_posix() in passed_before(file)[1] or None
+    return None
 
 
 def pytest_collection_modifyitems(config, items):
     """Let the longest tests begin first, the others keep their order; leave out what passed in another run."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONGEST))
     if file := config.getoption("skip_passed"):
-        passed = set(json.loads(Path(file).read_text(encoding="utf-8")))
-        done = [item.nodeid in passed and not runs_again(item) for item in items]
-        config.hook.pytest_deselected(items=[item for item, left_out in zip(items, done, strict=True) if left_out])
-        items[:] = [item for item, left_out in zip(items, done, strict=True) if not left_out]
+        passed, _ = passed_before(file)
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid in passed])
+        items[:] = [item for item in items if item.nodeid not in passed]
 
 
 def runs_again(item):
