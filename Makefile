@@ -18,7 +18,7 @@ PYTEST := $(BIN)/python -m pytest --dist worksteal --durations=30 --durations-mi
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test tests test-all check clean
+.PHONY: demo test tests test-all all-tests check clean
 
 demo: .venv/.demo
 	$(call timed,demo,$(BIN)/palpate demo --lab demo-lab)
@@ -28,13 +28,15 @@ test: check tests
 tests: .venv/.$(EXTRAS)
 	$(call timed,tests,$(PYTEST) -n 2)
 
-# Everything, with the coverage that two rooms must have. Three processes on two cores: tests of a window, a browser or a kill wait a third
-# of their time.
+# Everything, with the coverage that two rooms must have; the static checks run beside the tests. Three processes on two cores: tests of a
+# window, a browser or a kill wait a third of their time.
 test-all: .venv/.$(ALL)
-	$(call timed,static checks,$(CHECKS))
-	$(call timed,tests,$(PYTEST) -n 3 --all --cov --cov-report=)
+	$(MAKE) -j 2 EXTRAS=$(ALL) check all-tests
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90
+
+all-tests: .venv/.$(ALL)
+	$(call timed,tests,$(PYTEST) -n 3 --all --cov --cov-report=)
 
 check: .venv/.$(EXTRAS)
 	$(call timed,static checks,$(CHECKS))
