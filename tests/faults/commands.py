@@ -56,7 +56,7 @@ WRITES = {
     "resume": "resume killed/sessions/door_lexicon_P002_s1.sqlite --accept-change",
     "rig calibrate": "rig calibrate vibration --rig twins.yaml --yes --seconds 0.2 --write",
     "rig certify": "rig certify shaker --rig twins.yaml --yes --bursts 20 --write",
-    "power": "power doors_small --test variants --participants 2..3 --runs 10 --jobs 1",
+    "power": "power doors_small --test variants --participants 2 --runs 10 --jobs 1",
     "bench": "bench intervals --quick --out bench",
 }
 """Every command that writes, as it is driven; the lab is LAB where the command takes one."""
@@ -85,7 +85,8 @@ DATABASES = tuple(name for name in WRITES if name.split()[0] in TO_DATABASES)
 """Those that write to a database, not only by the one writer of files."""
 SAME_WRITER = ("train textures", "train attributes", "evaluate doors", "evaluate attributes")
 """They write with the functions of `train doors` and `evaluate textures`: driven only when the page is written."""
-SLOW = ("power", "bench", "rig certify", "window screens", "textures simulate", "textures draw",
+SLOW = ("power", "bench", "rig certify", "window screens", "doors draw", "analyse", "report", "regenerate", "render",
+        "textures simulate", "textures find", "textures map", "textures draw",
         *(name for name in MODELS if name not in SAME_WRITER))  # fmt: skip
 """Those that compute for seconds before they write, and are tested."""
 LEFT_OUT = {

@@ -63,7 +63,7 @@ HEAD = """\
 # What a command does when the machine fails
 
 Written by `python -m tests.faults.matrix`; a test runs part of it again, with a third of the interrupts, and compares:
-commands that write to a database with all faults but the write error, others with four of the seven columns, and those
+commands that write to a database with all faults but the write error, others with three of the seven columns, and those
 that compute long with a full disk and one interrupt. Every command that writes is run in a lab with data,
 and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or "input/output
 error", every sync answers "input/output error", every opening to write and every renaming answers "read-only file

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -14,12 +15,11 @@ pytestmark = pytest.mark.needs("linux")
 filters = pytest.mark.needs("seccomp")
 TESTED = tuple(fault for fault in COLUMNS if fault not in SAME_PATH)
 IN_TURN = tuple(fault for fault in TESTED if fault not in ALWAYS)
-"""Of these, commands that write files alone, all by one writer, are driven with one half each; the matrix has all."""
+"""Of these, commands that write files alone, all by one writer, are driven with one each; the matrix has all."""
 FILES = tuple(name for name in (*WRITES, *TEXTURES) if name not in {*DATABASES, *SLOW})
 FAULTS_OF = {
     **dict.fromkeys(DATABASES, TESTED),
-    **dict.fromkeys(FILES[::2], (*ALWAYS, *IN_TURN[::2])),
-    **dict.fromkeys(FILES[1::2], (*ALWAYS, *IN_TURN[1::2])),
+    **{name: (*ALWAYS, fault) for name, fault in zip(FILES, cycle(IN_TURN), strict=False)},
     **dict.fromkeys(SLOW, ALWAYS),
 }
 """What the full run drives every command with; see HEAD in tests/faults/matrix.py."""
