@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
@@ -24,7 +24,7 @@ from palpate.protocols.wording import count
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate.protocols.study import Study
+    from palpate.protocols.complaints import Problem
     from palpate.protocols.tracks import Track
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -174,9 +174,9 @@ class Kind:
     answered separately or together. `complete` names, for given settings, the factors whose cells each participant must
     have filled (averaging over the study's other factors): if a cell is missing, the plan's `missing` decides before
     `answer` is called. `with_gaps` is called instead under `missing: mixed_model`.
-    `why_refused` returns why a study's choices cannot answer it, as far as its declaration tells, else "".
-    `headings` are readable names of its
-    own columns, beside those that all tests share (reports/tables.py).
+    `problems` yields why a study cannot answer it, as far as its declaration tells, for given settings, `StudyFactors`
+    and the outcomes. `headings` are readable names of its own columns, beside those that all tests share
+    (reports/tables.py).
     """
 
     title: str
@@ -186,7 +186,7 @@ class Kind:
     each: Literal["outcome", "all"] = "outcome"
     complete: Callable[[Any], tuple[str, ...]] | None = None
     with_gaps: Callable[[Selected, Any], Answer] | None = None
-    why_refused: Callable[[Any, Study], str] | None = None
+    problems: Callable[[Any, Any, Collection[str]], Iterator[Problem]] | None = None
     headings: Mapping[str, str] = field(default_factory=lambda: _NONE)
 
 

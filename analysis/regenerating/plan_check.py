@@ -143,12 +143,11 @@ class KnownAnswers:
         yield from misnamed
         if self.design is None or misnamed or not isinstance(settings, StatisticSettings) or settings.table is not None:
             return
-        if source == "choices":
-            why_refused = TESTS[settings.test].why_refused
-            if why_refused is not None and (why := why_refused(settings, self.design.study)):
-                yield Problem(("test",), why)
+        selected = settings.outcomes or outcomes or ()
         if outcomes is not None:
-            yield from self.design.problems(settings, outcomes if settings.outcomes is None else settings.outcomes)
+            yield from self.design.problems(settings, selected)
+        if (problems := TESTS[settings.test].problems) is not None:
+            yield from problems(settings, self.design, selected)
 
     def problems_of_rule(self, rule: Rule) -> Iterator[Problem]:
         """Yield the problems of a rule for leaving something out."""

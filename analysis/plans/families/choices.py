@@ -252,7 +252,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:bradley_terry_answer"),
         takes="table",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_scale"),
+        problems=lazy_function(f"{_OF_STUDY}:scale_problems"),
     ),
     "thurstone": Kind(
         "Thurstone scale",
@@ -260,7 +260,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:thurstone_answer"),
         takes="table",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_scale"),
+        problems=lazy_function(f"{_OF_STUDY}:scale_problems"),
     ),
     "psychometric": Kind(
         "psychometric functions",
@@ -268,7 +268,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function(f"{_ANSWERS}:psychometric_answer"),
         takes="table",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_function"),
+        problems=lazy_function(f"{_OF_STUDY}:function_problems"),
     ),
     "binomial_mixed_model": Kind(
         "binomial mixed model",
@@ -276,7 +276,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.binomial_mixed_answers:binomial_mixed_answer"),
         takes="choices",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_mixed_model"),
+        problems=lazy_function(f"{_OF_STUDY}:mixed_model_problems"),
         headings={"pse": "PSE", "pse_low": "PSE, low", "pse_high": "PSE, high"},
     ),
     "dprime": Kind(
@@ -285,7 +285,7 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.detection_answers:dprime_answer"),
         takes="choices",
         each="all",
-        why_refused=lazy_function(f"{_OF_STUDY}:why_no_sensitivity"),
+        problems=lazy_function(f"{_OF_STUDY}:sensitivity_problems"),
         headings={"dprime": "d′", "dprime_low": "d′, low", "dprime_high": "d′, high", "criterion": "c"},
     ),
 }

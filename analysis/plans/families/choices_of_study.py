@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,29 +21,48 @@ from palpate.analysis.ratings.collected_choices import (
     several_values,
     study_tracks,
 )
+from palpate.protocols.complaints import Problem
 from palpate.protocols.forms import own_tables
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from palpate.analysis.plans.families.choices import BinomialMixedModel, ChoiceSettings, PsychometricFunction
+    from palpate.analysis.plans.study_factors import StudyFactors
     from palpate.protocols.study import Study
     from palpate.protocols.tracks import Track
 
+TEST = ("test",)
+"""The key of a plan that these problems are at."""
 
-def why_no_scale(_settings: ChoiceSettings, study: Study) -> str:
-    """Return why stimuli cannot be scaled by the study's choices, "" if they can."""
+
+def scale_problems(_settings: ChoiceSettings, design: StudyFactors, _: Collection[str]) -> Iterator[Problem]:
+    """Yield why stimuli cannot be scaled by the study's choices."""
+    study = design.study
     if study.pairs is None:
-        return f"{NO_SCALE}this study has a `procedure`, not `pairs`"
-    design = study.intervals.design
-    return "" if design == "forced_choice" else f"{NO_SCALE}`intervals` have the design {design}"
+        yield Problem(TEST, f"{NO_SCALE}this study has a `procedure`, not `pairs`")
+    elif study.intervals.design != "forced_choice":
+        yield Problem(TEST, f"{NO_SCALE}`intervals` have the design {study.intervals.design}")
 
 
-def why_no_sensitivity(_settings: ChoiceSettings, study: Study) -> str:
-    """Return why the study's choices have no d', "" if they have one."""
-    return NO_RIGHT_ANSWER if study.pairs is not None and study.intervals.design == "forced_choice" else ""
+def sensitivity_problems(_settings: ChoiceSettings, design: StudyFactors, _: Collection[str]) -> Iterator[Problem]:
+    """Yield why the study's choices have no d'."""
+    if design.study.pairs is not None and design.study.intervals.design == "forced_choice":
+        yield Problem(TEST, NO_RIGHT_ANSWER)
 
 
-def why_no_function(settings: PsychometricFunction, study: Study) -> str:
+def function_problems(settings: PsychometricFunction, design: StudyFactors, _: Collection[str]) -> Iterator[Problem]:
+    """Yield why the study's choices have no psychometric function."""
+    if why := _why_no_function(settings, design.study):
+        yield Problem(TEST, why)
+
+
+def mixed_model_problems(settings: BinomialMixedModel, design: StudyFactors, _: Collection[str]) -> Iterator[Problem]:
+    """Yield why the study's choices have no binomial mixed model."""
+    if why := _why_no_mixed_model(settings, design.study):
+        yield Problem(TEST, why)
+
+
+def _why_no_function(settings: PsychometricFunction, study: Study) -> str:
     """Return why the study's choices have no psychometric function, "" if they have one."""
     if study.pairs is not None:
         return NO_LEVELS
@@ -55,7 +74,7 @@ def why_no_function(settings: PsychometricFunction, study: Study) -> str:
     return whys[0] if whys and all(whys) else ""
 
 
-def why_no_mixed_model(settings: BinomialMixedModel, study: Study) -> str:
+def _why_no_mixed_model(settings: BinomialMixedModel, study: Study) -> str:
     """Return why the study's choices have no binomial mixed model, "" if they have one."""
     if study.pairs is not None:
         return NO_LEVELS

@@ -14,6 +14,7 @@ from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.describing_answers"
+_OF_STUDY = "palpate.analysis.plans.families.problems_of_study"
 
 Correction = Literal["holm", "bonferroni", "none"]
 
@@ -100,7 +101,25 @@ KINDS: Mapping[str, Kind] = {
         complete=attrgetter("by"),
         with_gaps=lazy_function(f"{_ANSWERS}:means_with_gaps"),
     ),
-    "trends": Kind("trends within families", Trends, lazy_function(f"{_ANSWERS}:trends"), each="all"),
-    "categories": Kind("kinds of attribute", Categories, lazy_function(f"{_ANSWERS}:categories"), each="all"),
-    "target_error": Kind("error from targets", TargetErrors, lazy_function(f"{_ANSWERS}:target_error"), each="all"),
+    "trends": Kind(
+        "trends within families",
+        Trends,
+        lazy_function(f"{_ANSWERS}:trends"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:trend_problems"),
+    ),
+    "categories": Kind(
+        "kinds of attribute",
+        Categories,
+        lazy_function(f"{_ANSWERS}:categories"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:category_problems"),
+    ),
+    "target_error": Kind(
+        "error from targets",
+        TargetErrors,
+        lazy_function(f"{_ANSWERS}:target_error"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:target_problems"),
+    ),
 }

@@ -14,6 +14,7 @@ from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.ordinal_answers"
+_OF_STUDY = "palpate.analysis.plans.families.problems_of_study"
 
 Correction = Literal["bonferroni", "holm", "none"]
 
@@ -209,5 +210,12 @@ KINDS: Mapping[str, Kind] = {
     "ordinal_model": Kind(
         "ordinal model", Ordinal, _ordinal_model, complete=attrgetter("fixed"), with_gaps=_ordinal_model
     ),
-    "likert": Kind("Likert items", Likert, lazy_function(f"{_ANSWERS}:likert_answer"), takes="forms", each="all"),
+    "likert": Kind(
+        "Likert items",
+        Likert,
+        lazy_function(f"{_ANSWERS}:likert_answer"),
+        takes="forms",
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:likert_problems"),
+    ),
 }

@@ -17,10 +17,13 @@ from palpate.analysis.plans.answers import (
     missing_without_effect,
 )
 from palpate.analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_OF_STUDY = "palpate.analysis.plans.families.problems_of_study"
 
 
 class IccSpec(StatisticSettings):
@@ -338,10 +341,26 @@ def _whole_targets(settings: IccSpec | ConcordanceSpec) -> tuple[str, ...]:
 
 
 KINDS: Mapping[str, Kind] = {
-    "icc": Kind("intraclass correlation", IccSpec, icc_answer, complete=_whole_targets),
-    "cronbach_alpha": Kind("Cronbach's alpha", AlphaSpec, alpha_answer, each="all"),
-    "kendall_w": Kind("Kendall's W", ConcordanceSpec, concordance_answer, complete=_whole_targets),
+    "icc": Kind(
+        "intraclass correlation",
+        IccSpec,
+        icc_answer,
+        complete=_whole_targets,
+        problems=lazy_function(f"{_OF_STUDY}:crossing_problems"),
+    ),
+    "cronbach_alpha": Kind(
+        "Cronbach's alpha", AlphaSpec, alpha_answer, each="all", problems=lazy_function(f"{_OF_STUDY}:alpha_problems")
+    ),
+    "kendall_w": Kind(
+        "Kendall's W",
+        ConcordanceSpec,
+        concordance_answer,
+        complete=_whole_targets,
+        problems=lazy_function(f"{_OF_STUDY}:crossing_problems"),
+    ),
     "krippendorff_alpha": Kind("Krippendorff's alpha", KrippendorffSpec, krippendorff_answer),
-    "retest": Kind("test and retest", RetestSpec, retest_answer),
+    "retest": Kind(
+        "test and retest", RetestSpec, retest_answer, problems=lazy_function(f"{_OF_STUDY}:retest_problems")
+    ),
     "raters": Kind("rater diagnostics", RatersSpec, raters_answer, each="all"),
 }

@@ -13,6 +13,7 @@ from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
 
 _ANSWERS = "palpate.analysis.plans.families.spaces_answers"
+_OF_STUDY = "palpate.analysis.plans.families.problems_of_study"
 
 LEAST_DRAWS = 19  # the smallest p of fewer lies above .05
 
@@ -154,7 +155,25 @@ class Vectors(StatisticSettings):
 
 KINDS: Mapping[str, Kind] = {
     "pca": Kind("principal components", Pca, lazy_function(f"{_ANSWERS}:pca_answer"), each="all"),
-    "mds": Kind("multidimensional scaling", Mds, lazy_function(f"{_ANSWERS}:mds_answer"), each="all"),
-    "procrustes": Kind("Procrustes comparison", Procrustes, lazy_function(f"{_ANSWERS}:procrustes_answer"), each="all"),
-    "vectors": Kind("adjectives as vectors", Vectors, lazy_function(f"{_ANSWERS}:vectors_answer"), each="all"),
+    "mds": Kind(
+        "multidimensional scaling",
+        Mds,
+        lazy_function(f"{_ANSWERS}:mds_answer"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:map_problems"),
+    ),
+    "procrustes": Kind(
+        "Procrustes comparison",
+        Procrustes,
+        lazy_function(f"{_ANSWERS}:procrustes_answer"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:map_problems"),
+    ),
+    "vectors": Kind(
+        "adjectives as vectors",
+        Vectors,
+        lazy_function(f"{_ANSWERS}:vectors_answer"),
+        each="all",
+        problems=lazy_function(f"{_OF_STUDY}:map_problems"),
+    ),
 }
