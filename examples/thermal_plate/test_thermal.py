@@ -316,6 +316,14 @@ def test_safe_is_fast_after_a_slow_ramp_and_may_be_called_twice():
     assert plate.port.plant.degC == pytest.approx(32, abs=0.05)
 
 
+def test_safe_sends_the_neutral_level_also_if_the_ramp_is_not_understood():
+    plate, _ = bench()
+    plate.warm(40, 8)
+    plate.port = BadLine(plate.port, lambda _data: b"", 3)
+    plate.safe()
+    assert target_of(plate) == 32.0 and plate.port.sent[-1] == frame("T", 320)
+
+
 def test_an_exception_of_the_session_sets_it_to_neutral():
     plate, clock = bench(Clock(asides={80: KeyboardInterrupt()}))
     with pytest.raises(KeyboardInterrupt):

@@ -151,9 +151,11 @@ class Plate:
 
     def safe(self) -> None:
         """Go to the neutral level, fast. Where the line is gone, the plate does so by itself after a second."""
-        with suppress(DeviceFault):
-            self._ask("R", round(10 * self.settings.limits.ramp_degC_s))
-            self._go(self.settings.neutral_degC)
+        with self.lock:
+            with suppress(DeviceFault):
+                self._ask("R", round(10 * self.settings.limits.ramp_degC_s))
+            with suppress(DeviceFault):  # also if the plate did not understand how fast
+                self._go(self.settings.neutral_degC)
 
     def close(self) -> None:
         """Go to the neutral level and close the port."""
@@ -213,8 +215,9 @@ class Plate:
         limits = self.settings.limits
         self._demand(target_degC, "degC", limits.lowest_degC, limits.highest_degC)
         self._demand(ramp_degC_s, "degC/s", SLOWEST_DEGC_S, limits.ramp_degC_s)
-        self._ask("R", round(10 * ramp_degC_s))
-        self._go(target_degC)
+        with self.lock:
+            self._ask("R", round(10 * ramp_degC_s))
+            self._go(target_degC)
 
     def measure(self) -> float:
         """Return the temperature in degC.
