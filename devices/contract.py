@@ -210,7 +210,9 @@ def _obeys(twin: Twin) -> str | None:
 
 
 CONTRACT: tuple[Demand[Twin], ...] = (
-    Demand("its settings have `kind` and a driver `twin`, and refuse what they do not know", _has_settings),
+    Demand(
+        "its settings have `kind` and a driver `twin`, and refuse what they do not know", _has_settings, needed=True
+    ),
     Demand("every setting is explained", _explains_settings),
     Demand("closing it does no harm before it is opened", _closed_is_harmless),
     Demand("its twin opens and describes itself", _opens_and_describes),

@@ -16,7 +16,7 @@ class NotKept(ValueError):
 
 @dataclass(frozen=True)
 class Demand(Generic[T]):
-    """A demand of a contract.
+    """A demand of a contract; where one that is `needed` is not kept, those after it are not tried.
 
     `check` takes what is tried, and returns a remark for people, or None. It raises NotKept if the demand is not kept;
     any other error of the part counts as well, and is named with its file and line.
@@ -24,6 +24,7 @@ class Demand(Generic[T]):
 
     text: str
     check: Callable[[T], str | None]
+    needed: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,21 @@ class Verdict:
 
 def verdicts(part: str, contract: Sequence[Demand[T]], tried: T) -> Iterator[Verdict]:
     """Yield the verdict on each demand of a contract, in order."""
-    for demand in contract:
+    for place, demand in enumerate(contract, start=1):
+        problem = remark = ""
         try:
-            yield Verdict(part, demand.text, remark=demand.check(tried) or "")
+            remark = demand.check(tried) or ""
         except NotKept as error:
-            yield Verdict(part, demand.text, str(error))
+            problem = str(error)
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
-            yield Verdict(part, demand.text, f"{type(error).__name__}: {error} ({frame.filename} line {frame.lineno})")
+            problem = f"{type(error).__name__}: {error} ({frame.filename} line {frame.lineno})"
+        stops = bool(problem) and demand.needed and place < len(contract)
+        yield Verdict(
+            part, demand.text, problem + (f"; {len(contract) - place} more are not tried" if stops else ""), remark
+        )
+        if stops:
+            return
 
 
 def demand(kept: object, found: str) -> None:
