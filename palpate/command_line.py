@@ -31,6 +31,10 @@ VERBS = {
     "resume": ("palpate.studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
     "replay": ("palpate.studies.commands_recorded:replay", "Prove that recorded sessions repeat, event by event."),
     "collect": ("palpate.studies.commands_recorded:collect", "Gather a lab's sessions into one database."),
+    "extensions": (
+        "palpate.studies.extensions.commands:extensions",
+        "Your own tasks, devices, statistics: list, new, check.",
+    ),
     "rig": ("palpate.devices.rig.commands:rig", "Check a lab's devices; write a rig of simulated ones."),
     "window": ("palpate.devices.window.commands:window", "Calibrate and check the participant's window."),
     "monitor": ("palpate.analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),

@@ -58,6 +58,19 @@ class Found:
         dist = self.distribution
         return str(self.path) if dist is None else f"the package {dist.name} {dist.version}"
 
+    @property
+    def sources(self) -> list[Path]:
+        """Return its files and folders. Raises ExtensionError for a module without a file."""
+        if self.path is not None:
+            return [self.path]
+        modules = {entry.module.partition(".")[0] for kind in self.entries.values() for entry in kind.values()}
+        return [_source(module) for module in sorted(modules)]
+
+    @property
+    def sha256(self) -> str:
+        """Return the SHA-256 of its files."""
+        return _sha256(self.sources)
+
 
 @dataclass(frozen=True)
 class Loaded:
@@ -80,10 +93,15 @@ class LabExtensions:
         return settings(self.lab).extensions
 
     @cached_property
+    def all_found(self) -> tuple[Found, ...]:
+        """Return all extensions, without importing them; two may have one name."""
+        return (*_installed(), *_in_folder(self.lab / FOLDER))
+
+    @cached_property
     def found(self) -> Mapping[str, Found]:
         """Return all extensions by name, without importing them. Raises ExtensionError where two have one name."""
         found: dict[str, Found] = {}
-        for extension in (*_installed(), *_in_folder(self.lab / FOLDER)):
+        for extension in self.all_found:
             if (other := found.get(extension.name)) is not None:
                 raise ExtensionError(
                     f"the extension {extension.name!r} is there twice: {other.where} and {extension.where}; rename one"
@@ -123,15 +141,14 @@ class LabExtensions:
         if dist is not None:
             with _named_errors(found):
                 parts = {k: {n: entry.load() for n, entry in of.items()} for k, of in found.entries.items()}
-                modules = {entry.module.partition(".")[0] for of in found.entries.values() for entry in of.values()}
-            extension = Extension(name, dist.version, _sha256([_source(module) for module in modules]), dist.name)
+            extension = Extension(name, dist.version, found.sha256, dist.name)
         else:
             if not self.allowed:
                 raise ExtensionError(
                     f"the extension {name!r} is code in {found.where}, which this lab does not allow; if you trust it, "
                     f"write `extensions: true` into {self.lab / SETTINGS}"
                 )
-            sha256 = _sha256([Path(found.where)])
+            sha256 = found.sha256
             with _named_errors(found):
                 module = _module_of_lab(self.lab, name)
                 parts = {k: {f"{name}.{n}": part for n, part in _mapping(module, k).items()} for k in PARTS}
