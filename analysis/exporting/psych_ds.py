@@ -24,6 +24,8 @@ from palpate.protocols.files import write_text
 
 SCHEMA = "https://schema.org"
 VERSION = "Psych-DS 0.4.0"
+NO_LETTER = re.compile("[^A-Za-z0-9]")
+"""What a value in the name of a file cannot contain."""
 
 
 def write_psych_ds(
@@ -33,10 +35,10 @@ def write_psych_ds(
 
     Tables are data/study-STUDY_description-TABLE_data.csv.
     """
-    study = re.sub(r"[^A-Za-z0-9]", "", data_set.source.study.study)
+    study = re.sub(NO_LETTER, "", data_set.source.study.study)
     holds = []
     for table in watch(data_set.tables, "writing tables"):
-        name = f"data/study-{study}_description-{table.name}_data.csv"
+        name = f"data/study-{study}_description-{re.sub(NO_LETTER, '', table.name)}_data.csv"
         guard.demand_columns(name, [column.name for column in table.columns])
         write_csv(draft / name, table, guard.watched(table, name))
         holds.append(f"`{name}`: {table.description}")

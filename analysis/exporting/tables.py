@@ -12,7 +12,7 @@ from palpate.analysis.exporting.source import SharedSession, Source
 from palpate.analysis.exporting.stimuli import stimulus_table
 from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, cell_text
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.forms import FORMS, own_tables
+from palpate.protocols.forms import FORMS, tables_with
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
 
@@ -182,8 +182,8 @@ def _session_tables(source: Source, dates: bool) -> Iterator[Table]:
         description = "One row for each rating, revised ones too."
         yield _table(source, "ratings", description, _rating_columns(study))
     asks_more = any(question.has_row for question in study.ask)
-    for name in (TASKS[study.task].answers, *(("fields",) if asks_more else ())):
-        if (own := own_tables().get(name)) is None:
+    for own in tables_with(TASKS[study.task].answers):
+        if own.name == "fields" and not asks_more:
             continue
         columns = tuple(
             Column(column.name, column.description, column.kind, column.unit, key=column.key) for column in own.columns
