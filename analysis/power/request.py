@@ -11,6 +11,7 @@ from palpate.analysis.plans.families.choices import PsychometricFunction
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import Plan, read_plan
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.extensions import is_own
 from palpate.protocols.study import Study
 from palpate.studies.catalogue import read_study
 
@@ -54,8 +55,14 @@ def check_request(request: PowerRequest) -> StatisticSettings:
     if request.test not in names:
         raise PowerError(f"{plan.path}: no test {request.test!r}; {nearest(request.test, names)}")
     observer = None if study.simulation is None or not study.procedure else study.simulation.observer
-    if study.simulation is None or (not study.simulation.latents and observer is None):
+    felt = study.simulation is not None and (bool(study.simulation.latents) or observer is not None)
+    if not felt and not is_own(study.task):
         raise PowerError(f"{request.study_file}: the study does not say how simulated people perceive (simulation:)")
+    if not felt and request.effect != 1:
+        raise PowerError(
+            f"{request.study_file}: the task {study.task} simulates its answers by itself, and the study has no "
+            "differences that --effect could change (simulation: {latents: ...}); leave --effect out"
+        )
     test = plan.tests[names.index(request.test)]
     if test.table is not None:
         raise PowerError(f"{request.test}: asks about the plan's table {test.table!r}, which nobody simulates")
