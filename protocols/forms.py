@@ -441,6 +441,12 @@ def own_tables() -> Mapping[str, OwnTable]:
     return {table.name: table for table in tables}
 
 
+def tables_with(answers: str) -> tuple[OwnTable, ...]:
+    """Return all own tables of the form whose answers are in the table of this name, that one first; () if none is."""
+    declared = (own_tables_of(form) for form in FORMS)
+    return next((tables for tables in declared if tables and tables[0].name == answers), ())
+
+
 def own_tables_of(form: str) -> tuple[OwnTable, ...]:
     """Return the tables that the form of this name declares.
 

@@ -421,7 +421,7 @@ plan.exclusions.where: from high low to
 plan.missing =: listwise mixed_model refuse
 plan.normalise =: none range_within_participant to_-100_100 to_0_100 z_within_participant
 plan.sessions =: also_interrupted complete
-test: missing name normalise outcomes source table test where
+test: missing name normalise outcomes source table test value where
 test adjective_pairs: antonyms need_both new_words normalisation threshold
 test adjective_pairs.normalisation =: any_stimulus share_of_maximum share_of_trials
 test aligned_ranks: between sum_of_squares within
@@ -439,16 +439,16 @@ test bradley_terry.independent =: choices participants
 test categories: by confidence correction over reversed
 test categories.correction =: bonferroni holm none
 test cochran: exact factor yes
-test cronbach_alpha: cases confidence items reverse value
+test cronbach_alpha: cases confidence items reverse
 test dprime: by confidence correction model
 test dprime.correction =: log_linear none when_extreme
 test dprime.model =: differencing independent_observation
 test equivalence: bounds bounds_dz factor
 test friedman: confidence exact factor
-test icc: confidence raters targets value
-test kendall_w: p raters targets value
+test icc: confidence raters targets
+test kendall_w: p raters targets
 test kendall_w.p =: auto chi2 exact permutation
-test krippendorff_alpha: confidence level raters units value
+test krippendorff_alpha: confidence level raters units
 test krippendorff_alpha.level =: interval nominal ordinal ratio
 test lexicon: inflected kinds lists normalisation synonyms
 test lexicon.normalisation =: as_written case_and_spaces spaces

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from palpate.analysis.plans.answers import Normalise, Takes
+from palpate.analysis.plans.answers import Normalise
 from palpate.analysis.plans.idle import Idle
+from palpate.analysis.plans.sources import Takes
 from palpate.analysis.plans.where import Condition
 from palpate.protocols.strict import Strict
 from palpate.protocols.study import Text

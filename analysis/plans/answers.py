@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import Field
 
 from palpate.analysis.plans.idle import Idle
+from palpate.analysis.plans.sources import Takes
 from palpate.analysis.plans.where import Condition
 from palpate.analysis.ratings.dataset import DeclarationRefused
 from palpate.analysis.statistics.apa import number
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Value: TypeAlias = float | int | str | bool | None
 Row: TypeAlias = Mapping[str, Value]
-Takes = Literal["ratings", "words", "forms", "choices", "table"]
 Missing = Literal["refuse", "listwise", "mixed_model"]
 Normalise = Literal["none", "to_0_100", "to_-100_100", "z_within_participant", "range_within_participant"]
 ADJUSTMENTS = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
@@ -78,9 +78,10 @@ class StatisticSettings(Strict):
     `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
     items (None: all of them), `where` keeps the rows whose columns have these levels, or numbers in a range. `table`
     names one of the plan's own tables instead of the study's answers, `source` another table of answers than the kind's
-    own ("forms": a questionnaire's items; "choices": the choices of trials with intervals). `normalise` and `missing`
-    override the plan's own. `not_columns` are settings of the kind that name no columns, though those of other kinds
-    with this name do.
+    own ("forms": a questionnaire's items; else a table that a form of the study brings, such as "choices"). `value` is
+    the column of numbers in such a table, or in the plan's own, for a kind that takes ratings (None: `value`).
+    `normalise` and `missing` override the plan's own. `not_columns` are settings of the kind that name no columns,
+    though those of other kinds with this name do.
     """
 
     not_columns: ClassVar[frozenset[str]] = frozenset()
@@ -90,6 +91,7 @@ class StatisticSettings(Strict):
     where: Mapping[Text, Condition] = {}
     table: str | None = None
     source: Takes | None = None
+    value: Text | None = None
     normalise: Normalise | None = None
     missing: Missing | None = None
 
@@ -113,8 +115,9 @@ class Selected:
     - ratings: `attribute`, `value` (float64), `response_time_s`, `revised`;
     - words: `word`, `kind` ("ticked", "further", ...), one row per chosen word;
     - forms: `form`, `attribute` (the item's name), `value` (float64, NaN for an answer in words), `text`;
-    - choices: the collected table `choices`, with catch trials (see `analysis/ratings/collected_choices.py`);
-    - table: the columns of the plan's own table.
+    - table: the columns of the plan's own table;
+    - the name of a form's own table: that table as it was collected, of answers that count (analysis/ratings/
+      own_answers.py). Of its `choices`, catch trials are among them.
     `trials` has one row per answered trial (participant, session, trial, group, stimulus and its columns): what a share
     is a share of. `levels` maps each text column to its levels in the study's order. `outcomes` has one name for a
     kind that is asked for each outcome by itself. `offered` are the words that a participant could tick. `antonyms` and
@@ -188,15 +191,6 @@ class Kind:
     with_gaps: Callable[[Selected, Any], Answer] | None = None
     problems: Callable[[Any, Any, Collection[str]], Iterator[Problem]] | None = None
     headings: Mapping[str, str] = field(default_factory=lambda: _NONE)
-
-
-def source_problem(settings: Any, kind: Any) -> str:
-    """Return why a kind of test or figure cannot take the table that `source` names, else an empty text."""
-    numbers: tuple[Takes, ...] = ("ratings", "forms")
-    fits = kind.takes in ("table", None) or settings.source in (kind.takes, *(numbers if kind.takes in numbers else ()))
-    if settings.table is not None or settings.source is None or fits:
-        return ""
-    return f"it takes {kind.takes}, and no {settings.source}; leave `source` out"
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel
 
+from palpate.analysis.plans.sources import OF_NUMBERS, is_plain, source_of, takes_value
+
 ON_RANKS = "on ranks within participants, which no such rescaling changes"
 
 
@@ -32,20 +34,21 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
     """
     by_name: dict[str, Idle] = {}
     of_rows: list[Idle] = []
-    own = "with a table of the plan's own"
+    source = source_of(settings, kind)
+    rows = "with a table of the plan's own" if source == "table" else f"on {source}"
     if settings.table is not None:
-        one_answer = kind.takes in ("table", "choices") or getattr(kind, "each", "") == "outcome"
-        names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
-        of_rows += (Idle(name, own) for name in names)
-    elif (settings.source or kind.takes) == "words":
-        of_rows += (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
-    elif (settings.source or kind.takes) == "forms":
+        of_rows.append(Idle("source", rows))
+    if source == "words":
+        of_rows += (Idle(name, rows) for name in ("outcomes", "normalise", "missing"))
+    elif source == "forms":
         of_rows.append(Idle("normalise", "on a questionnaire's answers"))
-    elif (settings.source or kind.takes) == "choices":
-        of_rows += (Idle(name, "on choices") for name in ("outcomes", "normalise"))
-    if kind.takes in ("table", "choices"):
-        rows = "on choices" if settings.table is None and (settings.source or kind.takes) == "choices" else own
+    elif is_plain(source) and (settings.table is not None or source != "table"):
+        one_answer = kind.takes not in OF_NUMBERS or getattr(kind, "each", "") == "outcome"
+        of_rows += (Idle(name, rows) for name in (("outcomes", "normalise") if one_answer else ("normalise",)))
+    if is_plain(kind.takes):
         of_rows.append(Idle("missing", f"{rows}, of which every row counts"))
+    if not takes_value(settings, kind):
+        of_rows.append(Idle("value", rows))
     for setting in (*of_rows, *settings.idle()):
         if setting.name not in type(settings).model_fields:
             continue
@@ -57,9 +60,11 @@ def idle_settings(settings: Any, kind: Any) -> list[Idle]:
 
 
 def outcomes_of_own_table(settings: Any) -> Iterator[Idle]:
-    """Yield `outcomes` for a kind that uses all rows of a plan's own table for one answer."""
+    """Yield `outcomes` for a kind that uses all rows of a plan's own table, or of a form's own, for one answer."""
     if settings.table is not None:
         yield Idle("outcomes", "with a table of the plan's own")
+    elif settings.source is not None and is_plain(settings.source):
+        yield Idle("outcomes", f"on {settings.source}")
 
 
 def effective(settings: SettingsT, kind: Any) -> SettingsT:

@@ -18,11 +18,11 @@ from palpate.analysis.plans.answers import (
     Kind,
     Selected,
     StatisticSettings,
-    Takes,
     columns_named,
-    source_problem,
+    require_columns,
 )
 from palpate.analysis.plans.reading import AnalysisPlan, Outlying, Plan, Rule
+from palpate.analysis.plans.sources import OF_NUMBERS, is_plain, source_of, source_problem, value_column
 from palpate.analysis.plans.where import (
     Range,
     Where,
@@ -36,10 +36,12 @@ from palpate.analysis.ratings.collected_choices import common_tracks
 from palpate.analysis.ratings.dataset import DataRefused, DeclarationRefused, Exclusion, NoRows, Ratings, natural
 from palpate.analysis.ratings.design import CellFaults, cell_faults
 from palpate.analysis.ratings.diagnostics import diagnose
+from palpate.analysis.ratings.own_answers import TIMES
 from palpate.analysis.ratings.people import SESSION, refuse_small_groups
 from palpate.analysis.ratings.reading import OF_A_RATING, Material
 from palpate.analysis.reliability.sessions import answered_trials
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import own_tables
 from palpate.protocols.wording import some
 
 ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
@@ -99,9 +101,10 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
 
 def _trials_beyond_time(material: Material, rule: Rule) -> pd.DataFrame:
     """Return the trials (participant, session, trial) whose last rating, or choice, is too fast or too slow."""
-    ratings = material.ratings
-    table, column = (material.choices, "rt_s") if ratings is None else (ratings.table, "response_time_s")
-    if column not in table.columns:
+    tables = [material.ratings.table] if material.ratings is not None else material.own.values()
+    timed = ((table, column) for table in tables for column in TIMES if column in table.columns)
+    table, column = next(timed, (None, ""))
+    if table is None:
         raise DataRefused(f"{material.name!r}: no response times are recorded; leave faster_than_s, slower_than_s out")
     slowest = table.groupby(TRIAL, as_index=False)[column].max()
     seconds = slowest[column]
@@ -251,10 +254,13 @@ class Selector:
             return self._without_rows()
         if problem := source_problem(settings, kind):
             raise DeclarationRefused(f"{settings.name!r}: {problem}")
-        takes = "table" if settings.table is not None else settings.source or kind.takes
+        takes = source_of(settings, kind)
         table, scale = self._table(settings, takes)
+        if (value := value_column(settings, kind)) is not None:
+            require_columns(table, (value,))
+            table = table.assign(value=table[value])
         if takes != "table":
-            refuse_repeated(table, self.material.name)
+            refuse_repeated(table, self.material.name, self._keys(takes))
             table, silent = self._of_people(settings, table)
         else:
             silent = ()
@@ -262,7 +268,7 @@ class Selector:
         if not len(table) and takes != "words":
             raise NoRows(f"{self.material.name!r}: no rows are left for {settings.name!r}")
         outcomes = self._outcomes(settings, table, takes)
-        if "attribute" in table.columns and takes != "table":
+        if takes in OF_NUMBERS and "attribute" in table.columns:
             table = _where(table, table["attribute"].isin(outcomes))
         if not len(table) and takes != "words":
             raise NoRows(f"{self.material.name!r}: no rows are left for {settings.name!r}")
@@ -336,17 +342,23 @@ class Selector:
             refuse_small_groups(alike, groups, self.plan.declared.least_people, settings.name)
         return table, tuple(sorted(silent))
 
-    def _table(self, settings: StatisticSettings | FigureSettings, takes: Takes) -> tuple[pd.DataFrame, Scale]:
+    def _keys(self, takes: str) -> tuple[str, ...]:
+        """Return the columns that identify a row of this table within a session."""
+        own = own_tables().get(takes) if is_plain(takes) else None
+        return ANSWER if own is None else (*TRIAL, *(column.name for column in own.columns if column.key))
+
+    def _table(self, settings: StatisticSettings | FigureSettings, takes: str) -> tuple[pd.DataFrame, Scale]:
         if takes == "table":
             if settings.table is None:
                 raise DeclarationRefused(f"{settings.name!r} needs a table of the plan's own; name it with `table`")
             return self.tables[settings.table], None
         if takes == "words":
             return self.material.words, None
-        if takes == "choices":
-            if not len(self.material.choices):
-                raise NoRows(f"{self.material.name!r} has no choices, which {settings.name!r} asks about")
-            return self.material.choices, None
+        if is_plain(takes):
+            own = self.material.own.get(takes, pd.DataFrame())
+            if not len(own):
+                raise NoRows(f"{self.material.name!r} has no {takes}, which {settings.name!r} asks about")
+            return own, None
         material = self.material
         if takes == "forms":
             # The questionnaire's items: an answer about the person (age, hand) is no outcome.
@@ -369,7 +381,7 @@ class Selector:
         return normalised(table, scale, how)
 
     def _outcomes(
-        self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame, takes: Takes
+        self, settings: StatisticSettings | FigureSettings, table: pd.DataFrame, takes: str
     ) -> tuple[str, ...]:
         ratings = self.material.ratings
         if takes == "ratings" and ratings is not None:
@@ -400,9 +412,9 @@ def all_ratings(ratings: Ratings) -> Selected:
     )
 
 
-def refuse_repeated(table: pd.DataFrame, name: str) -> None:
+def refuse_repeated(table: pd.DataFrame, name: str, keys: tuple[str, ...] = ANSWER) -> None:
     """Raise DataRefused for a duplicate answer of a session, which would have double weight."""
-    columns = [column for column in ANSWER if column in table.columns]
+    columns = [column for column in keys if column in table.columns]
     if "session" not in columns or not {"trial", "form"} & set(columns):
         return  # an imported table, whose repetitions its own design check counts
     repeated = table.duplicated(columns, keep=False)

@@ -11,13 +11,14 @@ import pandas as pd
 from palpate.analysis.plans.where import Condition, Range, first_word, level_texts, levels_of
 from palpate.analysis.ratings.collected_choices import TABLE as CHOICES
 from palpate.analysis.ratings.collected_choices import study_tracks
+from palpate.analysis.ratings.own_answers import tables_of_study
 from palpate.analysis.ratings.people import ANSWER, CLOSED
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.forms import Question, own_tables
+from palpate.protocols.forms import Question
 from palpate.protocols.pairs import PAIRS
 from palpate.protocols.study import Stimulus, Study, is_number
-from palpate.protocols.tasks import TASKS
+from palpate.protocols.tasks import gives_ratings
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def trial_row(study: Study, group: str | None, stimulus: Stimulus, session: int)
 
 
 def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Columns]:
-    """Return the columns of a study's future tables: ratings, words, forms and choices, as far as it has them, trials.
+    """Return the columns of a study's future tables: ratings, words, forms, forms' own, as far as it has them, trials.
 
     `questions` are those about a person, which are columns of every table.
     """
@@ -110,7 +111,7 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
     tables: dict[str, Columns] = {TRIALS: trials}
     if study.adjectives is not None or study.lexicon is not None or "suggestions" in study.closing:
         tables["words"] = {**trials, "trial": Column(numbers=True), "kind": WORDS, "word": WORDS}
-    if study.attributes:
+    if gives_ratings(study):
         tables["ratings"] = {
             **trials,
             "study": of_levels([study.study]),
@@ -120,15 +121,18 @@ def study_tables(study: Study, questions: Sequence[Question]) -> dict[str, Colum
     if study.questionnaire is not None:
         items = Column(tuple(item.name for item in study.questionnaire.items))
         tables["forms"] = {**whose, "form": WORDS, "attribute": items, "value": NUMBERS, "text": WORDS}
-    if TASKS[study.task].answers == CHOICES:
-        own = {column.name: OF_KINDS[column.kind] for column in own_tables()[CHOICES].columns}
-        tables[CHOICES] = {
+    for own in tables_of_study(study):
+        tables[own.name] = {
             **trials,
-            **own,
+            **{column.name: OF_KINDS[column.kind] for column in own.columns},
             "stimulus": trials["stimulus"],
             "session_number": session if study.declares_sessions else NUMBERS,
             "attempt": NUMBERS,
             "seq": NUMBERS,
+        }
+    if CHOICES in tables:
+        tables[CHOICES] = {
+            **tables[CHOICES],
             "track": Column(tuple(study_tracks(study))) if study.procedure else trials["block"],
             "other": WORDS if study.procedure else trials["stimulus"],
             "procedure": of_levels([procedure.kind for procedure in study.procedure] or [PAIRS]),

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from palpate.analysis.ratings.collected_choices import TABLE as CHOICES
 from palpate.analysis.ratings.reading import CollectedRows, Material, Rating, assembled, material_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow
 from palpate.protocols.canonical import digest
 from palpate.protocols.events import Event, Present, Reply, Request
+from palpate.protocols.forms import own_tables
 from palpate.protocols.plan import Plan, compile_plan
 from palpate.protocols.runner import run
 from palpate.protocols.simulated_participants import simulated_participant
@@ -101,7 +101,11 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
         trials=[_with_person(plan, row) for plan, answers in answered for row in answers.trials],
         words=[_with_person(plan, row) for plan, answers in answered for row in answers.words],
         answers=[_with_person(plan, row) for plan, answers in answered for row in answers.answers],
-        choices=[_with_person(plan, row) for plan, answers in answered for row in answers.own.get(CHOICES, ())],
+        own={
+            name: [_with_person(plan, row) for plan, answers in answered for row in answers.own[name]]
+            for name in own_tables()
+            if any(answers.own[name] for _, answers in answered)
+        },
     )
     ratings = [rating for plan, answers in answered for rating in _ratings(plan, answers)]
     return material_of(study, choice, assembled(study, choice, ratings) if gives_ratings(study) else None, rows)

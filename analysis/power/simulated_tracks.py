@@ -23,6 +23,7 @@ from palpate.analysis.plans.reading import read_plan
 from palpate.analysis.plans.selecting import Selector
 from palpate.analysis.power.request import MOST_RUNS, PowerError, PowerRequest, only
 from palpate.analysis.power.simulated_studies import person, simulated_material
+from palpate.analysis.ratings.collected_choices import TABLE as CHOICES
 from palpate.analysis.ratings.collected_choices import catch_exclusions, study_tracks, track_design
 from palpate.analysis.ratings.dataset import NoRows
 from palpate.protocols.keyed import normal
@@ -111,7 +112,7 @@ def measure(todo: tuple[PowerRequest, tuple[int, ...], int]) -> dict[int, list[M
     measured: dict[int, list[Measurement]] = {}
     for cap in trials:
         shorter = with_trials(study, cap)
-        left = replace(material, choices=first_choices(material.choices, shorter, who.group))
+        left = replace(material, own={CHOICES: first_choices(material.choices, shorter, who.group)})
         try:
             selected = Selector(left, plan, {}).of(settings, TESTS[settings.test])
         except NoRows:  # the test's `where` keeps nothing of this person, such as another group

@@ -11,7 +11,6 @@ The collected table `choices` has one row for each answer. A track's design deci
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -20,16 +19,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import pandas as pd
 from scipy.special import betaincinv
-from sqlalchemy import Connection, inspect, text
 
 from palpate.analysis.ratings.dataset import DataRefused, Exclusion
-from palpate.analysis.ratings.session_choice import query
+from palpate.analysis.ratings.own_answers import lines_of
 from palpate.protocols.intervals import EQUAL
 from palpate.protocols.pairs import PAIRS
 from palpate.protocols.tracks import EASY, NO_CATCH, tracks_in
 
 if TYPE_CHECKING:
-    from palpate.analysis.ratings.session_choice import Choice
     from palpate.protocols.study import Study
     from palpate.protocols.tracks import Track
 
@@ -44,11 +41,6 @@ GUESS_KNOWN = "the design of these choices decides `guess`, which is free in yes
 NO_RIGHT_ANSWER = "no answer to a forced choice between two stimuli is correct, so it has no d'"
 GUESSING = "a forced choice has a guess rate, which this model lacks; ask a psychometric test for each participant"
 NO_SCALE = "a scale is of forced choices between the stimuli of pairs; "
-_CHOICES = text(
-    "SELECT choices.* FROM choices JOIN sessions ON sessions.session = choices.session WHERE sessions.study = :study"
-)
-NUMBERS = ("level", "level_2", "standard", "confidence", "rt_s")
-TRUTHS = ("correct", "hit")
 
 
 def study_tracks(study: Study, group: str | None = None) -> dict[str, Track]:
@@ -70,53 +62,13 @@ def common_tracks(study: Study) -> dict[str, Track]:
     }
 
 
-def read_choices(connection: Connection, study: Study, choice: Choice) -> list[dict[str, Any]]:
-    """Return the rows of `choices` of the sessions that count, with group; [] where the database has no such table."""
-    if not inspect(connection).has_table(TABLE):
-        return []
-    sessions = {session.session: session for session in choice.sessions}
-    return [
-        {
-            **row,
-            "participant": sessions[row["session"]].participant,
-            "group": sessions[row["session"]].group_name or "",
-            "session_number": sessions[row["session"]].number,
-        }
-        for row in query(connection, _CHOICES, study.study)
-        if row["session"] in sessions
-    ]
+def catch_lines(rows: Sequence[Mapping[str, Any]]) -> list[Exclusion]:
+    """Return lines on catch trials among collected choices; they stay in the table.
 
-
-def counted_choices(
-    rows: Sequence[Mapping[str, Any]], trials: pd.DataFrame
-) -> tuple[pd.DataFrame, tuple[Exclusion, ...]]:
-    """Return the choices that count, without practice, and lines on practice and catch trials.
-
-    Catch trials stay in the table: those without a signal are half of a yes/no design. A psychometric function leaves
-    them out. The columns of the stimuli are added.
+    Those without a signal are half of a yes/no design. A psychometric function leaves all of them out.
     """
-    counts = [row for row in rows if row["counts"]]
-    own = [row for row in counts if not row["practice"]]
-    lines = [
-        *_lines("practice", [row for row in counts if row["practice"]], "practice trials do not count"),
-        *_lines("catch", [row for row in own if row["catch"] != NO_CATCH], "catch trials have no place in a function"),
-    ]
-    if not own:
-        return pd.DataFrame(), tuple(lines)
-    table = pd.DataFrame(own).drop(columns=["counts", "practice"])
-    table = table.astype({name: "float64" for name in NUMBERS if name in table.columns})
-    for name in TRUTHS:
-        table[name] = table[name].map(lambda value: np.nan if value is None else float(value)).astype("float64")
-    new = [name for name in trials.columns if name not in table.columns]
-    stimuli = trials.drop_duplicates("stimulus")[["stimulus", *new]] if new and len(trials) else None
-    if stimuli is not None:
-        table = table.merge(stimuli, on="stimulus", how="left")
-    return table.sort_values(["participant", "session", "trial"], kind="stable", ignore_index=True), tuple(lines)
-
-
-def _lines(what: str, rows: Sequence[Mapping[str, Any]], why: str) -> list[Exclusion]:
-    counted = Counter((row["participant"], row["session"]) for row in rows)
-    return [Exclusion(what, f"{who}, session {session}", why, n) for (who, session), n in sorted(counted.items())]
+    catch = [row for row in rows if row["counts"] and not row["practice"] and row["catch"] != NO_CATCH]
+    return lines_of("catch", catch, "catch trials have no place in a function")
 
 
 def catch_exclusions(study: Study, choices: pd.DataFrame) -> list[Exclusion]:

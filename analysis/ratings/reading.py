@@ -13,7 +13,8 @@ from typing import Any
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
 
-from palpate.analysis.ratings.collected_choices import catch_exclusions, counted_choices, read_choices
+from palpate.analysis.ratings.collected_choices import TABLE as CHOICES
+from palpate.analysis.ratings.collected_choices import catch_exclusions, catch_lines
 from palpate.analysis.ratings.dataset import (
     RESERVED,
     Crossing,
@@ -25,6 +26,7 @@ from palpate.analysis.ratings.dataset import (
     crossed_columns,
     levels_of,
 )
+from palpate.analysis.ratings.own_answers import counted_answers, practice_lines, read_own_answers
 from palpate.analysis.ratings.people import People, people_of
 from palpate.analysis.ratings.session_choice import Choice, SessionRow, chosen, collected_sample, inputs_of, query
 from palpate.protocols.did_you_mean import nearest
@@ -263,8 +265,8 @@ class Material:
     levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
     people: People = field(default_factory=People)
     sessions: tuple[SessionRow, ...] = ()
-    choices: pd.DataFrame = field(default_factory=pd.DataFrame)
-    """One row for each choice that counts, catch trials among them; empty where the study has none."""
+    own: Mapping[str, pd.DataFrame] = field(default_factory=lambda: _NO_WORDS)
+    """The answers that count in each table that the study's form brings of its own, the one with its answers first."""
     versions: tuple[Input, ...] = ()
     """The versions of the study or of a model, if sessions had different ones, with the numbers of their sessions."""
 
@@ -281,8 +283,13 @@ class Material:
             trials=part(self.trials),
             words=part(self.words),
             forms=part(self.forms),
-            choices=part(self.choices),
+            own={name: part(table) for name, table in self.own.items()},
         )
+
+    @property
+    def choices(self) -> pd.DataFrame:
+        """One row for each choice that counts, catch trials among them; empty where the study has none."""
+        return self.own.get(CHOICES, pd.DataFrame())
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -305,7 +312,7 @@ def read_material(
             trials=_rows(connection, _TRIALS, study, choice),
             words=_rows(connection, _WORDS, study, choice),
             answers=_rows(connection, _ANSWERS, study, choice),
-            choices=read_choices(connection, study, choice),
+            own=read_own_answers(connection, study, choice),
         )
         versions = tuple(_versions(connection, study, choice))
     return replace(material_of(study, choice, ratings, rows), versions=versions)
@@ -335,12 +342,12 @@ def _versions(connection: Connection, study: Study, choice: Choice) -> Iterator[
 
 @dataclass(frozen=True)
 class CollectedRows:
-    """Rows of the collected tables trials, words, answers and choices, each with participant and group."""
+    """Rows of the collected tables trials, words, answers, and of forms' own, each with participant and group."""
 
     trials: list[dict[str, Any]]
     words: list[dict[str, Any]]
     answers: list[dict[str, Any]]
-    choices: list[dict[str, Any]] = field(default_factory=list)
+    own: Mapping[str, list[dict[str, Any]]] = field(default_factory=lambda: _NO_WORDS)
 
 
 def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: CollectedRows) -> Material:
@@ -348,7 +355,8 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
     trials = _trials(rows.trials, study)
     words = _words(rows.words, trials)
     forms = _forms(rows.answers)
-    choices, left_out = counted_choices(rows.choices, trials)
+    stimuli, declared = stimulus_table(study), own_tables()
+    practice = practice_lines(next(iter(rows.own.values()), ()))
     material = Material(
         name=study.study,
         title=study.title or study.study,
@@ -361,13 +369,17 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Col
         simulated=any(session.simulated for session in choice.sessions),
         seeds=tuple(sorted({session.seed for session in choice.sessions if session.simulated})),
         inputs=inputs_of(study, choice),
-        exclusions=(*(ratings.exclusions if ratings is not None else left_out_sessions(choice)), *left_out),
+        exclusions=(
+            *(ratings.exclusions if ratings is not None else left_out_sessions(choice)),
+            *practice,
+            *catch_lines(rows.own.get(CHOICES, ())),
+        ),
         levels=study_levels(study, trials),
         people=people_of(rows.answers),
         sessions=choice.sessions,
-        choices=choices,
+        own={name: counted_answers(own, declared[name], trials, stimuli) for name, own in rows.own.items()},
     )
-    inattentive = catch_exclusions(study, choices)
+    inattentive = catch_exclusions(study, material.choices)
     return _without(material, inattentive) if inattentive else material
 
 
@@ -423,6 +435,15 @@ def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) 
         for row in rows
         if row["session"] in sessions
     ]
+
+
+def stimulus_table(study: Study) -> pd.DataFrame:
+    """Return the stimuli of a study with their columns as they are named in tables of answers."""
+    names = list(study.stimuli[0].columns if study.stimuli else ())
+    rows = [{column_name(name): stimulus.columns.get(name) for name in names} for stimulus in study.stimuli]
+    table = pd.DataFrame(rows, columns=[column_name(name) for name in names])
+    table.insert(0, "stimulus", [stimulus.id for stimulus in study.stimuli])
+    return table
 
 
 def _trials(answered: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:

@@ -19,6 +19,8 @@ import pandas as pd
 from palpate.analysis.crosschecking.checks import FILE as CROSSCHECK
 from palpate.analysis.crosschecking.checks import crosscheck_json
 from palpate.analysis.plans.answers import Answer, QuestionResult
+from palpate.analysis.plans.kinds import FIGURES, TESTS
+from palpate.analysis.plans.sources import source_of
 from palpate.analysis.regenerating.page import numbered_tables, report_html
 from palpate.analysis.regenerating.plan_figures import draw_all
 from palpate.analysis.regenerating.regeneration import RegeneratedStudy
@@ -65,10 +67,18 @@ def file_texts(study: RegeneratedStudy, seconds: Seconds) -> dict[str, str]:
 def material_tables(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
     """Return the tidy tables of the data used, after exclusions, without empty ones."""
     material = study.material
-    tables = {"trials": material.trials, "words": material.words, "forms": material.forms, "choices": material.choices}
+    tables = {"trials": material.trials, "words": material.words, "forms": material.forms, **own_tables_used(study)}
     if material.ratings is not None:
         tables = {"ratings": material.ratings.table, **tables}
     return {name: table for name, table in tables.items() if len(table)}
+
+
+def own_tables_used(study: RegeneratedStudy) -> dict[str, pd.DataFrame]:
+    """Return the own table with the study's answers, and any other that a test or figure is about."""
+    plan, own = study.plan, study.material.own
+    used = {source_of(test, TESTS[test.test]) for test in plan.tests}
+    used |= {source_of(figure, FIGURES[figure.figure]) for figure in plan.figures}
+    return {name: table for place, (name, table) in enumerate(own.items()) if place == 0 or name in used}
 
 
 def test_rows(results: Sequence[QuestionResult]) -> dict[str, list[dict[str, Any]]]:

@@ -16,14 +16,15 @@ from palpate.analysis.plans.answers import (
     StatisticSettings,
     column_names,
     columns_named,
-    source_problem,
 )
 from palpate.analysis.plans.idle import idle_settings
 from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.reading import Plan, Rule
+from palpate.analysis.plans.sources import OF_NUMBERS, is_plain, source_of, source_problem
 from palpate.analysis.plans.study_factors import StudyFactors, study_factors
 from palpate.analysis.plans.study_tables import TRIALS, Columns, study_tables, table_columns
 from palpate.analysis.plans.where import Where
+from palpate.analysis.ratings.own_answers import TIMES
 from palpate.analysis.ratings.rating_files import load_ratings
 from palpate.analysis.ratings.reading import OF_A_RATING
 from palpate.analysis.ratings.sources import IMPORTED, DataRequest
@@ -120,7 +121,7 @@ class KnownAnswers:
     def problems(self, settings: StatisticSettings | FigureSettings) -> Iterator[Problem]:
         """Yield the problems of a test or figure that no answers could solve."""
         kind = _kind_of(settings)
-        source = settings.source or kind.takes or "table"
+        source = source_of(settings, kind)
         if problem := source_problem(settings, kind):
             yield Problem(("source",), problem)
             return
@@ -131,7 +132,9 @@ class KnownAnswers:
                 yield Problem(("name",), f"{settings.name!r} needs a table of the plan's own; name it with `table`")
             return
         elif source not in self.tables:
-            yield Problem(("name",), f"{settings.name!r} asks about {source}, {LACKS}")
+            has = ", ".join(name for name in self.tables if name != TRIALS)
+            near = f"; it has {has}" if settings.source is not None and has else ""
+            yield Problem(("name",), f"{settings.name!r} asks about {source}, {LACKS}{near}")
             return
         else:
             columns, outcomes = self.tables[source], self.outcomes.get(source)
@@ -146,7 +149,9 @@ class KnownAnswers:
         selected = settings.outcomes or outcomes or ()
         if outcomes is not None:
             yield from self.design.problems(settings, selected)
-        if (problems := TESTS[settings.test].problems) is not None:
+        # What the design says of a test of ratings does not hold for a form's own table.
+        of_own_table = kind.takes in OF_NUMBERS and is_plain(source)
+        if (problems := TESTS[settings.test].problems) is not None and not of_own_table:
             yield from problems(settings, self.design, selected)
 
     def problems_of_rule(self, rule: Rule) -> Iterator[Problem]:
@@ -157,13 +162,18 @@ class KnownAnswers:
             if ratings is None and getattr(rule, key) is not None:
                 yield Problem((key,), f"is about ratings, {LACKS}")
         for key in ("faster_than_s", "slower_than_s"):
-            timed = self.tables.get("choices", {}) if ratings is None else ratings
-            if getattr(rule, key) is not None and not {"response_time_s", "rt_s"} & set(timed):
+            timed = [columns for name, columns in self.tables.items() if name == "ratings" or _is_own(name)]
+            if getattr(rule, key) is not None and not any(set(TIMES) & set(columns) for columns in timed):
                 yield Problem((key,), "no response times of ratings or choices are recorded; leave the rule out")
         for n, column in enumerate(rule.outlying.within if rule.outlying is not None and ratings is not None else ()):
             if column not in (ratings or ()):
                 at = ("outlying", "within", n)
                 yield Problem(at, f"the study has no column {column!r}; {nearest(column, ratings or ())}")
+
+
+def _is_own(name: str) -> bool:
+    """Return whether this is a table that a form of the study brings of its own."""
+    return is_plain(name) and name != TRIALS
 
 
 LACKS = "of which the study has none"
@@ -173,11 +183,15 @@ OF_RATINGS = ("participant", "value")
 
 def _column_problems(settings: StatisticSettings | FigureSettings, columns: Columns) -> Iterator[Problem]:
     """Yield each setting that names a column that is not there, holds words instead of numbers, or is named twice."""
-    whose = "the study" if settings.table is None else f"the table {settings.table!r}"
-    implied = OF_RATINGS if settings.table is not None and _kind_of(settings).takes in ("ratings", "forms") else ()
+    kind = _kind_of(settings)
+    source = source_of(settings, kind)
+    name = settings.table if settings.table is not None else source if is_plain(source) else None
+    whose = "the study" if name is None or source == "choices" else f"the table {name!r}"
+    implied = OF_RATINGS if is_plain(source) and kind.takes in OF_NUMBERS else ()
     for column in implied if isinstance(settings, StatisticSettings) else ():
-        if column not in columns and not hasattr(settings, column):
-            yield Problem(("table",), f"{whose} has no column {column!r}; {nearest(column, columns)}")
+        if column not in columns and getattr(settings, column, None) is None:
+            at = "source" if settings.table is None else "table"
+            yield Problem((at,), f"{whose} has no column {column!r}; {nearest(column, columns)}")
     # Who won a pair of a study follows from its choices, not from columns.
     unread = ("winner", "loser") if settings.table is None and settings.source == "choices" else ()
     for key in (key for key in (*COLUMNS, *TERMS, *READ) if key not in unread):
@@ -194,10 +208,10 @@ def _column_problems(settings: StatisticSettings | FigureSettings, columns: Colu
 
 def _named_twice(settings: StatisticSettings) -> Iterator[Problem]:
     """Yield a problem for each column in two places of a test, where every place has its own column."""
-    of_ratings = _kind_of(settings).takes in ("ratings", "forms")
+    of_ratings = _kind_of(settings).takes in OF_NUMBERS
     keys = (*COLUMNS, "value", "order") if of_ratings else ("by",)
     implied = set() if hasattr(settings, "raters") or hasattr(settings, "cases") else {"participant"}
-    implied |= set() if hasattr(settings, "value") else {"value"}
+    implied |= {"value"} if settings.value is None else set()
     seen: set[tuple[str, str]] = {("", name) for name in implied if of_ratings}
     for key in keys:
         # A number, and what categories are compared over, may be a factor as well.

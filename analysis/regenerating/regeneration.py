@@ -33,6 +33,7 @@ from palpate.analysis.plans.idle import effective, idle_notes
 from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selector, apply_exclusions
+from palpate.analysis.plans.sources import is_plain, source_of
 from palpate.analysis.plans.where import Where, keeps, matching_rows
 from palpate.analysis.ratings.dataset import Exclusion, Input
 from palpate.analysis.ratings.design import CellFaults, CellsRefused
@@ -261,7 +262,7 @@ def _questions(selector: Selector, settings: StatisticSettings) -> Iterator[Ques
         return
     # The outcomes themselves may be a factor of the test, as the items of a questionnaire are.
     compares_outcomes = OUTCOME in columns_named(settings, COLUMNS)
-    if kind.each == "all" or settings.table is not None or compares_outcomes:
+    if kind.each == "all" or is_plain(source_of(settings, kind)) or compares_outcomes:
         yield Question(settings, kind, ALL, selected)
         return
     for selection in selector.by_outcome(selected):
@@ -288,10 +289,11 @@ def _answer(selector: Selector, question: Question, clock: Clock, digests: _Dige
         refused = (str(selected), "", MissingSummary(policy), 0.0)
         return QuestionResult(settings, question.outcome, None, *refused, reason=type(selected))
     missing = MissingSummary(policy, unanswered=selected.unanswered)
-    own = settings.table is not None
+    source = source_of(settings, kind)
+    own = is_plain(source)
     start = clock()
     try:
-        if kind.complete is not None and not own and (settings.source or kind.takes) == "ratings":
+        if kind.complete is not None and source == "ratings":
             trials, faults = selector.trials(settings.where), selector.faults(settings)
             selected, gaps = handle_missing(selected, faults, settings.where, policy, trials)
             missing = replace(gaps, unanswered=missing.unanswered)
@@ -318,10 +320,10 @@ def digest(table: pd.DataFrame, own: bool = False) -> str:
     """Return the SHA-256 of a table's rows as CSV, with sorted columns and rows, so that order does not matter.
 
     Of a study's answers it covers participant, answer and stimulus; the stimulus' other columns are in the study, whose
-    digest is among the inputs. Of a plan's `own` table, and of choices, it covers every column.
+    digest is among the inputs. Of a plan's `own` table, and of a form's own, it covers every column.
     """
     columns = sorted(map(str, table.columns))
-    if "session" in columns and not own and "catch" not in columns:  # of choices it covers every column
+    if "session" in columns and not own:
         columns = [name for name in columns if name in IDENTITY]
     lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
     return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()

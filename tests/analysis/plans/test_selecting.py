@@ -55,11 +55,13 @@ def test_trials_by_their_seconds(material):
 
 def test_trials_of_choices_by_their_seconds(material):
     choices = pd.DataFrame({"participant": "P1", "session": "s", "trial": [1, 2, 3], "rt_s": [0.4, 0.1, 0.3]})
-    chosen = replace(material, ratings=None, choices=choices, trials=choices, words=choices[:0], forms=choices[:0])
+    chosen = replace(
+        material, ratings=None, own={"choices": choices}, trials=choices, words=choices[:0], forms=choices[:0]
+    )
     result = left(chosen, {"faster_than_s": 0.2}, {"slower_than_s": 0.35})
     assert result.material.choices["trial"].tolist() == result.material.trials["trial"].tolist() == [3]
     with pytest.raises(DataRefused, match="no response times are recorded"):
-        left(replace(chosen, choices=choices.drop(columns="rt_s")), {"faster_than_s": 0.2})
+        left(replace(chosen, own={"choices": choices.drop(columns="rt_s")}), {"faster_than_s": 0.2})
 
 
 def test_trials_by_their_columns(material):

@@ -415,7 +415,7 @@ def materials() -> Mapping[str, Any]:
         people=everybody,
         forms=rated.forms.assign(value=points),
         ratings=replace(rated.ratings, table=table),
-        choices=tracks(),
+        own={"choices": tracks()},
     )
     first = ticked.words.iloc[:5]
     written = first.assign(kind=["further"] * 3 + ["own"] * 2, word=["light", "Light", "soft", "big", "light"])
