@@ -62,7 +62,7 @@ def test_every_package_and_module_at_the_top_has_its_place(settings):
     assert packages == {*names.PACKAGES} and packages - NOT_INSTALLED == {*names.INSTALLED}
     assert [f"palpate.{name}" for name in names.INSTALLED] == [*code_digest.PACKAGES]
     checked = ["benchmarks", "palpate", "tools"]
-    examples = {path.parent for path in ROOT.glob("examples/*/*/__init__.py")}
+    examples = {path.parent for path in ROOT.glob("examples/**/__init__.py")}
     assert {ROOT / place for place in tool["mypy"]["mypy_path"]} == {path.parent for path in examples}
     assert sorted([*checked, *(path.name for path in examples)]) == sorted(tool["mypy"]["packages"])
     assert checked == sorted(tool["importlinter"]["root_packages"])

@@ -59,7 +59,7 @@ def _rows_of(connection: Connection, table: str, study: str) -> list[dict[str, A
         return []
     name = connection.dialect.identifier_preparer.quote(table)
     joined = f"SELECT own.* FROM {name} AS own JOIN sessions ON sessions.session = own.session"
-    return query(connection, text(f"{joined} WHERE sessions.study = :study"), study)
+    return list(query(connection, text(f"{joined} WHERE sessions.study = :study"), study))
 
 
 def counted_answers(
