@@ -42,7 +42,8 @@ def test_built_in_tasks_forms_and_people_keep_the_contracts(task, tmp_path):
     """Capture and authoring need devices: `tests/protocols/simulated_participants/test_kinds.py` has them without."""
     files = [StudyFiles(study_of(task), tmp_path)]
     assert failed(check_task(task, TASKS[task], files, tmp_path)) == []
-    assert failed(check_participant("perceiver", PEOPLE["perceiver"], files, tmp_path)) == []
+    for kind in PEOPLE:
+        assert failed(check_participant(kind, PEOPLE[kind], files, tmp_path)) == []
     for name in {trial.form.name for trial in Session(files[0], tmp_path).plan.trials}:
         assert failed(check_form(name, FORMS[name], files, tmp_path)) == []
 
