@@ -18,6 +18,7 @@ from palpate.protocols.extensions import Lazily, use
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import read_study
+from palpate.studies.extensions.check import check
 from palpate.studies.sessions.ledger import create, open_for_append
 from palpate.studies.sessions.record import read
 from palpate.studies.sessions.session_files import ledger_path
@@ -231,3 +232,10 @@ def test_every_trial_of_the_plan_touches_a_finger_that_can_be_named(statistic, r
     study = read_study(ran_lab / "studies" / NAME / "study.yaml").study
     plan = compile_plan(study, ParticipantRow("P001", None, 0), 0)
     assert {trial.stimulus.columns["finger"] for trial in plan.trials} == set(study.ask[0].options)
+
+
+@pytest.mark.needs("fonts")
+def test_its_parts_keep_the_contracts_of_their_kinds(ran_lab):
+    verdicts = check("fingers", ran_lab)
+    assert [str(verdict) for verdict in verdicts if not verdict.ok] == []
+    assert {verdict.part for verdict in verdicts} == {"fingers.localise", "fingers.transmitted", "fingers.confusions"}

@@ -11,6 +11,7 @@ from matplotlib.patches import Rectangle
 
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
 from palpate.analysis.figures.style import PAPER, readable_ink, shade_scale
+from palpate.analysis.statistics.refusals import TooFew
 
 from .transmitted import TABLE, confusion_matrices
 
@@ -22,8 +23,13 @@ class Settings(FigureSettings):
 
 
 def data(inputs: FigureInput, settings: Settings) -> FigureData:
-    """Return a row for each pair of a touched and a named finger: how often, and in percent of the touches."""
+    """Return a row for each pair of a touched and a named finger: how often, and in percent of the touches.
+
+    Raises TooFew without any answer.
+    """
     people, fingers, counts = confusion_matrices(inputs.selected)
+    if not people:
+        raise TooFew("a matrix of answers needs somebody who answered, and there is nobody")
     totals = counts.sum(axis=0)
     touches = totals.sum(axis=1)
     rows = tuple(
