@@ -14,6 +14,7 @@ import pytest
 from scipy.stats import chi2_contingency
 
 from palpate.command_line import _status
+from palpate.devices.window.texts_study import load_study_texts, study_texts
 from palpate.protocols.extensions import Lazily, use
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
@@ -239,3 +240,10 @@ def test_its_parts_keep_the_contracts_of_their_kinds(ran_lab):
     verdicts = check("fingers", ran_lab)
     assert [str(verdict) for verdict in verdicts if not verdict.ok] == []
     assert {verdict.part for verdict in verdicts} == {"fingers.localise", "fingers.transmitted", "fingers.confusions"}
+
+
+def test_every_text_of_the_study_is_translated(statistic, ran_lab):
+    folder = ran_lab / "studies" / NAME
+    study = read_study(folder / "study.yaml").study
+    words = load_study_texts(study, folder, "ko")
+    assert all(" ".join(text.split()) in words for text in study_texts(study))
