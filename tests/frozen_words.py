@@ -396,6 +396,7 @@ figure means.whiskers =: between cousineau_morey loftus_masson none sd
 figure order_effect: adjust bins carry_over confidence position response_time stimulus
 figure order_effect.adjust =: none stimulus
 figure posterior: columns
+figure power_law: people
 figure predicted: actual attribute band colour high low panels predicted sd stimulus unit
 figure predicted.band =: global panel
 figure psychometric: columns
@@ -470,6 +471,7 @@ test pairs: correction factor family interval
 test pairs.correction =: bonferroni holm none
 test pca: confidence draws items over reference scaled
 test pca.reference =: none normal permuted
+test power_law: confidence intensity
 test procrustes: confidence dimensions draws groups halves items on over reflection scaled starts stretch ties
 test procrustes.on =: attributes classical nonmetric pca
 test procrustes.ties =: primary secondary

@@ -39,13 +39,14 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 COLUMNS = (
     "within", "between", "factor", "fixed", "numeric", "by", "targets", "raters", "units", "items", "cases", "families",
     "pooled", "target", "attribute_column", "groups", "over", "condition", "staircase",
+    "intensity",
 )  # fmt: skip
 """Settings that name columns of the answers, which may also be answers about oneself."""
 TERMS = ("random", "interactions")
 """Settings of a model that name columns, also several in one: "a:b"."""
 FACTORS = tuple(name for name in (*COLUMNS, *TERMS) if name != "numeric")
 """Of these the settings that distinguish rows; a column in `numeric` is a number."""
-OF_VALUES = ("numeric", "target", "value", "level", "correct", "n", "count")
+OF_VALUES = ("numeric", "target", "value", "level", "correct", "n", "count", "intensity")
 """Settings that name columns of numbers."""
 READ = ("value", "level", "correct", "n", "count", "order", "pairs", "winner", "loser", "tie", "first", "participant")
 """Settings that name columns which a test reads as they are."""

@@ -1,7 +1,8 @@
 """The pictures of docs/reference/figures.md, made anew from a lab of simulated participants.
 
     for s in texture_similarity:P001..P012 door_matching:P001..P016 door_authoring:P001..P016 \
-             door_adjectives:P001..P020 texture_ratings:P001..P026 texture_preference:P001..P022; do
+             door_adjectives:P001..P020 texture_ratings:P001..P026 texture_preference:P001..P022 \
+             roughness_magnitude:P001..P012; do
       palpate run ${s%%:*} --participant ${s##*:} --simulate --seed 1 --lab LAB; done
     palpate collect --lab LAB
     python -m tests.analysis.figures.showcase LAB docs/pictures
@@ -131,11 +132,17 @@ def preferences(lab: Path) -> FigureInput:
     return FigureInput(nothing(), by_name(regenerate(DataRequest("texture_preference", lab)).answered))
 
 
+def magnitudes(lab: Path) -> FigureInput:
+    """The power law of the shipped plan of magnitude estimates."""
+    return FigureInput(nothing(), by_name(regenerate(DataRequest("roughness_magnitude", lab)).answered))
+
+
 FUNCTIONS = (functions, {"tests": ("f",)})
 SHOWN = {
     "psychometric": FUNCTIONS,
     "track": (functions, {"tests": ("f",), "columns": 2}),
     "posterior": FUNCTIONS,
+    "power_law": (magnitudes, {"tests": ("exponent",)}),
     "estimates": (preferences, {"tests": ("scale",)}),
     "predicted": (predictions, {"panels": "attribute", "unit": "0 to 100"}),
     "predicted-class": (predictions, {"figure": "predicted", "panels": "class", "colour": "attribute"}),

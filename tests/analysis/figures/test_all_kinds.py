@@ -19,6 +19,7 @@ from tests.analysis.figures import (
     test_function_figures,
     test_map,
     test_matching_and_likert,
+    test_power_law_figure,
     test_predictions,
     test_similarity_bars,
 )
@@ -37,9 +38,14 @@ KINDS: dict[str, tuple[Callable[[], FigureInput], dict]] = {
     "psychometric": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
     "track": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",), "columns": 2}),
     "posterior": (lambda: inputs_of(answers={"f": test_function_figures.functions()}), {"tests": ("f",)}),
+    "power_law": (lambda: inputs_of(answers={"l": test_power_law_figure.law()}), {"tests": ("l",)}),
     "estimates": (lambda: inputs_of(answers={"s": answer(test_estimates.ROWS)}), {"tests": ("s",)}),
 }
-RATED = [name for name in KINDS if name not in ("treemap", "map", "psychometric", "track", "posterior", "estimates")]
+RATED = [
+    name
+    for name in KINDS
+    if name not in ("treemap", "map", "psychometric", "track", "posterior", "estimates", "power_law")
+]
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -180,6 +180,18 @@ def _population() -> pd.DataFrame:
     return table.assign(correct=hits, other=np.maximum(hits - 1, 0))
 
 
+def _magnitudes() -> pd.DataFrame:
+    """Numbers that three people gave to four stimuli, and other numbers and intensities beside them."""
+    rng = np.random.default_rng(5)
+    rows = [
+        {"participant": f"P{who}", "stimulus": f"s{n}", "period": 2.0**n, "wide": 3.0 + n,
+         "number": 10 ** (0.2 * who + 0.1 * n * who + 0.1 * rng.normal()), "size": 1.0 + n + who}
+        for who in range(3)
+        for n in range(4)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
 TABLES = {
     "choices": _pairs_of_items(),
     "levels": _levels(),
@@ -189,6 +201,7 @@ TABLES = {
     "coarse": _coarse(),
     "detected": _detected(),
     "population": _population(),
+    "magnitudes": _magnitudes(),
 }
 
 COARSE = {"table": "coarse"}
@@ -290,6 +303,7 @@ REQUESTS: Mapping[str, list[Settings]] = {
     ],
     "dprime": [{"table": "detected"}],
     "binomial_mixed_model": [{"table": "population", "n": "n", "nodes": 1}],
+    "power_law": [{"table": "magnitudes", "intensity": "period"}],
 }  # fmt: skip
 """The tests in which every setting is tried, by kind."""
 
@@ -297,6 +311,7 @@ SHOWN = [
     {"name": "functions", "test": "psychometric", "source": "choices", "draws": 19},
     {"name": "map", "test": "mds", **MDS}, {"name": "arrows", "test": "vectors", "starts": 2, "draws": 19},
     {"name": "scale", "test": "bradley_terry", "table": "choices", "count": "times"},
+    {"name": "exponent", "test": "power_law", "table": "magnitudes", "intensity": "period"},
     {"name": "parts", "test": "pca", "draws": 19}, {"name": "cloths", "test": "pairs", "factor": "dose", **FIRST},
     {"name": "ranks", "test": "wilcoxon", "factor": "dose", **FIRST},
     {"name": "of_x", "test": "pairs", "factor": "dose", "where": {"cloth": "x"}, **FIRST},
@@ -329,6 +344,7 @@ FIGURE_CASES: Mapping[str, list[Settings]] = {
     "psychometric": [{"tests": ["functions"]}],
     "posterior": [{"tests": ["functions"]}],
     "track": [{"tests": ["functions"]}],
+    "power_law": [{"tests": ["exponent"]}],
     "estimates": [{"tests": ["scale"], "value": "losses"}],
     "map": [
         {"tests": ["map", "arrows"]}, {"tests": ["map", "arrows"], "class_column": "cloth"},
@@ -354,7 +370,7 @@ OTHER: Settings = {
     "method": "classical", "missing": "listwise", "n": "more", "need_both": True, "new_words": False, "nodes": 3,
     "normalisation": "share_of_maximum", "normalise": "z_within_participant", "numeric": "goal", "on": "attributes",
     "order": ["trial", "session"], "outcomes": ["Calm"], "over": "wish", "p": "chi2", "pairs": ["one", "three"],
-    "panels": "kind", "participant": "who", "points": [0, 6], "pooled": "wish", "position": "session",
+    "panels": "kind", "people": False, "participant": "who", "points": [0, 6], "pooled": "wish", "position": "session",
     "predicted": "other", "actual": "truth", "profile": True, "random": {"participant": [], "cloth": []},
     "raters": "session", "reference": "none", "reflection": False, "reml": False, "replications": 25,
     "response_time": False, "reverse": ["Soft"], "reversed": ["Soft"], "scaled": True, "scree": 3, "sd": "sd2",
@@ -373,6 +389,7 @@ OWN: Mapping[tuple[str, str], Any] = {
     **{(kind, "by"): ["cloth"] for kind in ("means", "categories")},
     **{(kind, "by"): "wish" for kind in ("bubbles", "rating_heatmap", "class_heatmap", "violins")},
     ("krippendorff_alpha", "level"): "nominal", ("krippendorff_alpha", "units"): ["dose"],
+    ("power_law", "intensity"): "wide", ("power_law", "value"): "size",
     ("estimates", "label"): "wins", ("estimates", "value"): "worth", ("estimates", "low"): "value",
     ("estimates", "high"): "value", ("estimates", "tests"): ["map"],
     ("trends", "reference"): "s1", ("trends", "pooled"): "dose", ("trends", "families"): "side",
