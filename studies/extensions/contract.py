@@ -163,7 +163,7 @@ def _resumes(tried: Tried[Any], with_samples: bool = True) -> str | None:
         found = resumed if with_samples else _without_samples(resumed)
         equal = len(found) >= cut and found == expected[: len(found)]
         demand(equal, f"cut after event {cut} of {len(whole)}, it goes on to other events")
-    return f"cut after {len(cuts)} of {len(whole)} events"
+    return f"cut at {len(cuts)} of its {len(whole)} events"
 
 
 def _without_samples(events: Sequence[Event]) -> list[Event]:
