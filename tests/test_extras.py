@@ -30,6 +30,7 @@ DRIVEN = {
     "participants list": "participants list --lab lab",
     "participants balance": "participants balance doors_small --lab lab",
     "participants overlap": "participants overlap doors_small door_ratings --lab lab", "studies": "studies",
+    "extensions list": "extensions list --lab lab", "extensions check": "extensions check --help",
     "check": "check door_ratings", "plan": "plan door_ratings --participant P001", "replay": "replay --lab lab",
     "streams list": "streams list lab/sessions/doors_small_P001_s1.sqlite", "models list": "models list --lab lab",
     "models card": "models card door-perception --lab lab",

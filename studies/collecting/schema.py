@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import (
@@ -26,7 +26,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeEngine
 
 from palpate.protocols import forms
-from palpate.protocols.extensions import finder
+from palpate.protocols.extensions import finder, is_own
 from palpate.protocols.forms import OwnTable
 
 VERSION = 5
@@ -205,11 +205,11 @@ OF_KINDS: Mapping[str, Callable[[bool], TypeEngine[Any]]] = {
 """The type of a column of an own table, by its kind and by whether it is part of the key."""
 
 
-def _own_table(own: OwnTable) -> Table:
+def _own_table(own: OwnTable, among: MetaData) -> Table:
     """Return the table of a form that has one of its own: whose answers, its own columns, and whether they count."""
     return Table(
         own.name,
-        metadata,
+        among,
         Column("session", NAME, primary_key=True),  # no foreign key: as for `ledgers`
         Column("seq", Integer, primary_key=True),
         Column("participant", NAME, nullable=False),
@@ -223,15 +223,20 @@ def _own_table(own: OwnTable) -> Table:
     )
 
 
+_shipped = {own.name: own for form in forms.FORMS if not is_own(form) for own in forms.own_tables_of(form)}
+_SHIPPED = {name: _own_table(own, metadata) for name, own in _shipped.items()}
+
+
 def form_tables() -> Mapping[str, Table]:
     """Return the tables of forms that have one of their own, by name, with those of the extensions that were loaded."""
-    return {
-        name: metadata.tables[name] if name in metadata.tables else _own_table(own)
-        for name, own in forms.own_tables().items()
-    }
+    return {**_SHIPPED, **{own.name: _own_table(own, MetaData()) for own in _of_extensions()}}
 
 
-form_tables()
+def _of_extensions() -> Iterator[OwnTable]:
+    for form in finder().parts("forms"):
+        yield from forms.own_tables_of(form)
+
+
 own_tables = Table(
     "own_tables",
     metadata,
@@ -243,11 +248,10 @@ own_tables = Table(
 def add_own_tables(connection: Connection) -> None:
     """Create the tables of the extensions that were loaded, where they are missing."""
     known = set(connection.execute(select(own_tables.c.name)).scalars())
-    for form in finder().parts("forms"):
-        for own in forms.own_tables_of(form):
-            form_tables()[own.name].create(connection, checkfirst=True)
-            if own.name not in known:
-                connection.execute(insert(own_tables), {"name": own.name})
+    for own in _of_extensions():
+        _own_table(own, MetaData()).create(connection, checkfirst=True)
+        if own.name not in known:
+            connection.execute(insert(own_tables), {"name": own.name})
 
 
 RATINGS = "ratings"

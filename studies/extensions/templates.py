@@ -7,7 +7,7 @@ from pathlib import Path
 
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.extensions import ExtensionError, is_own
-from palpate.protocols.files import write_text
+from palpate.protocols.files import staged_files, write_text
 
 FILES = Path(__file__).with_name("template_files")
 EXTENSION, PART = "template_lab", "template_part"
@@ -40,11 +40,11 @@ def write_package(kind: str, name: str, out: Path | None = None) -> list[Path]:
         f'\n[project.entry-points."palpate.{parts}"]\n"{name}" = "{extension}:{place}"\n'
         for parts, place in ENTRY_POINTS[kind].items()
     )
-    files = {root / path: text for path, text in _filled(FILES / "package", extension, part)}
-    project = root / "pyproject.toml"
+    files = dict(_filled(FILES / "package", extension, part))
+    project = Path("pyproject.toml")
     files[project] += entries
-    files |= {root / extension / path: text for path, text in _module(kind, extension, part)}
-    return _write({project: files.pop(project), **files})
+    files |= {Path(extension) / path: text for path, text in _module(kind, extension, part)}
+    return _write(root, {project: files.pop(project), **files})
 
 
 def write_module(kind: str, name: str, lab: Path) -> list[Path]:
@@ -55,8 +55,8 @@ def write_module(kind: str, name: str, lab: Path) -> list[Path]:
     files = {}
     for path, text in _module(kind, extension, part):
         in_lab = path.parts[0] == "studies"
-        files[lab / path if in_lab else lab / "extensions" / extension / path] = text
-    return _write(files)
+        files[path if in_lab else Path("extensions", extension) / path] = text
+    return _write(lab, files)
 
 
 def _names(kind: str, name: str) -> tuple[str, str]:
@@ -85,12 +85,13 @@ def _fill(text: str, extension: str, part: str) -> str:
     return text.replace(EXTENSION, extension).replace(PART, part)
 
 
-def _write(files: Mapping[Path, str]) -> list[Path]:
-    """Write all files, or none if one exists."""
+def _write(root: Path, files: Mapping[Path, str]) -> list[Path]:
+    """Write all files into a folder, or none if one exists or cannot be written; return their paths."""
     for path in files:
-        if path.exists():
-            raise ExtensionError(f"{path} exists; nothing is overwritten: choose another name or --out FOLDER")
-    for path, text in files.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, text)
-    return list(files)
+        if (root / path).exists():
+            raise ExtensionError(f"{root / path} exists; nothing is overwritten: choose another name or --out FOLDER")
+    with staged_files(root) as draft:
+        for path, text in files.items():
+            (draft / path).parent.mkdir(parents=True, exist_ok=True)
+            write_text(draft / path, text)
+    return [root / path for path in files]

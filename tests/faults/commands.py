@@ -56,6 +56,7 @@ WRITES = {
     "resume": "resume killed/sessions/door_lexicon_P002_s1.sqlite --accept-change",
     "rig calibrate": "rig calibrate vibration --rig twins.yaml --yes --seconds 0.2 --write",
     "rig certify": "rig certify shaker --rig twins.yaml --yes --bursts 20 --write",
+    "extensions new": "extensions new task acme.grip --in-lab",
     "power": "power doors_small --test variants --participants 2 --runs 10 --jobs 1",
     "bench": "bench intervals --quick --out bench",
 }
@@ -97,7 +98,8 @@ LEFT_OUT = {
 """Commands that write and are not driven, with the reason."""
 WRITES_NOTHING = (
     "participants list", "participants balance", "participants overlap", "studies", "check", "plan", "replay",
-    "rig check", "rig kinds", "window check", "streams list", "models list", "models card", "models compare",
+    "extensions list", "extensions check", "rig check", "rig kinds", "window check", "streams list", "models list",
+    "models card", "models compare",
 )  # fmt: skip
 
 

@@ -40,7 +40,7 @@ def test_studies_are_listed(run):
     text = run("studies")
     assert "door_ratings" in text and "90 stimuli, 7 attributes" in text and "toy" in text
     listed = {row["study"] for row in json.loads(run("studies", "--json"))}
-    assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 14
+    assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 17
 
 
 def test_a_broken_study_is_listed_as_broken(run, tmp_path):

@@ -62,7 +62,7 @@ def test_a_column_of_participants_is_found_by_its_name_and_consistency_reported_
         result = answer(test, table, confidence=0.9)
         assert result.participants == 2
         assert [(row["who"], row["circular"]) for row in result.more["triads"][1:]] == [("P1", 1), ("P2", 0)]
-        assert result.kinds["ci_low"] == "90 % normal interval of the value"
+        assert result.kinds["ci_low"] == "90 % Student's t interval of the value, over 2 people"
 
 
 def test_ties_and_refusals() -> None:
