@@ -26,5 +26,6 @@ KINDS: Mapping[str, Kind] = {
         lazy_function("palpate.analysis.plans.families.magnitudes_answers:power_law_answer"),
         takes="fields",
         each="all",
+        problems=lazy_function("palpate.analysis.plans.families.problems_of_study:intensity_problems"),
     ),
 }

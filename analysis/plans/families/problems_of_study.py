@@ -7,7 +7,9 @@ from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.study_factors import TRIAL, missing_combination
+from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.complaints import Problem
+from palpate.protocols.study import is_number
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -146,3 +148,19 @@ def _by(rows: Rows, key: str, name: str) -> dict[str, set[str]]:
     for row in rows:
         levels.setdefault(row[key], set()).add(row[name])
     return levels
+
+
+def intensity_problems(settings: Any, design: StudyFactors, _outcomes: Collection[str]) -> Iterator[Problem]:
+    """Yield a problem unless the intensity is a column of the stimuli with a number above 0 for each."""
+    of_stimuli = [{column_name(name): level for name, level in s.columns.items()} for s in design.study.stimuli]
+    if any(settings.intensity not in columns for columns in of_stimuli):
+        yield Problem(("intensity",), f"{settings.intensity!r} is no column of the stimuli, each of which has one")
+    elif wrong := [
+        columns[settings.intensity] for columns in of_stimuli if not above_zero(columns[settings.intensity])
+    ]:
+        yield Problem(("intensity",), f"found {wrong[0]!r} in {settings.intensity!r}; numbers above 0 are expected")
+
+
+def above_zero(text: str) -> bool:
+    """Return whether a text is a number above 0."""
+    return is_number(text) and float(text) > 0

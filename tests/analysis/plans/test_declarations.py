@@ -116,7 +116,14 @@ WRITTEN = Study.model_validate({
     "stimuli": [{"id": f"s{n}", "columns": {"cloth": "xy"[n % 2], "dose": str(n)}} for n in range(4)],
     "simulation": {"latents": {}, "vocabulary": ["soft", "hard", "warm", "cold"], "answer_s": 8},
 })  # fmt: skip
+NUMBERED = Study.model_validate({
+    **COMMON, "study": "numbered", "task": "questions", "order": {"design": "random"},
+    "stimuli": [{"id": f"s{n}", "columns": {"cloth": "xy"[n % 2], "dose": str(n + 1)}} for n in range(4)],
+    "ask": [{"name": "strength", "kind": "number", "above": 0}],
+    "simulation": {"latents": {"strength": {"dose": 0.3}}, "noise_sd": 0.1, "bias_sd": 0.3},
+})  # fmt: skip
 STUDIES = {
+    "power_law": NUMBERED,
     "bradley_terry": PAIRED, "thurstone": PAIRED, "lexicon": WRITTEN, "binomial_mixed_model": DETECTED,
     "ratings": RATED, "forms": RATED, "words": TICKED, "choices": CHOSEN,
 }  # fmt: skip
@@ -143,7 +150,7 @@ TRIED: dict[str, list[dict[str, Any]]] = {
     "lexicon": [{}], "bradley_terry": [{"source": "choices"}], "thurstone": [{"source": "choices"}],
     "psychometric": [FAST], "pca": [{**TWO, "draws": 19}], "mds": [{"replications": 0, **MAP}],
     "procrustes": [{**TWO, "draws": 19}], "vectors": [{**TWO, "draws": 19, "on": "classical"}],
-    "binomial_mixed_model": [{**DIFFER, "condition": "track"}],
+    "binomial_mixed_model": [{**DIFFER, "condition": "track"}], "power_law": [{"intensity": "dose"}],
 }  # fmt: skip
 """The tests that are tried, by kind."""
 BARE = {"anova", "icc", "likert", "trends", "retest", "relevance"}

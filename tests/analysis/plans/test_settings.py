@@ -456,7 +456,7 @@ SLOW = ("mixed_model", "mds", "procrustes", "psychometric")
 BY_DATA = {
     ("adjective_pairs", "new_words"), ("cronbach_alpha", "missing"), ("mds", "ties"), ("procrustes", "items"),
     ("pairs", "missing"), ("pca", "missing"), ("procrustes", "missing"), ("procrustes", "reflection"),
-    ("vectors", "missing"), ("violins", "order"),
+    ("vectors", "missing"), ("violins", "order"), ("bradley_terry", "correction"), ("thurstone", "correction"),
 }  # fmt: skip
 """Settings that change nothing where the data have no ties, gaps, new words or mirrored maps: in one case they do."""
 

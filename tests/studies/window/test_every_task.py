@@ -22,9 +22,16 @@ from tests.studies.window.robot import Robot, RunningSession
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 STUDIES = ("door_adjectives", "door_authoring", "door_lexicon", "door_matching", "door_ratings", "texture_capture",
-           "texture_similarity", "vibration_threshold")  # fmt: skip
+           "texture_similarity", "roughness_magnitude", "vibration_threshold")  # fmt: skip
 """One of every task. Screens of all studies: tests/studies/test_shipped_screens.py."""
-FIRST_TRIAL_ONLY = ("door_matching", "door_lexicon", "texture_capture", "door_adjectives", "vibration_threshold")
+FIRST_TRIAL_ONLY = (
+    "door_matching",
+    "door_lexicon",
+    "texture_capture",
+    "door_adjectives",
+    "roughness_magnitude",
+    "vibration_threshold",
+)
 """Their last trial and their end are shown as those of door_ratings, where no form follows the trials, and of
 texture_similarity, which closes with the same interview as door_adjectives."""
 OPTIONS = {"texture_capture": ["--group", "pilot"]}
