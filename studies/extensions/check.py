@@ -49,7 +49,7 @@ def check(name: str, lab: Path = Path()) -> list[Verdict]:
     lab and among the installed packages. Raises ExtensionError if there is no such part, or it cannot be imported.
     """
     with _looking_in(lab) as extensions:
-        found = _found(name, extensions)
+        found = extensions.find(extension_of(name))
         parts = [(kind, part) for kind, several in _parts(found, extensions).items() for part in several]
         named = [(kind, part) for kind, part in parts if name in (found.name, part)]
         if not named:
@@ -58,14 +58,6 @@ def check(name: str, lab: Path = Path()) -> list[Verdict]:
         studies, broken = _studies(found, lab)
         tried = [verdict for kind, part in named for verdict in _verdicts(kind, part, studies, lab)]
         return [*tried, *(Verdict(found.name, "its studies can be read", problem) for problem in broken)]
-
-
-def _found(name: str, extensions: LabExtensions) -> Found:
-    extension = extension_of(name)
-    if (found := extensions.found.get(extension)) is None:
-        extensions.load(extension)
-        raise ExtensionError(f"no extension is called {extension!r}")
-    return found
 
 
 def _parts(found: Found, extensions: LabExtensions) -> Mapping[str, Sequence[str]]:

@@ -97,17 +97,23 @@ class LabExtensions:
         """Return all extensions, without importing them; two may have one name."""
         return (*_installed(), *_in_folder(self.lab / FOLDER))
 
-    @cached_property
-    def found(self) -> Mapping[str, Found]:
-        """Return all extensions by name, without importing them. Raises ExtensionError where two have one name."""
-        found: dict[str, Found] = {}
-        for extension in self.all_found:
-            if (other := found.get(extension.name)) is not None:
-                raise ExtensionError(
-                    f"the extension {extension.name!r} is there twice: {other.where} and {extension.where}; rename one"
-                )
-            found[extension.name] = extension
-        return found
+    def find(self, name: str) -> Found:
+        """Return an extension by its name, without importing it.
+
+        Raises MissingExtension if there is none, ExtensionError if there are two of this name.
+        """
+        named = [found for found in self.all_found if found.name == name]
+        if not named:
+            known = [found.name for found in self.all_found]
+            near = f" ({nearest(name, known)})" if known else ""
+            raise MissingExtension(
+                f"the extension {name!r} is not here{near}: install the package that brings it, or put {name}.py into "
+                f"{self.lab / FOLDER}"
+            )
+        if len(named) > 1:
+            one, other, *_ = named
+            raise ExtensionError(f"the extension {name!r} is there twice: {one.where} and {other.where}; rename one")
+        return named[0]
 
     def load(self, extension: str) -> Extension:
         """Return the extension, imported. Raises ExtensionError."""
@@ -131,12 +137,7 @@ class LabExtensions:
         return self.loaded[name]
 
     def _import(self, name: str) -> Loaded:
-        if (found := self.found.get(name)) is None:
-            near = f" ({nearest(name, self.found)})" if self.found else ""
-            raise MissingExtension(
-                f"the extension {name!r} is not here{near}: install the package that brings it, or put {name}.py into "
-                f"{self.lab / FOLDER}"
-            )
+        found = self.find(name)
         dist = found.distribution
         if dist is not None:
             with _named_errors(found):

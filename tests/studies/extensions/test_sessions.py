@@ -139,6 +139,7 @@ def test_two_extensions_of_one_name_are_refused(lab, run):
     (folder / "__init__.py").write_text(TASK, encoding="utf-8")
     status, said = run("check", "sets")
     assert status == 1 and "the extension 'acme' is there twice" in said and "rename one" in said
+    assert run("check", "levels")[0] == 0  # the other extension goes on
 
 
 def test_a_folder_is_an_extension_whose_every_file_counts(lab, run):
