@@ -8,11 +8,12 @@ packages, and is handed in by `use`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 PARTS = ("tasks", "forms", "needs", "procedures", "devices", "participants", "tests", "figures")
 """The kinds of parts that an extension can bring; an entry point's group is `palpate.` and one of them."""
@@ -64,6 +65,9 @@ class Finder(Protocol):
 
     def parts(self, kind: str) -> Mapping[str, Any]:
         """Return all parts of a kind that the extensions which are loaded by now have."""
+
+
+AnyFinder = TypeVar("AnyFinder", bound=Finder)
 
 
 class _Nowhere:
@@ -126,6 +130,16 @@ def use(finder: Finder) -> Finder:
     """Let this finder look for extensions from now on; return the one before it."""
     before, _PLACE.finder = _PLACE.finder, finder
     return before
+
+
+@contextmanager
+def used(finder: AnyFinder) -> Iterator[AnyFinder]:
+    """Let this finder look for extensions within the block."""
+    before = use(finder)
+    try:
+        yield finder
+    finally:
+        use(before)
 
 
 def finder() -> Finder:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import click
 
-from palpate.protocols.extensions import Lazily, use
+from palpate.protocols.extensions import Lazily, used
 
 
 def look_in(lab: Path) -> Path:
     """Let names of extensions be looked up in this lab until the command ends; return the lab."""
-    before = use(Lazily("palpate.studies.extensions.finder:LabExtensions", lab))
-    click.get_current_context().call_on_close(lambda: use(before))
+    finder = Lazily("palpate.studies.extensions.finder:LabExtensions", lab)
+    click.get_current_context().with_resource(used(finder))
     return lab
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from palpate.protocols.contract import Verdict
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.extensions import PARTS, ExtensionError, extension_of, use
+from palpate.protocols.extensions import PARTS, ExtensionError, extension_of, used
 from palpate.protocols.registry import Registry, load_object
 from palpate.studies.catalogue import STUDY_FILE, StudyFiles, names, read_study
 from palpate.studies.extensions.finder import Found, LabExtensions, parts_declared
@@ -48,7 +47,7 @@ def check(name: str, lab: Path = Path()) -> list[Verdict]:
     This is what `palpate extensions check` prints, and what an extension's own tests call. Parts are looked for in the
     lab and among the installed packages. Raises ExtensionError if there is no such part, or it cannot be imported.
     """
-    with _looking_in(lab) as extensions:
+    with used(LabExtensions(lab)) as extensions:
         found = extensions.find(extension_of(name))
         parts = [(kind, part) for kind, several in _parts(found, extensions).items() for part in several]
         named = [(kind, part) for kind, part in parts if name in (found.name, part)]
@@ -64,17 +63,6 @@ def _parts(found: Found, extensions: LabExtensions) -> Mapping[str, Sequence[str
     """Return the names of an extension's parts by kind, which is imported."""
     extensions.load(found.name)
     return {kind: list(extensions.loaded[found.name].parts.get(kind, {})) for kind in PARTS}
-
-
-@contextmanager
-def _looking_in(lab: Path) -> Iterator[LabExtensions]:
-    """Let names of extensions be looked up in a lab."""
-    extensions = LabExtensions(lab)
-    before = use(extensions)
-    try:
-        yield extensions
-    finally:
-        use(before)
 
 
 def _verdicts(kind: str, part: str, studies: Sequence[StudyFiles], lab: Path) -> list[Verdict]:

@@ -15,7 +15,7 @@ from scipy.stats import chi2_contingency
 
 from palpate.command_line import _status
 from palpate.devices.window.texts_study import load_study_texts, study_texts
-from palpate.protocols.extensions import Lazily, use
+from palpate.protocols.extensions import Lazily, used
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.trial import ParticipantRow
 from palpate.studies.catalogue import read_study
@@ -68,10 +68,9 @@ def call(capsys):
 @pytest.fixture
 def statistic(ran_lab):
     """The module with the statistic, imported from the lab."""
-    before = use(Lazily("palpate.studies.extensions.finder:LabExtensions", ran_lab))
-    read_study(ran_lab / "studies" / NAME / "study.yaml")
-    yield import_module("lab_extensions.fingers.transmitted")
-    use(before)
+    with used(Lazily("palpate.studies.extensions.finder:LabExtensions", ran_lab)):
+        read_study(ran_lab / "studies" / NAME / "study.yaml")
+        yield import_module("lab_extensions.fingers.transmitted")
 
 
 def rows_of(path):

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.command_line import _status
 from palpate.devices.rig.file import rig_path
-from palpate.protocols.extensions import use
+from palpate.protocols.extensions import used
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
@@ -53,12 +53,10 @@ def lab(tmp_path, monkeypatch):
     monkeypatch.setattr(live_rig, "window_calibration", lambda *_given: None)
     reading, writing = os.pipe()  # the experimenter confirms that each sample is in place
     os.write(writing, b"confirm\n" * 2)
-    before = use(LabExtensions(lab))
-    with os.fdopen(reading) as stream:
+    with used(LabExtensions(lab)), os.fdopen(reading) as stream:
         monkeypatch.setattr(sys, "stdin", stream)
         yield lab
     os.close(writing)
-    use(before)
     forget_lab_modules()
 
 

@@ -16,7 +16,7 @@ import pytest
 from palpate.command_line import _status
 from palpate.devices.device import DeviceError, DeviceFault
 from palpate.devices.rig.file import rig_path
-from palpate.protocols.extensions import use
+from palpate.protocols.extensions import used
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.simulated_participants.perceiver import Perceiver
 from palpate.protocols.trial import ParticipantRow
@@ -220,9 +220,8 @@ def live_lab(tmp_path, monkeypatch):
     edit(study, "ramp_degc_s: 8, seconds: 2", "ramp_degc_s: 20, seconds: 0.4")
     monkeypatch.setattr(live_rig, "window_of", lambda *_given: lambda plan: Room(Perceiver(plan)))
     monkeypatch.setattr(live_rig, "window_calibration", lambda *_given: None)
-    before = use(LabExtensions(lab))
-    yield lab
-    use(before)
+    with used(LabExtensions(lab)):
+        yield lab
     forget_lab_modules()
 
 
