@@ -435,9 +435,9 @@ def has_any_answers(name: Any) -> bool:
     return kind is not None and kind.any_answers
 
 
-def own_tables() -> Mapping[str, OwnTable]:
-    """Return the tables that forms declare, by their names, with those of the extensions that were loaded."""
-    tables = (table for name in FORMS for table in own_tables_of(name))
+def own_tables(forms: Iterable[str] = FORMS) -> Mapping[str, OwnTable]:
+    """Return the tables that these forms declare, by name; by default of all, with those of loaded extensions."""
+    tables = (table for name in forms for table in own_tables_of(name))
     return {table.name: table for table in tables}
 
 

@@ -14,7 +14,7 @@ from palpate.protocols.complaints import Problem, listed, translated
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.extensions import ExtensionError, finder, is_own
 from palpate.protocols.needs import NEEDS
-from palpate.protocols.registry import load_object
+from palpate.protocols.registry import Registry, load_object
 from palpate.protocols.study import Study, is_number
 from palpate.protocols.tasks import TASKS, Task
 from palpate.protocols.yaml_text import Document, Path
@@ -220,9 +220,9 @@ def _simulation(study: Study) -> Iterator[Problem]:
     if study.simulation is None:
         return
     if (kind := study.simulation.kind) is not None:
-        kinds = load_object("palpate.protocols.simulated_participants:KINDS")
-        if kind not in kinds:
-            yield Problem(("simulation", "kind"), f"no kind of participants {kind!r}; {nearest(kind, kinds)}")
+        kinds: Registry[Any] = load_object("palpate.protocols.simulated_participants:KINDS")
+        if (missing := kinds.why_not(kind, "kind of participants")) is not None:
+            yield Problem(("simulation", "kind"), missing)
     names = [attribute.name for attribute in study.attributes]
     if study.adjectives is not None:
         names += [word.word for word in study.adjectives.words]

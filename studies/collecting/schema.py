@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from itertools import filterfalse
 from typing import Any
 
 from sqlalchemy import (
@@ -223,18 +224,18 @@ def _own_table(own: OwnTable, among: MetaData) -> Table:
     )
 
 
-_shipped = {own.name: own for form in forms.FORMS if not is_own(form) for own in forms.own_tables_of(form)}
-_SHIPPED = {name: _own_table(own, metadata) for name, own in _shipped.items()}
+_SHIPPED = {name: _own_table(own, metadata) for name, own in forms.own_tables(filterfalse(is_own, forms.FORMS)).items()}
 
 
 def form_tables() -> Mapping[str, Table]:
     """Return the tables of forms that have one of their own, by name, with those of the extensions that were loaded."""
-    return {**_SHIPPED, **{own.name: _own_table(own, MetaData()) for own in _of_extensions()}}
+    return {**_SHIPPED, **_tables_of_extensions()}
 
 
-def _of_extensions() -> Iterator[OwnTable]:
-    for form in finder().parts("forms"):
-        yield from forms.own_tables_of(form)
+def _tables_of_extensions() -> Mapping[str, Table]:
+    """Return the own tables of loaded extensions; another lab may have others of the same names."""
+    own = forms.own_tables(finder().parts("forms"))
+    return {name: _own_table(table, MetaData()) for name, table in own.items()}
 
 
 own_tables = Table(
@@ -248,10 +249,10 @@ own_tables = Table(
 def add_own_tables(connection: Connection) -> None:
     """Create the tables of the extensions that were loaded, where they are missing."""
     known = set(connection.execute(select(own_tables.c.name)).scalars())
-    for own in _of_extensions():
-        _own_table(own, MetaData()).create(connection, checkfirst=True)
-        if own.name not in known:
-            connection.execute(insert(own_tables), {"name": own.name})
+    for name, table in _tables_of_extensions().items():
+        table.create(connection, checkfirst=True)
+        if name not in known:
+            connection.execute(insert(own_tables), {"name": name})
 
 
 RATINGS = "ratings"
