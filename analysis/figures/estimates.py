@@ -8,8 +8,16 @@ from typing import ClassVar, Literal
 from matplotlib.figure import Figure
 
 from palpate.analysis.figures.columns import answer_of_test, to_float
-from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
-from palpate.analysis.figures.lettering import decimals_for, format_number, shorten
+from palpate.analysis.figures.figure_kind import (
+    DrawnFigure,
+    FigureData,
+    FigureInput,
+    FigureKind,
+    FigureSettings,
+    Marks,
+    rows_without_effect,
+)
+from palpate.analysis.figures.lettering import decimals_for, format_interval, format_number, shorten
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import Idle
@@ -41,8 +49,7 @@ class EstimatesSettings(FigureSettings):
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
-        rows = ("outcomes", "where", "table", "source", "normalise")
-        yield from (Idle(name, "in this figure, which shows the table of its test as it is") for name in rows)
+        yield from rows_without_effect("in this figure, which shows the table of its test as it is")
 
 
 def data(inputs: FigureInput, settings: EstimatesSettings) -> FigureData:
@@ -94,13 +101,14 @@ def draw(data: FigureData) -> DrawnFigure:
     digits = decimals_for([to_float(row["value"]) for row in data.rows])
     for place, row in enumerate(data.rows):
         value = to_float(row["value"])
-        ends = [nan_to_none(to_float(row[end])) if row[end] is not None else None for end in ("low", "high")]
-        interval = "none"
-        if ends[0] is not None and ends[1] is not None:
-            axes.hlines([place], ends[0], ends[1], color=OKABE_ITO[0], linewidth=1.6, zorder=2)
-            interval = " to ".join(format_number(end, digits) for end in ends if end is not None)
+        low, high = (None if row[end] is None else nan_to_none(to_float(row[end])) for end in ("low", "high"))
+        if low is not None and high is not None:
+            axes.hlines([place], low, high, color=OKABE_ITO[0], linewidth=1.6, zorder=2)
         (dot,) = axes.plot([value], [place], "o", color=OKABE_ITO[0], markersize=6, markeredgecolor=PAPER, zorder=3)
-        details = ((str(data.words["axis"]), format_number(value, digits)), ("interval", interval))
+        details = (
+            (str(data.words["axis"]), format_number(value, digits)),
+            ("interval", format_interval(low, high, digits)),
+        )
         marks.add(dot, (("name", str(row["name"])), *details), str(row["name"]))
     axes.set_yticks(range(len(names)), names, color=INK)
     axes.set_ylim(len(names) - 0.5, -0.5)

@@ -49,6 +49,11 @@ class FigureSettings(Strict):
         yield Idle("tests", "in this kind of figure, which shows no test")
 
 
+def rows_without_effect(where: str) -> Iterator[Idle]:
+    """Yield the settings that choose rows, for a figure that shows answers of tests as they are, as `where` says."""
+    yield from (Idle(name, where) for name in ("outcomes", "where", "table", "source", "normalise"))
+
+
 @dataclass(frozen=True)
 class FigureInput:
     """The inputs of a figure's data: the selected rows, and the answers of the tests that it names.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from palpate.analysis.figures.columns import answer_of_test
-from palpate.analysis.figures.figure_kind import FigureInput, FigureSettings
+from palpate.analysis.figures.figure_kind import FigureInput, FigureSettings, rows_without_effect
 from palpate.analysis.figures.lettering import elide, format_number, letters_that_fit
 from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT, quiet_axes
 from palpate.analysis.plans.idle import Idle
@@ -38,8 +38,7 @@ class FunctionSettings(FigureSettings):
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
-        rows = ("outcomes", "where", "table", "source", "normalise")
-        yield from (Idle(name, "in this figure, which shows the functions of its test as they are") for name in rows)
+        yield from rows_without_effect("in this figure, which shows the functions of its test as they are")
 
 
 def functions_of(inputs: FigureInput, settings: FunctionSettings) -> tuple[Answer, tuple[str, ...]]:

@@ -81,6 +81,13 @@ def elide(text: str, letters: int) -> str:
     return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
 
 
+def format_interval(low: float | None, high: float | None, decimals: int = 2) -> str:
+    """Return an interval in words, as "1.20 to 3.40"; "none" where an end is not known."""
+    if low is None or high is None:
+        return "none"
+    return f"{format_number(low, decimals)} to {format_number(high, decimals)}"
+
+
 def format_number(value: float | None, decimals: int = 2) -> str:
     """Return a number with a true minus; a dash for None, NaN or infinity."""
     if value is None or not math.isfinite(value):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
+from palpate.analysis.figures.columns import to_float
 from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, Marks
 from palpate.analysis.figures.function_panels import (
     FunctionSettings,
@@ -15,7 +16,7 @@ from palpate.analysis.figures.function_panels import (
     words_of,
     write_note,
 )
-from palpate.analysis.figures.lettering import format_number
+from palpate.analysis.figures.lettering import format_interval, format_number
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT, tint
 from palpate.analysis.ratings.dataset import DataRefused
 
@@ -104,15 +105,15 @@ def _draw_threshold(panel: Any, row: Row, marks: Marks) -> None:
         write_note(panel, row, (0.5, 0.03), "center")
         return
     level, height = float(row["level"]), FLOOR / 2
-    ends = "none"
-    if row["low"] is not None and row["high"] is not None:
-        low, high = float(row["low"]), float(row["high"])
-        ends = f"{format_number(low)} to {format_number(high)}"
+    low, high = (None if row[end] is None else to_float(row[end]) for end in ("low", "high"))
+    if low is not None and high is not None:
         panel.hlines([height], low, high, color=INK, linewidth=1.3, zorder=4)
     panel.vlines([level], 0, 1, color=INK, linewidth=0.7, linestyle=(0, (3, 2)), zorder=2.5)
     (point,) = panel.plot([level], [height], "D", color=INK, markersize=4.8, markeredgecolor=PAPER, zorder=5)
     name = str(row["panel"])
-    marks.add(point, (("function", name), ("threshold", format_number(level)), ("interval", ends)), name)
+    marks.add(
+        point, (("function", name), ("threshold", format_number(level)), ("interval", format_interval(low, high))), name
+    )
 
 
 POSTERIOR = FigureKind(PosteriorSettings, data, draw, takes="choices")

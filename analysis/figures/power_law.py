@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import geometric_mean
 from typing import Any, Literal
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, LogLocator, NullFormatter
 
 from palpate.analysis.figures.columns import answer_of_test, fill_columns, to_float
-from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
-from palpate.analysis.figures.lettering import format_number
+from palpate.analysis.figures.figure_kind import (
+    DrawnFigure,
+    FigureData,
+    FigureInput,
+    FigureKind,
+    FigureSettings,
+    Marks,
+    rows_without_effect,
+)
+from palpate.analysis.figures.lettering import format_interval, format_number
 from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, tint
 from palpate.analysis.plans.idle import Idle
 from palpate.analysis.ratings.dataset import DataRefused
@@ -25,8 +34,7 @@ class PowerLawFigureSettings(FigureSettings):
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
-        rows = ("outcomes", "where", "table", "source", "normalise")
-        yield from (Idle(name, "in this figure, which shows the numbers of its test as they are") for name in rows)
+        yield from rows_without_effect("in this figure, which shows the numbers of its test as they are")
 
 
 def data(inputs: FigureInput, settings: PowerLawFigureSettings) -> FigureData:
@@ -41,7 +49,7 @@ def data(inputs: FigureInput, settings: PowerLawFigureSettings) -> FigureData:
         raise DataRefused(f"{where}: `tests` must name a test of kind power_law, with stimuli that all people felt")
     exponent = to_float(answer.rows[0]["exponent"])
     at = [to_float(row["intensity"]) for row in stimuli]
-    centre, height = _geometric(at), _geometric([to_float(row["magnitude"]) for row in stimuli])
+    centre, height = geometric_mean(at), geometric_mean([to_float(row["magnitude"]) for row in stimuli])
     rows: list[dict[str, Any]] = [
         {"shows": "stimulus", "name": row["stimulus"],
          **{key: row[key] for key in ("intensity", "magnitude", "ci_low", "ci_high")}}
@@ -65,13 +73,6 @@ def data(inputs: FigureInput, settings: PowerLawFigureSettings) -> FigureData:
     return FigureData(fill_columns(rows), settings.title or "Magnitude estimates.", caption, words)
 
 
-def _geometric(values: list[float]) -> float:
-    product = 1.0
-    for value in values:
-        product *= value ** (1 / len(values))
-    return product
-
-
 def draw(data: FigureData) -> DrawnFigure:
     """Draw magnitudes over intensity on logarithmic axes."""
     figure = Figure(figsize=(4.8, 3.9), layout="constrained")
@@ -93,14 +94,12 @@ def draw(data: FigureData) -> DrawnFigure:
         marks.add(line, (("power law" if law else "participant", name), ("exponent", detail)), "" if law else name)
     for row in (row for row in data.rows if row["shows"] == "stimulus"):
         x, y = to_float(row["intensity"]), to_float(row["magnitude"])
-        interval = "none"
-        if row["ci_low"] is not None and row["ci_high"] is not None:
-            low, high = to_float(row["ci_low"]), to_float(row["ci_high"])
+        low, high = (None if row[end] is None else to_float(row[end]) for end in ("ci_low", "ci_high"))
+        if low is not None and high is not None:
             axes.vlines([x], low, high, color=INK, linewidth=1.2, zorder=4)
-            interval = f"{format_number(low)} to {format_number(high)}"
         (dot,) = axes.plot([x], [y], "o", color=INK, markersize=5.5, markeredgecolor=PAPER, zorder=5)
         details = (("stimulus", str(row["name"])), ("intensity", format_number(x)), ("magnitude", format_number(y)))
-        marks.add(dot, (*details, ("interval", interval)), str(row["name"]))
+        marks.add(dot, (*details, ("interval", format_interval(low, high))), str(row["name"]))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(10, 10)))

@@ -12,7 +12,15 @@ from matplotlib.patches import Rectangle
 from pydantic import Field
 
 from palpate.analysis.figures.columns import find_answer, finite_or_nan, to_float
-from palpate.analysis.figures.figure_kind import DrawnFigure, FigureData, FigureInput, FigureKind, FigureSettings, Marks
+from palpate.analysis.figures.figure_kind import (
+    DrawnFigure,
+    FigureData,
+    FigureInput,
+    FigureKind,
+    FigureSettings,
+    Marks,
+    rows_without_effect,
+)
 from palpate.analysis.figures.lettering import format_percent, line_breaks, width_pt
 from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, readable_ink, shade_scale
 from palpate.analysis.plans.answers import Row
@@ -42,8 +50,7 @@ class TreemapSettings(FigureSettings):
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that have no effect in combination with the others."""
-        rows = ("outcomes", "where", "table", "source", "normalise")
-        yield from (Idle(name, "in a treemap, which shows the answer of its test as it is") for name in rows)
+        yield from rows_without_effect("in a treemap, which shows the answer of its test as it is")
 
 
 def data(inputs: FigureInput, settings: TreemapSettings) -> FigureData:
