@@ -373,25 +373,30 @@ def course(tried: Tried[ProcedureKind], track: Track, who: str, observer: Observ
         past = (*past, (index, observer(index)))
 
 
-def _courses(tried: Tried[ProcedureKind]) -> Iterator[tuple[Track, Course]]:
-    for track in _tracks(tried):
-        for who, observer in _observers(track):
-            yield track, course(tried, track, who, observer)
+@dataclass(frozen=True)
+class TriedProcedure(Tried[ProcedureKind]):
+    """A procedure that is tried: all demands are about the same courses."""
+
+    @cached_property
+    def courses(self) -> Sequence[tuple[Track, Course]]:
+        """Return the course of every track with every observer. Raises NotKept for advice off the grid."""
+        of_tracks = ((track, who, observer) for track in _tracks(self) for who, observer in _observers(track))
+        return [(track, course(self, track, who, observer)) for track, who, observer in of_tracks]
 
 
-def _keeps_to_the_grid(tried: Tried[ProcedureKind]) -> str | None:
-    lengths = [len(course.past) for _, course in _courses(tried)]
+def _keeps_to_the_grid(tried: TriedProcedure) -> str | None:
+    lengths = [len(course.past) for _, course in tried.courses]
     return f"{min(lengths)} to {max(lengths)} trials"
 
 
-def _ends_at_the_cap(tried: Tried[ProcedureKind]) -> str | None:
-    for track, run_of in _courses(tried):
+def _ends_at_the_cap(tried: TriedProcedure) -> str | None:
+    for track, run_of in tried.courses:
         demand(run_of.ended, f"{track.name}: no end after {track.trials} trials, its cap, of somebody {run_of.who}")
     return None
 
 
-def _same_past_same_choice(tried: Tried[ProcedureKind]) -> str | None:
-    for track, run_of in _courses(tried):
+def _same_past_same_choice(tried: TriedProcedure) -> str | None:
+    for track, run_of in tried.courses:
         fresh, used = tried.part.make(track), tried.part.make(track)
         for length in random.Random(1).sample(range(len(run_of.past) + 1), min(SAMPLED, len(run_of.past) + 1)):
             past = run_of.past[:length]
@@ -401,9 +406,9 @@ def _same_past_same_choice(tried: Tried[ProcedureKind]) -> str | None:
     return None
 
 
-def _estimates(tried: Tried[ProcedureKind]) -> str | None:
+def _estimates(tried: TriedProcedure) -> str | None:
     said = []
-    for track, run_of in _courses(tried):
+    for track, run_of in tried.courses:
         for past in ((), run_of.past[:1], run_of.past):
             estimate = tried.part.make(track).estimate(past)
             numbers = (estimate.threshold, estimate.sd, estimate.bound, *(estimate.interval or ()))
@@ -416,13 +421,13 @@ def _estimates(tried: Tried[ProcedureKind]) -> str | None:
     return "; ".join(dict.fromkeys(said))
 
 
-def _is_in_time(tried: Tried[ProcedureKind]) -> str | None:
-    slowest_s = max(course.slowest_s for _, course in _courses(tried))
+def _is_in_time(tried: TriedProcedure) -> str | None:
+    slowest_s = max(course.slowest_s for _, course in tried.courses)
     demand(slowest_s < PATIENCE_S, f"a choice takes {slowest_s:.2f} s; a session waits for {PATIENCE_S:g} s")
     return f"at most {1000 * slowest_s:.0f} ms"
 
 
-PROCEDURE: tuple[Demand[Tried[ProcedureKind]], ...] = (
+PROCEDURE: tuple[Demand[TriedProcedure], ...] = (
     Demand("a study names it", _is_named, needed=True),
     Demand("its levels are in the grid", _keeps_to_the_grid),
     Demand("it ends at the cap of trials", _ends_at_the_cap),
@@ -505,13 +510,15 @@ def write_sample(files: StudyFiles, people: int, lab: Path) -> None:
         start(lab, compile_plan(files.study, who, 1, lab_forms(files.study, lab, live=False)), rig)
 
 
-def _check(contract: Sequence[Demand[Tried[T]]]) -> Callable[[str, T, Sequence[StudyFiles], Path], list[Verdict]]:
+def _check(
+    contract: Sequence[Demand[Any]], tried: type[Tried[T]]
+) -> Callable[[str, T, Sequence[StudyFiles], Path], list[Verdict]]:
     def check(name: str, part: T, studies: Sequence[StudyFiles], lab: Path) -> list[Verdict]:
         """Return the verdicts of the contract on a part, tried in sessions of these studies; `lab` has their forms."""
-        return list(verdicts(name, contract, Tried(name, part, [Session(files, lab) for files in studies])))
+        return list(verdicts(name, contract, tried(name, part, [Session(files, lab) for files in studies])))
 
     return check
 
 
-check_task, check_form, check_need = _check(TASK), _check(FORM), _check(NEED)
-check_procedure, check_participant = _check(PROCEDURE), _check(PARTICIPANT)
+check_task, check_form, check_need = _check(TASK, Tried[Task]), _check(FORM, Tried[FormKind]), _check(NEED, Tried[Need])
+check_procedure, check_participant = _check(PROCEDURE, TriedProcedure), _check(PARTICIPANT, Tried[ParticipantKind])
