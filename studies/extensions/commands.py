@@ -1,4 +1,4 @@
-"""The verb `extensions`: a lab's own parts, listed, begun from templates, and tried by the contracts of their kinds."""
+"""The verb `extensions`: a lab's own parts, listed, made from templates, and tried by the contracts of their kinds."""
 
 from __future__ import annotations
 

@@ -118,9 +118,9 @@ def test_after_a_change_the_next_person_and_the_interrupted_one_need_an_accepted
     status, said = run("run", "sets", "--participant", "P002", "--simulate")
     assert status == 2 and f"acme 1.2 (SHA-256 {before['sha256'][:12]}) is acme 1.2" in said
     assert run("run", "sets", "--participant", "P002", "--simulate", "--accept-change")[0] == 0
-    told = header(lab, "sets", "P002")
-    change = told["accepted_change"]["extensions_changed"]["acme"]
-    assert change == {"before": before, "now": told["extensions"]["acme"]} and before != change["now"]
+    first = header(lab, "sets", "P002")
+    change = first["accepted_change"]["extensions_changed"]["acme"]
+    assert change == {"before": before, "now": first["extensions"]["acme"]} and before != change["now"]
     assert run("replay")[0] == 0
 
 
