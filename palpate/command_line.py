@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from palpate.protocols.command_group import NearestGroup
 from palpate.protocols.extras import installed_version
 from palpate.protocols.registry import load_object
 
@@ -78,8 +79,10 @@ DEMO = (
 DEMO_MARK = ".palpate-demo"
 
 
-class Verbs(click.Group):
+class Verbs(NearestGroup):
     """A group that knows its verbs without importing them."""
+
+    called = "verb"
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
         """Return the verbs in the order of a study's life."""
@@ -97,14 +100,6 @@ class Verbs(click.Group):
         """List the verbs with their one line each."""
         with formatter.section("Verbs"):
             formatter.write_dl([(name, line) for name, (_, line) in VERBS.items()])
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Resolve a verb as click does; for an unknown verb, name the nearest known one."""
-        if args and args[0] not in VERBS and not args[0].startswith("-"):
-            from palpate.protocols.did_you_mean import nearest
-
-            ctx.fail(f"no verb {args[0]!r}; {nearest(args[0], VERBS)}")
-        return super().resolve_command(ctx, args)
 
 
 def _has_benchmarks() -> bool:

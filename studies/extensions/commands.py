@@ -8,22 +8,12 @@ from typing import Any
 
 import click
 
+from palpate.protocols.command_group import NearestGroup
 from palpate.protocols.wording import count
 from palpate.studies.options import JSON, LAB, echo_json
 
 
-class _Group(click.Group):
-    """A group that names the nearest command for an unknown one."""
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        if args and args[0] not in self.commands and not args[0].startswith("-"):
-            from palpate.protocols.did_you_mean import nearest
-
-            ctx.fail(f"no command {args[0]!r}; {nearest(args[0], self.commands)}")
-        return super().resolve_command(ctx, args)
-
-
-@click.group(cls=_Group)
+@click.group(cls=NearestGroup)
 def extensions() -> None:
     """A lab's own tasks, forms, needs, procedures, devices, participants, tests and figures.
 
