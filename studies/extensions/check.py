@@ -1,4 +1,4 @@
-"""What `palpate extensions list` and `check` tell: the extensions that are here, their parts, and their contracts."""
+"""What `palpate extensions list` and `check` print: the extensions that are here, their parts, and their contracts."""
 
 from __future__ import annotations
 
@@ -107,7 +107,11 @@ def _names(files: StudyFiles, kind: str, part: str) -> bool:
 
 
 def listed(lab: Path) -> list[dict[str, Any]]:
-    """Return what `palpate extensions list` tells of each extension, without importing any; see `describe`."""
+    """Return a row for each extension, as `palpate extensions list --json` prints it, without importing any.
+
+    Each has extension, where, conflicts (where others of its name lie), package and version, or else sha256, allowed
+    (False: lab.yaml does not allow its code), parts (names by kind), and problem if its file cannot be read.
+    """
     extensions = LabExtensions(lab)
     return [_described(found, extensions) for found in extensions.all_found]
 
